@@ -1,0 +1,295 @@
+"""Every constant of a run in one documented place.
+
+`Configuration()` is the default. A TOML file and `--set section.key=value` override it:
+
+>>> configuration = load_configuration(settings=["training.samples=500000"])
+>>> configuration.training.samples
+500000
+"""
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from gaitval.errors import ConfigurationError
+
+Positive = Annotated[float, Field(gt=0)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+
+
+class Section(BaseModel):
+    """A group of constants: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class Contact(Section):
+    """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
+
+    Published set: Falisse et al. 2022 (PredSim), E 1 MPa, c 2 s/m, 0.8/0.8/0.5, 0.2 m/s.
+    """
+
+    stiffness: Positive = 1e6
+    """Plane strain modulus E, Pa."""
+    dissipation: Positive = 2.0
+    """Hunt-Crossley dissipation c, s/m."""
+    dynamic_to_static: Positive = 1.0
+    """Dynamic friction over static; the static coefficient is the body parameter sigma."""
+    viscous_friction: float = Field(0.5, ge=0)
+    """Viscous friction coefficient, s/m."""
+    transition_velocity: Positive = 0.2
+    """Slip velocity of full friction, m/s."""
+    event_threshold: Positive = 20.0
+    """Vertical force above which a foot counts as on the ground, N (the smooth form leaves a
+    few newtons just above the ground)."""
+
+
+class Servo(Section):
+    """Joint servos: stiffness Nm/rad and damping Nms/rad at 70 kg, scaled with body mass."""
+
+    hip: Positive = 320.0
+    knee: Positive = 320.0
+    ankle: Positive = 240.0
+    subtalar: Positive = 120.0
+    toe: Positive = 30.0
+    lumbar: Positive = 640.0
+    shoulder: Positive = 64.0
+    damping_time: Positive = 0.08
+    """Damping over stiffness, s."""
+    feed_forward: Fraction = 1.0
+    """Share of the record's joint moments fed forward."""
+
+
+class Environment(Section):
+    """The walking task: time steps, observation, termination, randomisation."""
+
+    observation: Literal["paper", "extended"] = "extended"
+    """`paper`: the paper's 71 numbers; `extended`: those and what balance needs."""
+    physics_step: Positive = 0.001
+    """s."""
+    steps_per_action: int = Field(30, ge=1)
+    """Physics steps for one action."""
+    action_scale: Positive = 0.1
+    """Offset of a joint target for an action of 1, rad."""
+    action_limit: Positive = 4.0
+    """Actions are clipped at this."""
+    episode_seconds: Positive = 9.0
+    """Length of a training episode, s."""
+    height_tolerance: Positive = 0.2
+    """An episode ends when the pelvis is this far from its reference height, m."""
+    rotation_tolerance: Positive = 0.7
+    """... or turned this far from its reference, rad."""
+    drift_tolerance: Positive = 0.5
+    """... or this far from its reference place along the walkway or beside it, m."""
+    initial_noise: float = Field(0.02, ge=0)
+    """Standard deviation of joint angles (rad) at the start of an episode."""
+    push_probability: Fraction = 0.0
+    """Share of training episodes with a push."""
+    push_force: float = Field(800.0, ge=0)
+    """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
+    push_seconds: Positive = 0.05
+    """Duration of a push, s (the paper's 50 ms)."""
+
+
+class Reward(Section):
+    """Weights and kernel widths of the reward.
+
+    Every term is weight x exp(-sharpness x squared error), the bounded form of the paper's
+    signed differences (DeepMimic's; see docs/architecture.md). The paper's weights are 5, 2,
+    0.5 and 0.005; they keep their proportions here.
+    """
+
+    joint_positions: float = Field(5.0, ge=0)
+    joint_positions_sharpness: Positive = 2.0
+    """1/rad², on the sum over the 25 coordinates."""
+    joint_velocities: float = Field(1.0, ge=0)
+    joint_velocities_sharpness: Positive = 0.02
+    """s²/rad²."""
+    centre_of_mass: float = Field(2.0, ge=0)
+    centre_of_mass_sharpness: Positive = 10.0
+    """1/m²."""
+    pelvis_rotation: float = Field(1.0, ge=0)
+    pelvis_rotation_sharpness: Positive = 10.0
+    """1/rad²."""
+    end_effectors: float = Field(2.0, ge=0)
+    end_effectors_sharpness: Positive = 20.0
+    """1/m², on the sum over feet and hands."""
+    ground_reaction: float = Field(1.0, ge=0)
+    ground_reaction_sharpness: Positive = 8.0
+    """1/(body weight)², on the sum over both feet of the mean force during the action."""
+    torque: float = Field(0.005, ge=0)
+    """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
+
+
+class Randomisation(Section):
+    """Bounds of the 14 body parameters mu: randomised in training, bounds in identification."""
+
+    damping: tuple[float, float] = (0.0, 2.0)
+    """Passive joint damping beta, Nms/rad. PredSim uses 0.1; 2 is its toe joint."""
+    friction: tuple[float, float] = (0.6, 1.0)
+    """Foot-ground friction sigma (shoe on treadmill belt); PredSim uses 0.8."""
+    foot_length: tuple[float, float] = (0.95, 1.05)
+    """Factor on the scaled length. Marker-based lengths are good to about 1 cm."""
+    shank_length: tuple[float, float] = (0.97, 1.03)
+    thigh_length: tuple[float, float] = (0.97, 1.03)
+    joint_offset: float = Field(0.01, ge=0)
+    """Each coordinate of the hip, knee and ankle offset lies within this, m (Harrington's hip
+    regression leaves about 1 cm)."""
+
+
+class Training(Section):
+    """Proximal policy optimisation (stable-baselines3)."""
+
+    samples: int = Field(3_000_000, ge=1)
+    """Environment steps of the first training."""
+    refinement_samples: int = Field(400_000, ge=0)
+    """Environment steps of a warm start, and of each further round of Algorithm 1."""
+    workers: int = Field(2, ge=1)
+    """Processes; each steps several environments per message."""
+    environments: int = Field(32, ge=1)
+    """Environments over all workers."""
+    rollout_steps: int = Field(128, ge=1)
+    """Steps of each environment between updates."""
+    batch_size: int = Field(1024, ge=2)
+    epochs: int = Field(5, ge=1)
+    discount: Fraction = 0.985
+    gae_lambda: Fraction = 0.95
+    learning_rate: Positive = 3e-4
+    final_learning_rate: Positive = 5e-5
+    """The rate falls linearly to this over `samples`."""
+    clip_range: Positive = 0.2
+    target_kl: Positive = 0.03
+    initial_log_std: float = -1.0
+    final_log_std: float = -2.5
+    hidden_units: int = Field(128, ge=1)
+    """Units in each of the two hidden layers (the paper's 128)."""
+    checkpoint_seconds: Positive = 45.0
+    """Longest time between checkpoints; a kill loses no more."""
+
+
+class Identification(Section):
+    """CMA-ES over mu (Hansen's cma)."""
+
+    population: int = Field(8, ge=4)
+    """The paper's 8."""
+    generations: int = Field(12, ge=1)
+    initial_sigma: Positive = 0.2
+    """Initial step in units of half the range of each parameter."""
+    start_phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    """Phases at which the common rollouts start."""
+    seconds: Positive = 6.0
+    """Length of each rollout."""
+    prior: float = Field(0.02, ge=0)
+    """Weight of the prior: fraction of the mean reward lost at the bound of one parameter."""
+    rounds: int = Field(2, ge=1)
+    """Largest number of rounds of Algorithm 1 (train, identify)."""
+    kappa: Positive = 1.0
+    """Threshold on the normalised error epsilon that ends Algorithm 1."""
+
+
+class Validation(Section):
+    """How the simulated walk is compared with the record."""
+
+    start_phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    """Each walk is started at one of these; the first one is compared, all must not fall."""
+    cycles: int = Field(22, ge=2)
+    """Right gait cycles of each walk after the settling ones."""
+    settling_cycles: int = Field(3, ge=0)
+    """Cycles left out at the start of each walk."""
+    filter_frequency: Positive = 10.0
+    """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments,
+    Hz, as the record was filtered."""
+
+
+class Configuration(Section):
+    """All sections and the seed of every random number."""
+
+    seed: int = Field(0, ge=0)
+    contact: Contact = Contact()
+    servo: Servo = Servo()
+    environment: Environment = Environment()
+    reward: Reward = Reward()
+    randomisation: Randomisation = Randomisation()
+    training: Training = Training()
+    identification: Identification = Identification()
+    validation: Validation = Validation()
+
+
+def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in changes.items():
+        if isinstance(value, dict) and isinstance(merged.get(key), dict):
+            value = _merge(merged[key], value)
+        merged[key] = value
+    return merged
+
+
+def _setting(text: str) -> dict[str, Any]:
+    name, separator, value = text.partition("=")
+    if not separator or not name.strip():
+        raise ConfigurationError(
+            f"--set {text}: not of the form section.key=value, for example "
+            "--set training.samples=500000."
+        )
+    try:
+        parsed = tomllib.loads(f"value = {value.strip()}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    for part in reversed(name.strip().split(".")):
+        parsed = {part: parsed}
+    assert isinstance(parsed, dict)
+    return parsed
+
+
+def _names(section: type[BaseModel]) -> str:
+    return ", ".join(section.model_fields)
+
+
+def _explain(error: ValidationError, origin: str) -> str:
+    lines = []
+    for problem in error.errors():
+        place = [str(part) for part in problem["loc"]]
+        if problem["type"] == "extra_forbidden":
+            known: type[BaseModel] = Configuration
+            for part in place[:-1]:
+                annotation = known.model_fields[part].annotation
+                assert isinstance(annotation, type)
+                known = annotation
+            lines.append(f"{'.'.join(place)}: unknown; known here are {_names(known)}.")
+        else:
+            lines.append(f"{'.'.join(place)}: {problem['msg']}, but it is {problem['input']!r}.")
+    return f"{origin}: " + "\n".join(lines)
+
+
+def load_configuration(
+    path: Path | None = None, *, settings: Sequence[str] = ()
+) -> Configuration:
+    """The default configuration, overridden by a TOML file and then by `settings`.
+
+    Parameters
+    ----------
+    path : TOML file with some of the sections and keys of `Configuration`.
+    settings : texts `section.key=value`, the value written as in TOML.
+
+    Raises
+    ------
+    ConfigurationError : unknown key, wrong type, value out of range, unreadable file.
+    """
+    values: dict[str, Any] = {}
+    if path is not None:
+        try:
+            values = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ConfigurationError(f"{path}: no such configuration file.") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigurationError(f"{path}: not valid TOML ({error}).") from None
+    for text in settings:
+        values = _merge(values, _setting(text))
+    try:
+        return Configuration.model_validate(values)
+    except ValidationError as error:
+        origin = " ".join([str(path)] * (path is not None) + [f"--set {s}" for s in settings])
+        raise ConfigurationError(_explain(error, origin)) from None

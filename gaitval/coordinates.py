@@ -1,0 +1,106 @@
+"""Names, order, axes and signs of the 31 coordinates of the humanoid.
+
+Axes follow REP-103: x forward, y left, z up. Joint coordinates follow the clinical
+convention on both sides of the body, so a positive value means the same movement left and
+right: flexion (dorsiflexion, toe extension), adduction (inversion), internal rotation. The
+names are OpenSim's (Rajagopal et al. 2016). A coordinate of a joint turns about a fixed axis
+of the frame that the previous coordinate has turned: flexion, adduction, rotation (the ISB
+order; Grood and Suntay 1983).
+
+| coordinate        | axis, right side | axis, left side | positive                         |
+|-------------------|------------------|-----------------|----------------------------------|
+| hip_flexion       | -y               | -y              | thigh forward                    |
+| hip_adduction     | +x               | -x              | thigh towards the midline        |
+| hip_rotation      | +z               | -z              | toes towards the midline         |
+| knee_angle        | +y               | +y              | flexion (shank backward)         |
+| ankle_angle       | -y               | -y              | dorsiflexion (toes up)           |
+| subtalar_angle    | +x               | -x              | inversion (sole to the midline)  |
+| mtp_angle         | -y               | -y              | extension (toes up)              |
+| lumbar_extension  | -y               |                 | trunk backward                   |
+| lumbar_bending    | +x               |                 | trunk to the right               |
+| lumbar_rotation   | +z               |                 | trunk turned to the left         |
+| arm_flex          | -y               | -y              | arm forward                      |
+| arm_add           | +x               | -x              | arm towards the midline          |
+| arm_rot           | +z               | -z              | internal rotation                |
+| elbow_flex        | -y               | -y              | forearm forward                  |
+
+The pelvis (root) has six coordinates: a rotation vector in world axes and the position of its
+origin, the middle of the hip joint centres, in that order as in `dartpy`'s FreeJoint.
+"""
+
+from typing import Final, Literal
+
+Side = Literal["right", "left"]
+SIDES: Final[tuple[Side, Side]] = ("right", "left")
+
+ROOT: Final = (
+    "pelvis_rx",
+    "pelvis_ry",
+    "pelvis_rz",
+    "pelvis_tx",
+    "pelvis_ty",
+    "pelvis_tz",
+)
+
+_LEG: Final = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "ankle_angle",
+    "subtalar_angle",
+    "mtp_angle",
+)
+_ARM: Final = ("arm_flex", "arm_add", "arm_rot", "elbow_flex")
+
+LUMBAR: Final = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
+
+ACTUATED: Final[tuple[str, ...]] = (
+    *(f"{name}_r" for name in _LEG),
+    *(f"{name}_l" for name in _LEG),
+    *LUMBAR,
+    *(f"{name}_r" for name in _ARM),
+    *(f"{name}_l" for name in _ARM),
+)
+"""The 25 actuated coordinates, in the order of every array of joint angles and moments."""
+
+COORDINATES: Final[tuple[str, ...]] = (*ROOT, *ACTUATED)
+"""All 31 coordinates, root first."""
+
+AXES: Final[dict[str, tuple[float, float, float]]] = {
+    "hip_flexion_r": (0, -1, 0),
+    "hip_adduction_r": (1, 0, 0),
+    "hip_rotation_r": (0, 0, 1),
+    "knee_angle_r": (0, 1, 0),
+    "ankle_angle_r": (0, -1, 0),
+    "subtalar_angle_r": (1, 0, 0),
+    "mtp_angle_r": (0, -1, 0),
+    "hip_flexion_l": (0, -1, 0),
+    "hip_adduction_l": (-1, 0, 0),
+    "hip_rotation_l": (0, 0, -1),
+    "knee_angle_l": (0, 1, 0),
+    "ankle_angle_l": (0, -1, 0),
+    "subtalar_angle_l": (-1, 0, 0),
+    "mtp_angle_l": (0, -1, 0),
+    "lumbar_extension": (0, -1, 0),
+    "lumbar_bending": (1, 0, 0),
+    "lumbar_rotation": (0, 0, 1),
+    "arm_flex_r": (0, -1, 0),
+    "arm_add_r": (1, 0, 0),
+    "arm_rot_r": (0, 0, 1),
+    "elbow_flex_r": (0, -1, 0),
+    "arm_flex_l": (0, -1, 0),
+    "arm_add_l": (-1, 0, 0),
+    "arm_rot_l": (0, 0, -1),
+    "elbow_flex_l": (0, -1, 0),
+}
+"""Axis of each actuated coordinate in the parent's frame at the neutral pose (REP-103)."""
+
+
+def mirrored(name: str) -> str:
+    """Name of the same coordinate on the other side; midline names stay as they are."""
+    if name.endswith("_r"):
+        return name[:-1] + "l"
+    if name.endswith("_l"):
+        return name[:-1] + "r"
+    return name
