@@ -1,0 +1,48 @@
+# `make` or `make help` lists what there is. Every target sets up on first use.
+VENV := $(or $(GAITVAL_VENV),.venv)
+BIN := $(VENV)/bin
+S ?= 5
+OUT ?=
+SET ?=
+PYTEST_ARGS ?=
+
+settings := $(foreach setting,$(SET),--set $(setting))
+
+.DEFAULT_GOAL := help
+.PHONY: help setup subject test lint baseline check wheel clean
+
+help: ## This list
+	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
+	@echo
+	@sed -n 's/^\([a-z]*\):.*## /  make \1|/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-16s %s\n", $$1, $$2}'
+	@echo
+	@echo 'Examples: make subject S=5'
+	@echo '          make subject S=5 SCRATCH=1 OUT=/tmp/S05'
+	@echo '          make subject S=5 SET="seed=1 training.samples=500000"'
+
+setup: ## Install everything into .venv (no-op when up to date)
+	@bash scripts/setup.sh
+
+subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothing, OUT=, SET="a=b c=d"
+	@$(BIN)/gaitval subject $(S) $(if $(OUT),--out $(OUT)) $(if $(filter-out 0,$(SCRATCH)),--scratch) $(settings)
+
+test: setup ## All tests; PYTEST_ARGS="-k scaling" for some of them
+	@$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile $(PYTEST_ARGS)
+
+lint: setup ## ruff and mypy --strict
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy --strict gaitval
+
+baseline: setup ## Make the finished run of subject S its stored baseline (policy, mu, metrics)
+	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT))
+
+check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
+	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline/metrics.json
+
+wheel: setup ## Build the wheel into dist/
+	@$(BIN)/python -m build --wheel
+
+clean: ## Remove .venv, caches and built files; results in reports/ stay
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks
+	find gaitval tests benchmarks -name __pycache__ -type d -exec rm -rf {} +
