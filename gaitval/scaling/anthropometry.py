@@ -1,0 +1,133 @@
+"""Published body proportions: de Leva's inertia parameters and Winter's lengths.
+
+de Leva, P. (1996) Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters,
+J Biomech 29:1223-1230, Table 4. The fractions are as tabulated (CC BY 4.0) in the course
+notes of Duarte and Watanabe; the mean lengths agree with the alternative end points of the
+same table (equal radii of gyration in mm), which a test checks.
+
+Winter, D. A. (2009) Biomechanics and Motor Control of Human Movement, 4th ed., Fig. 4.1
+(after Drillis and Contini, 1966): segment lengths as fractions of stature.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Sex = Literal["F", "M"]
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """One segment of de Leva's table.
+
+    Attributes
+    ----------
+    length : mean length between the end points, m.
+    mass : fraction of body mass.
+    centre_of_mass : distance from the first end point, fraction of the length.
+    sagittal, transverse, longitudinal : radii of gyration about axes through the centre of
+        mass, fraction of the length. The sagittal axis runs from back to front and the
+        transverse axis from side to side (the trunk, wider than deep, has the larger radius
+        about the sagittal one); the longitudinal axis joins the end points.
+    """
+
+    length: float
+    mass: float
+    centre_of_mass: float
+    sagittal: float
+    transverse: float
+    longitudinal: float
+
+
+DE_LEVA: Final[dict[Sex, dict[str, Proportions]]] = {
+    "F": {
+        "head": Proportions(0.2437, 0.0668, 0.4841, 0.271, 0.295, 0.261),
+        "upper trunk": Proportions(0.2280, 0.1545, 0.5050, 0.466, 0.314, 0.449),
+        "middle trunk": Proportions(0.2053, 0.1465, 0.4512, 0.433, 0.354, 0.415),
+        "lower trunk": Proportions(0.1815, 0.1247, 0.4920, 0.433, 0.402, 0.444),
+        "upper arm": Proportions(0.2751, 0.0255, 0.5754, 0.278, 0.260, 0.148),
+        "forearm": Proportions(0.2643, 0.0138, 0.4559, 0.261, 0.257, 0.094),
+        "hand": Proportions(0.0780, 0.0056, 0.7474, 0.531, 0.454, 0.335),
+        "thigh": Proportions(0.3685, 0.1478, 0.3612, 0.369, 0.364, 0.162),
+        "shank": Proportions(0.4386, 0.0481, 0.4352, 0.267, 0.263, 0.092),
+        "foot": Proportions(0.2283, 0.0129, 0.4014, 0.299, 0.279, 0.139),
+    },
+    "M": {
+        "head": Proportions(0.2429, 0.0694, 0.5002, 0.303, 0.315, 0.261),
+        "upper trunk": Proportions(0.2421, 0.1596, 0.5066, 0.505, 0.320, 0.465),
+        "middle trunk": Proportions(0.2155, 0.1633, 0.4502, 0.482, 0.383, 0.468),
+        "lower trunk": Proportions(0.1457, 0.1117, 0.6115, 0.615, 0.551, 0.587),
+        "upper arm": Proportions(0.2817, 0.0271, 0.5772, 0.285, 0.269, 0.158),
+        "forearm": Proportions(0.2689, 0.0162, 0.4574, 0.276, 0.265, 0.121),
+        "hand": Proportions(0.0862, 0.0061, 0.7900, 0.628, 0.513, 0.401),
+        "thigh": Proportions(0.4222, 0.1416, 0.4095, 0.329, 0.329, 0.149),
+        "shank": Proportions(0.4403, 0.0433, 0.4395, 0.251, 0.246, 0.102),
+        "foot": Proportions(0.2581, 0.0137, 0.4415, 0.257, 0.245, 0.124),
+    },
+}
+"""End points: head VERT-CERV, upper trunk CERV-XYPH, middle trunk XYPH-OMPH, lower trunk
+OMPH-MIDH, upper arm SJC-EJC, forearm EJC-WJC, hand WJC-MET3, thigh HJC-KJC, shank KJC-AJC,
+foot HEEL-TTIP (de Leva's names)."""
+
+PAIRED: Final = ("upper arm", "forearm", "hand", "thigh", "shank", "foot")
+"""Segments that a body has two of."""
+
+SHOULDER_HEIGHT: Final[dict[Sex, float]] = {"F": 0.4979, "M": 0.5155}
+"""Mean height of the shoulder joints above the hip joints, MIDS-MIDH, m (de Leva, Table 4)."""
+
+HAND_LENGTH: Final[dict[Sex, float]] = {"F": 0.1701, "M": 0.1879}
+"""Mean length from the wrist joint to the tip of the third finger, WJC-DAC3, m (Table 4)."""
+
+STATURE: Final[dict[Sex, float]] = {"F": 1.735, "M": 1.741}
+"""Mean stature of de Leva's subjects, m (Table 4)."""
+
+WINTER: Final[dict[str, float]] = {
+    "thigh": 0.245,
+    "shank": 0.246,
+    "foot": 0.152,
+    "ankle height": 0.039,
+}
+"""Segment length as a fraction of stature."""
+
+SHOULDER_HALF_WIDTH: Final = 0.100
+"""Shoulder joint to midline as a fraction of stature: 0.170 m in the 1.70 m tall model of
+Rajagopal et al. (2016)."""
+
+TOES_MASS: Final = 0.138
+"""Share of the foot's mass in the toes: 0.2166 of 1.5666 kg in Rajagopal et al. (2016)."""
+
+
+def mass_fractions(sex: Sex) -> dict[str, float]:
+    """Mass of each segment of de Leva's table as a fraction of body mass, rescaled so that
+    the whole body's fractions add up to one (as tabulated: 0.9999 and 1.0001)."""
+    table = DE_LEVA[sex]
+    total = sum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
+    return {name: p.mass / total for name, p in table.items()}
+
+
+def mean_length(sex: Sex, segment: str, stature: float) -> float:
+    """de Leva's mean length of a segment, m, scaled in proportion to stature (m)."""
+    return DE_LEVA[sex][segment].length * stature / STATURE[sex]
+
+
+def inertia_tensor(
+    proportions: Proportions,
+    mass: float,
+    length: float,
+    axes: tuple[str, str, str] = ("sagittal", "transverse", "longitudinal"),
+) -> NDArray[np.float64]:
+    """Inertia about the centre of mass, kg m², shape (3, 3), diagonal in the segment's axes.
+
+    `axes` names the anatomical axis that lies along x, y and z: by default that of a segment
+    whose long axis is vertical.
+    """
+    radii = np.array([getattr(proportions, axis) for axis in axes])
+    return np.asarray(np.diag(mass * (radii * length) ** 2))
+
+
+def shifted_inertia(mass: float, offset: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What a mass (kg) at `offset` (3,) m from a point adds to the inertia about that point
+    (parallel axis theorem), kg m², shape (3, 3)."""
+    return np.asarray(mass * (offset @ offset * np.eye(3) - np.outer(offset, offset)))

@@ -1,0 +1,505 @@
+"""Body model of one person from a standing trial, stature, mass and sex.
+
+Joint centres of the legs come from the markers (`joint_centres`), masses and inertias from
+de Leva (1996), and what no marker shows (trunk, head, arms) from his mean lengths scaled to
+the person. The model is mirror-symmetric: it takes the mean of the right and the left leg.
+
+In the neutral pose (all coordinates zero) the legs are straight and vertical, the soles lie
+flat in the plane z = 0 of the feet, the arms hang with the palms to the thighs, and the
+pelvis is turned so that the plane of the ASIS and PSIS is level, as the pelvis angles of
+clinical gait analysis have it. In standing that plane tilts forward by `pelvic_tilt`, and
+de Leva's trunk is straight above the hips; so the lumbar joint lies behind the hips here.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Protocol
+
+import numpy as np
+import pandas as pd
+
+from gaitval.coordinates import SIDES
+from gaitval.errors import ScalingError
+from gaitval.scaling.anthropometry import (
+    DE_LEVA,
+    HAND_LENGTH,
+    SHOULDER_HALF_WIDTH,
+    SHOULDER_HEIGHT,
+    STATURE,
+    TOES_MASS,
+    WINTER,
+    Sex,
+    inertia_tensor,
+    mass_fractions,
+    mean_length,
+    shifted_inertia,
+)
+from gaitval.scaling.joint_centres import Measurements, Vector, measure
+from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
+
+PLAUSIBLE_FACTOR = (0.80, 1.25)
+"""Measured over expected length. Lengths relative to stature have a coefficient of variation
+of 4-6 %, so this is four standard deviations."""
+
+PLAUSIBLE_ANKLE_FACTOR = (0.70, 1.60)
+"""The same for the ankle height: Winter's is that of the lateral malleolus of a cadaver;
+outside, the floor is not at z = 0."""
+
+LARGEST_ASYMMETRY = 0.025
+"""Largest plausible difference between right and left, m."""
+
+PLAUSIBLE_TILT = (-15.0, 40.0)
+"""Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
+about 12 +- 6."""
+
+SPHERE_RADIUS = 0.032
+"""Radius of the contact spheres, m (Falisse et al. 2022)."""
+
+SPHERES = {
+    "heel": ("foot", 0.0019, -0.0038),
+    "midfoot_lateral": ("foot", 0.0662, 0.0264),
+    "ball_medial": ("foot", 0.1484, -0.0287),
+    "ball_lateral": ("foot", 0.1330, 0.0516),
+    "toes_medial": ("toes", 0.1788 + 0.0600, 0.00108 - 0.0188),
+    "toes_lateral": ("toes", 0.1788 + 0.0450, 0.00108 + 0.0619),
+}
+"""Segment, and forward and lateral position of each sphere under the published right foot, m,
+from the origin of OpenSim's calcaneus (Falisse et al. 2022; the toes' joint of Rajagopal et
+al. 2016 is at 0.1788, 0.00108)."""
+
+PUBLISHED_WIDTH = 0.0951
+"""Distance between markers on the first and fifth metatarsal heads of the published foot, m:
+the lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, and the medial
+one is taken to lie as far inside."""
+
+class Person(Protocol):
+    """What scaling needs of a subject; `gaitval.data.subject.Subject` has it."""
+
+    @property
+    def identifier(self) -> str: ...
+    @property
+    def sex(self) -> Sex: ...
+    @property
+    def mass_kg(self) -> float: ...
+    @property
+    def height_m(self) -> float: ...
+    @property
+    def markers(self) -> Mapping[str, Sequence[float]]: ...
+
+
+@dataclass(frozen=True)
+class SegmentRow:
+    """One line of the scaling table.
+
+    Attributes
+    ----------
+    segment : what was measured or scaled.
+    right_m, left_m : measured length of each side, m; None where no marker shows it.
+    length_m : length in the model, m.
+    mass_kg : mass of one such segment, kg; None for a length that carries none.
+    factor : `length_m` over the population's mean for this stature (see `source`).
+    source : where the length, the population's mean and the mass come from.
+    """
+
+    segment: str
+    right_m: float | None
+    left_m: float | None
+    length_m: float
+    mass_kg: float | None
+    factor: float
+    source: str
+
+
+@dataclass(frozen=True)
+class ScaledBody:
+    """The model of a person and the table of how it was scaled."""
+
+    model: BodyModel
+    table: tuple[SegmentRow, ...]
+
+    def frame(self) -> pd.DataFrame:
+        """The table with a row per segment and the fields of `SegmentRow` as columns."""
+        return pd.DataFrame([asdict(row) for row in self.table])
+
+
+@dataclass(frozen=True)
+class _Lengths:
+    """Lengths of the model, m; the foot's points as in `joint_centres.Leg`."""
+
+    thigh: float
+    shank: float
+    ankle_height: float
+    heel: Vector
+    metatarsals: Vector
+    foot: float
+    head: float
+    upper_trunk: float
+    middle_trunk: float
+    lower_trunk: float
+    shoulder_height: float
+    shoulder_half_width: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    hand_with_fingers: float
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A rigid piece: mass, centre of mass (3,) m, inertia (3, 3) about it."""
+
+    mass: float
+    centre: Vector
+    inertia: Vector
+
+
+def scale_subject(subject: Person) -> ScaledBody:
+    """Scale the body model to a person.
+
+    Parameters
+    ----------
+    subject : sex "F" or "M", mass in kg, stature in m, markers of a standing trial in m
+        (x forward, y left, z up, floor at z = 0).
+
+    Returns
+    -------
+    ScaledBody : the model, whose mass is exactly the subject's, and the scaling table.
+
+    Raises
+    ------
+    ScalingError : the markers cannot be used (see `joint_centres.measure`), or the body
+        they give is not plausible; all implausible lengths are listed.
+    """
+    measured = measure(subject.markers)
+    lengths = _lengths(measured, subject)
+    table = _table(measured, lengths, subject)
+    _check(measured, table, subject)
+    return ScaledBody(_build(measured, lengths, subject), table)
+
+
+def _lengths(measured: Measurements, subject: Person) -> _Lengths:
+    right, left, sex = measured.right, measured.left, subject.sex
+    trunk = _trunk_factor(measured, subject)
+    proportions = DE_LEVA[sex]
+    stature_factor = subject.height_m / STATURE[sex]
+    return _Lengths(
+        thigh=(right.thigh + left.thigh) / 2,
+        shank=(right.shank + left.shank) / 2,
+        ankle_height=(right.ankle_height + left.ankle_height) / 2,
+        heel=(right.heel + left.heel) / 2,
+        metatarsals=(right.metatarsals + left.metatarsals) / 2,
+        foot=(right.foot_length + left.foot_length) / 2,
+        head=proportions["head"].length * trunk,
+        upper_trunk=proportions["upper trunk"].length * trunk,
+        middle_trunk=proportions["middle trunk"].length * trunk,
+        lower_trunk=proportions["lower trunk"].length * trunk,
+        shoulder_height=SHOULDER_HEIGHT[sex] * trunk,
+        shoulder_half_width=SHOULDER_HALF_WIDTH * subject.height_m,
+        upper_arm=mean_length(sex, "upper arm", subject.height_m),
+        forearm=mean_length(sex, "forearm", subject.height_m),
+        hand=mean_length(sex, "hand", subject.height_m),
+        hand_with_fingers=HAND_LENGTH[sex] * stature_factor,
+    )
+
+
+def _trunk_factor(measured: Measurements, subject: Person) -> float:
+    """Factor on de Leva's trunk and head that fills the stature above the hip joints."""
+    table = DE_LEVA[subject.sex]
+    names = ("head", "upper trunk", "middle trunk", "lower trunk")
+    return (subject.height_m - measured.hip_height) / sum(table[name].length for name in names)
+
+
+def _table(
+    measured: Measurements, lengths: _Lengths, subject: Person
+) -> tuple[SegmentRow, ...]:
+    stature, sex = subject.height_m, subject.sex
+    fractions = mass_fractions(sex)
+
+    def leg(name: str, attribute: str, length: float, source: str, segment: str | None) -> SegmentRow:
+        return SegmentRow(
+            segment=name,
+            right_m=getattr(measured.right, attribute),
+            left_m=getattr(measured.left, attribute),
+            length_m=length,
+            mass_kg=None if segment is None else fractions[segment] * subject.mass_kg,
+            factor=length / (WINTER[name] * stature),
+            source=f"{source}; mean: Winter {WINTER[name]:g} of stature",
+        )
+
+    def upper(name: str, length: float, source: str) -> SegmentRow:
+        return SegmentRow(
+            segment=name,
+            right_m=None,
+            left_m=None,
+            length_m=length,
+            mass_kg=fractions[name] * subject.mass_kg,
+            factor=length / mean_length(sex, name, stature),
+            source=f"{source}; mean: de Leva, scaled to stature",
+        )
+
+    filled = "de Leva, scaled to fill the stature above the hips"
+    scaled = "de Leva, scaled to stature"
+    return (
+        leg("thigh", "thigh", lengths.thigh, "markers, hip after Harrington", "thigh"),
+        leg("shank", "shank", lengths.shank, "markers", "shank"),
+        leg("foot", "foot_length", lengths.foot, "markers, ball-of-foot ratio", "foot"),
+        leg("ankle height", "ankle_height", lengths.ankle_height, "markers", None),
+        upper("lower trunk", lengths.lower_trunk, filled),
+        upper("middle trunk", lengths.middle_trunk, filled),
+        upper("upper trunk", lengths.upper_trunk, filled),
+        upper("head", lengths.head, filled),
+        upper("upper arm", lengths.upper_arm, scaled),
+        upper("forearm", lengths.forearm, scaled),
+        upper("hand", lengths.hand, scaled),
+    )
+
+
+def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Person) -> None:
+    problems = []
+    for row in table:
+        low, high = (
+            PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
+        )
+        if not low <= row.factor <= high:
+            problems.append(
+                f"{row.segment}: {row.length_m:.3f} m is {row.factor:.2f} of what a stature of "
+                f"{subject.height_m:.3f} m leads to expect (plausible: {low:g} to {high:g})"
+            )
+        if row.right_m is not None and row.left_m is not None:
+            difference = abs(row.right_m - row.left_m)
+            if difference > LARGEST_ASYMMETRY:
+                problems.append(
+                    f"{row.segment}: right {row.right_m:.3f} m and left {row.left_m:.3f} m "
+                    f"differ by more than {LARGEST_ASYMMETRY:g} m"
+                )
+    tilt = np.degrees(measured.pelvic_tilt)
+    if not PLAUSIBLE_TILT[0] <= tilt <= PLAUSIBLE_TILT[1]:
+        problems.append(
+            f"pelvis: tilted forward by {tilt:.0f} degrees in standing (plausible: "
+            f"{PLAUSIBLE_TILT[0]:g} to {PLAUSIBLE_TILT[1]:g})"
+        )
+    if problems:
+        raise ScalingError(
+            f"the standing trial of {subject.identifier} gives no plausible body:\n  "
+            + "\n  ".join(problems)
+            + "\nCheck the names and units of the markers, that the floor is at z = 0, and "
+            "the stature."
+        )
+
+
+def _build(measured: Measurements, lengths: _Lengths, subject: Person) -> BodyModel:
+    masses = {
+        name: fraction * subject.mass_kg for name, fraction in mass_fractions(subject.sex).items()
+    }
+    bodies = {
+        "pelvis": (np.zeros(3), _pelvis(measured, lengths, masses, subject.sex)),
+        "torso": (_lumbar_joint(measured, lengths), _torso(lengths, masses, subject.sex)),
+    }
+    foot, toes = _foot_and_toes(lengths, masses["foot"], subject.sex)
+    right = {
+        "thigh": (
+            np.array([0.0, -measured.hip_half_width, 0.0]),
+            _hanging("thigh", masses, lengths.thigh, subject.sex),
+        ),
+        "shank": (
+            np.array([0.0, 0.0, -lengths.thigh]),
+            _hanging("shank", masses, lengths.shank, subject.sex),
+        ),
+        "foot": (np.array([0.0, 0.0, -lengths.shank]), foot),
+        "toes": (_toe_joint(lengths), toes),
+        "upper_arm": (
+            np.array(
+                [
+                    0.0,
+                    -lengths.shoulder_half_width,
+                    lengths.shoulder_height - lengths.lower_trunk,
+                ]
+            ),
+            _hanging("upper arm", masses, lengths.upper_arm, subject.sex),
+        ),
+        "forearm": (
+            np.array([0.0, 0.0, -lengths.upper_arm]),
+            _forearm_and_hand(lengths, masses, subject.sex),
+        ),
+    }
+    mirror = np.array([1.0, -1.0, 1.0])
+    for name, (joint, part) in right.items():
+        bodies[f"{name}_r"] = joint, part
+        bodies[f"{name}_l"] = mirror * joint, _mirrored(part)
+    return BodyModel(
+        name=subject.identifier,
+        segments=tuple(
+            Segment(name, bodies[name][0], part.mass, part.centre, part.inertia)
+            for name in SEGMENTS
+            for part in [bodies[name][1]]
+        ),
+        spheres=_spheres(lengths),
+    )
+
+
+def _mirrored(part: _Part) -> _Part:
+    mirror = np.diag([1.0, -1.0, 1.0])
+    return _Part(part.mass, mirror @ part.centre, mirror @ part.inertia @ mirror)
+
+
+def _combined(parts: Sequence[_Part]) -> _Part:
+    """Several pieces, all in the same axes, as one rigid body."""
+    mass = sum(part.mass for part in parts)
+    centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
+    inertia = sum(
+        (part.inertia + shifted_inertia(part.mass, part.centre - centre) for part in parts),
+        np.zeros((3, 3)),
+    )
+    return _Part(mass, centre, inertia)
+
+
+def _hanging(name: str, masses: Mapping[str, float], length: float, sex: Sex) -> _Part:
+    """A segment that hangs along -z from its joint."""
+    proportions = DE_LEVA[sex][name]
+    return _Part(
+        masses[name],
+        np.array([0.0, 0.0, -proportions.centre_of_mass * length]),
+        inertia_tensor(proportions, masses[name], length),
+    )
+
+
+def _forearm_and_hand(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
+    hand = DE_LEVA[sex]["hand"]
+    # The palm faces the thigh, a quarter turn from the anatomical position of the table.
+    hanging = _Part(
+        masses["hand"],
+        np.array([0.0, 0.0, -lengths.forearm - hand.centre_of_mass * lengths.hand]),
+        inertia_tensor(
+            hand, masses["hand"], lengths.hand, ("transverse", "sagittal", "longitudinal")
+        ),
+    )
+    return _combined([_hanging("forearm", masses, lengths.forearm, sex), hanging])
+
+
+def _standing_to_neutral(measured: Measurements) -> Vector:
+    """Rotation, (3, 3), that takes vectors fixed to the pelvis in standing to its axes."""
+    c, s = np.cos(measured.pelvic_tilt), np.sin(measured.pelvic_tilt)
+    return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+
+
+def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Vector:
+    """At the level of the navel (OMPH), where de Leva parts lower and middle trunk."""
+    return _standing_to_neutral(measured) @ np.array([0.0, 0.0, lengths.lower_trunk])
+
+
+def _pelvis(
+    measured: Measurements, lengths: _Lengths, masses: Mapping[str, float], sex: Sex
+) -> _Part:
+    proportions, length = DE_LEVA[sex]["lower trunk"], lengths.lower_trunk
+    mass = masses["lower trunk"]
+    turn = _standing_to_neutral(measured)
+    centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
+    return _Part(
+        mass, turn @ centre, turn @ inertia_tensor(proportions, mass, length) @ turn.T
+    )
+
+
+def _torso(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
+    """Middle and upper trunk and head, stacked upwards from the lumbar joint."""
+    parts = []
+    top = 0.0
+    for name, length in (
+        ("middle trunk", lengths.middle_trunk),
+        ("upper trunk", lengths.upper_trunk),
+        ("head", lengths.head),
+    ):
+        proportions = DE_LEVA[sex][name]
+        top += length
+        parts.append(
+            _Part(
+                masses[name],
+                np.array([0.0, 0.0, top - proportions.centre_of_mass * length]),
+                inertia_tensor(proportions, masses[name], length),
+            )
+        )
+    return _combined(parts)
+
+
+def _toe_joint(lengths: _Lengths) -> Vector:
+    """Between the first and fifth metatarsal heads, at half the height of the skin there."""
+    middle = lengths.metatarsals.mean(axis=0)
+    return np.array([middle[0], middle[1], (middle[2] - lengths.ankle_height) / 2])
+
+
+def _foot_and_toes(lengths: _Lengths, mass: float, sex: Sex) -> tuple[_Part, _Part]:
+    """de Leva's foot, from the heel to the toe tip at half the ankle's height, less the toes,
+    a solid ellipsoid from the toe joint to the tip; together they are de Leva's foot."""
+    proportions, toe_joint = DE_LEVA[sex]["foot"], _toe_joint(lengths)
+    share = proportions.centre_of_mass * lengths.foot
+    along = share / (toe_joint[0] - lengths.heel[0])
+    centre = np.array(
+        [
+            lengths.heel[0] + share,
+            lengths.heel[1] + along * (toe_joint[1] - lengths.heel[1]),
+            -lengths.ankle_height / 2,
+        ]
+    )
+    whole = inertia_tensor(
+        proportions, mass, lengths.foot, ("longitudinal", "transverse", "sagittal")
+    )
+
+    tip = lengths.heel[0] + lengths.foot
+    toes_length = tip - toe_joint[0]
+    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
+    height = 2 * (lengths.ankle_height + toe_joint[2])
+    squares = (np.array([toes_length, width, height]) / 2) ** 2
+    toes_mass = TOES_MASS * mass
+    toes = _Part(
+        toes_mass,
+        np.array([toes_length / 2, 0.0, 0.0]),
+        np.diag(toes_mass / 5 * (squares.sum() - squares)),
+    )
+
+    toes_centre = toe_joint + toes.centre
+    foot_mass = mass - toes_mass
+    foot_centre = (mass * centre - toes_mass * toes_centre) / foot_mass
+    inertia = (
+        whole
+        - toes.inertia
+        - shifted_inertia(toes_mass, toes_centre - centre)
+        - shifted_inertia(foot_mass, foot_centre - centre)
+    )
+    return _Part(foot_mass, foot_centre, inertia), toes
+
+
+def _spheres(lengths: _Lengths) -> tuple[ContactSphere, ...]:
+    """The published spheres under this foot: their outline from heel to toes is the foot's,
+    and they are spread in proportion to the width across the metatarsal heads.
+
+    The radius stays, since the stiffness of the contact was published with it.
+    """
+    forward = np.array([place[1] for place in SPHERES.values()])
+    lateral = np.array([place[2] for place in SPHERES.values()])
+    stretch = (lengths.foot - 2 * SPHERE_RADIUS) / (forward.max() - forward.min())
+    x = lengths.heel[0] + SPHERE_RADIUS + stretch * (forward - forward.min())
+    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
+    published_middle = (SPHERES["ball_medial"][2] + SPHERES["ball_lateral"][2]) / 2
+    y = (
+        lengths.metatarsals[:, 1].mean()
+        - width / PUBLISHED_WIDTH * (lateral - published_middle)
+    )
+    z = SPHERE_RADIUS - lengths.ankle_height
+    joint = _toe_joint(lengths)
+    spheres = []
+    for side in SIDES:
+        mirror = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
+        for (name, (segment, _, _)), forward_position, left_position in zip(
+            SPHERES.items(), x, y, strict=True
+        ):
+            place = np.array([forward_position, left_position, z])
+            if segment == "toes":
+                place = place - joint
+            spheres.append(
+                ContactSphere(
+                    name=f"contact_{name}_{side[0]}",
+                    segment=f"{segment}_{side[0]}",
+                    position=mirror * place,
+                    radius=SPHERE_RADIUS,
+                )
+            )
+    return tuple(spheres)
