@@ -1,0 +1,657 @@
+"""The `gaitval` command: one command per stage, and `subject` for all of them."""
+
+import csv
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+from typer.core import TyperGroup
+
+from gaitval import __version__
+from gaitval.artefacts import read_json
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.errors import GaitvalError, ToleranceError
+from gaitval.pipeline import (
+    INTERRUPTED,
+    Observer,
+    Run,
+    open_run,
+    run_one,
+    run_subject,
+    store_baseline,
+    walk_again,
+)
+
+STOPPED = 130
+"""Exit code after Ctrl-C, as shells have it."""
+INTERNAL = 70
+"""Exit code after an error in gaitval itself (EX_SOFTWARE of sysexits.h)."""
+PLAIN_SECONDS = 30.0
+"""Time between lines of progress where the output is not a terminal."""
+
+OVERVIEW = """Learn to walk as a recorded person walks, and measure how well it came out.
+
+A body model is scaled to a person, a policy learns to walk with it as the person's gait
+was recorded, uncertain body parameters are identified, and the simulated walk is compared
+with the record: joint angles, joint moments and ground reaction forces.
+
+Each stage reads and writes files of a run folder (reports/S05), is skipped when nothing
+that it reads has changed, and resumes after Ctrl-C or a kill. A stage alone keeps the
+settings of its run folder; `subject` starts from the defaults.
+
+Exit codes: 0 done, 1 accuracy lost (check), 2 input that cannot be used, 130 interrupted.
+"""
+
+output = Console()
+messages = Console(stderr=True)
+
+
+class _Commands(TyperGroup):
+    """Turns the errors that a user can mend into a message and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except GaitvalError as error:
+            messages.print(f"[bold red]{ctx.invoked_subcommand}:[/]", end=" ")
+            messages.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            messages.print("interrupted; the same command resumes", style="yellow")
+            raise typer.Exit(STOPPED) from None
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    epilog="Start with [bold]gaitval subject 5[/]; `gaitval COMMAND --help` has examples.",
+)
+
+SubjectArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SUBJECT",
+        help="Number (5), name (S05, WBDS14), or path of your own subject's TOML file.",
+        show_default=False,
+    ),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", "-o", help="Run folder; by default reports/S05 for S05.", show_default=False
+    ),
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        "-c",
+        help="TOML file with some of the settings; the others keep their values.",
+        show_default=False,
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="SECTION.KEY=VALUE",
+        help="One setting, for example training.samples=500000. May be repeated.",
+        show_default=False,
+    ),
+]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Run even where nothing that it reads has changed.")
+]
+RoundOption = Annotated[int, typer.Option("--round", min=1, help="Round of Algorithm 1.")]
+ScratchOption = Annotated[
+    bool, typer.Option("--scratch", help="Train from nothing, not from a stored policy.")
+]
+
+
+# --- progress ----------------------------------------------------------------------------
+
+
+class _Live(Observer):
+    """Tells of stages and their progress: a bar on a terminal, else a line now and then.
+
+    `console` may be a terminal or not.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.stage = ""
+        self._bar: Progress | None = None
+        self._task = TaskID(0)
+        self._begun = self._last_line = monotonic()
+        self._first_done = 0.0
+
+    def say(self, message: str) -> None:
+        self.console.print(message, markup=False, highlight=False, soft_wrap=True)
+
+    def skipped(self, stage: str) -> None:
+        self.say(f"{stage}: up to date")
+
+    def started(self, stage: str, reason: str) -> None:
+        self.stage = stage
+        self._begun = self._last_line = monotonic()
+        self._first_done = -1.0
+        self.say(f"{stage}: {reason}" + (", resuming" if reason == INTERRUPTED else ""))
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """Show how far a stage is.
+
+        Parameters
+        ----------
+        values : `total` and one of `samples`, `generation` or `done` count the work; all
+            others (`reward`, `cycles`, ...) are shown beside it.
+        """
+        unit = next(name for name in ("samples", "generation", "done") if name in values)
+        done, total = values[unit], values["total"]
+        rest = "  ".join(
+            f"{_label(name)} {value:.3g}"
+            for name, value in values.items()
+            if name not in (unit, "total")
+        )
+        if self._first_done < 0:
+            self._first_done = done
+        if self.console.is_terminal:
+            self._show_bar(unit, done, total, rest)
+        elif monotonic() - self._last_line >= PLAIN_SECONDS:
+            self._last_line = monotonic()
+            self.say(
+                f"{self.stage}: {done:,.0f} of {total:,.0f} {unit}  {rest}  "
+                f"{self._time_left(done, total)}"
+            )
+
+    def finished(self, stage: str, seconds: float) -> None:
+        self.close()
+        self.say(f"{stage}: done in {_duration(seconds)}")
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _show_bar(self, unit: str, done: float, total: float, rest: str) -> None:
+        if self._bar is None:
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TaskProgressColumn(),
+                TextColumn("{task.completed:,.0f} {task.fields[unit]}  {task.fields[rest]}"),
+                TimeElapsedColumn(),
+                TextColumn("left"),
+                # Rates differ between learning and evaluation, so look at minutes, not seconds.
+                TimeRemainingColumn(elapsed_when_finished=False),
+                console=self.console,
+                speed_estimate_period=180.0,
+                transient=True,
+            )
+            self._task = self._bar.add_task(
+                self.stage, total=total, completed=int(done), unit=unit, rest=rest
+            )
+            self._bar.start()
+        self._bar.update(self._task, completed=done, total=total, rest=rest)
+
+    def _time_left(self, done: float, total: float) -> str:
+        progressed = done - self._first_done
+        if progressed <= 0:
+            return ""
+        seconds = (monotonic() - self._begun) * (total - done) / progressed
+        return f"{_duration(seconds)} left"
+
+
+def _label(name: str) -> str:
+    return "cycles walked" if name == "cycles" else name.replace("_", " ")
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+# --- what all stage commands share -------------------------------------------------------
+
+
+def _configuration(
+    config: Path | None, settings: list[str] | None, stored: Path | None
+) -> Configuration:
+    """Settings of a command; a stage alone keeps those its run folder was made with."""
+    if config is None and stored is not None and stored.is_file():
+        config = stored
+    return load_configuration(config, settings=settings or ())
+
+
+@contextmanager
+def _opened(
+    subject: str,
+    out: Path | None,
+    config: Path | None,
+    settings: list[str] | None,
+    *,
+    keep_settings: bool,
+) -> Iterator[Run]:
+    from gaitval.data.subject import load_subject
+
+    person = load_subject(subject)
+    folder = out or Path("reports") / person.identifier
+    stored = folder / "configuration.toml" if keep_settings else None
+    live = _Live(messages)
+    try:
+        with open_run(person, _configuration(config, settings, stored), folder, live) as run:
+            yield run
+    finally:
+        live.close()
+
+
+def _stage(
+    name: str,
+    subject: str,
+    out: Path | None,
+    config: Path | None,
+    settings: list[str] | None,
+    force: bool,
+    *,
+    round_number: int = 1,
+    scratch: bool = False,
+) -> Path:
+    """Run one stage; the run folder."""
+    with _opened(subject, out, config, settings, keep_settings=True) as run:
+        run_one(run, name, round_number=round_number, scratch=scratch, force=force)
+        return run.folder
+
+
+def _print_csv(path: Path, title: str) -> None:
+    with path.open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    table = Table(title=title)
+    for name in header:
+        table.add_column(name.replace("_", " "), overflow="fold")
+    for row in rows:
+        table.add_row(*(_short(cell) for cell in row))
+    output.print(table)
+
+
+def _short(cell: str) -> str:
+    try:
+        return f"{float(cell):.4g}"
+    except ValueError:
+        return cell
+
+
+def _print_tolerances(metrics: Mapping[str, Any]) -> None:
+    """Verdicts of `metrics.json`, those that failed in red."""
+    table = Table(title=f"{metrics['subject']['identifier']}: accuracy against the record")
+    for name in ("measure", "of", "value", "limit", "unit", "status", "verdict"):
+        table.add_column(name)
+    for row in metrics["tolerances"]:
+        value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
+        limit = f"{row['limit'].replace('_', ' ')} {row['tolerance']:g}"
+        table.add_row(
+            row["measure"],
+            row["target"],
+            value,
+            limit,
+            row["unit"],
+            row["status"],
+            "pass" if row["passed"] else "[red]fail[/]",
+        )
+    output.print(table)
+
+
+# --- commands ----------------------------------------------------------------------------
+
+
+def _paragraphs(text: str) -> str:
+    """One line a paragraph, for the terminal to break."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+def _command(
+    *examples: str, name: str | None = None
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Register a command; its help is the docstring, with the examples below."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        shown = "\n".join(f"  {example}" for example in examples)
+        text = _paragraphs(function.__doc__ or "")
+        # \b keeps the lines of the examples.
+        app.command(name, help=f"{text}\n\n\b\nExamples:\n{shown}")(function)
+        return function
+
+    return register
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        output.print(f"gaitval {__version__}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback(help=_paragraphs(OVERVIEW))
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
+) -> None:
+    """Options of `gaitval` itself."""
+
+
+@_command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
+def subjects(
+    build: Annotated[
+        Path | None,
+        typer.Option(
+            "--build",
+            metavar="FOLDER",
+            help="Compute the table anew from the WBDS files in FOLDER.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option("--out", "-o", help="Where --build writes the subjects."),
+    ] = Path("subjects"),
+) -> None:
+    """List the built-in subjects, or compute them anew from the WBDS dataset."""
+    from gaitval.data.subject import builtin_subjects
+
+    if build is not None:
+        from gaitval.data.wbds import build_subjects
+
+        build_subjects(build, out)
+        output.print(f"Wrote the subjects to {out}", highlight=False)
+        return
+    table = Table(title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)")
+    for name in ("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"):
+        table.add_column(name)
+    for person in builtin_subjects():
+        table.add_row(
+            person.identifier,
+            person.source,
+            person.sex,
+            f"{person.age_years:g}",
+            f"{person.mass_kg:g}",
+            f"{person.height_m:g}",
+            f"{person.walking_speed_m_s:g}",
+        )
+    output.print(table)
+
+
+@_command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
+def scale(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Scale the body model to the subject: model.urdf, scaling.csv.
+
+    Segment lengths come from the markers of the standing trial, masses and inertias from de
+    Leva (1996). Prints length, mass, factor against the population mean and source of each.
+    """
+    folder = _stage("scale", subject, out, config, settings, force)
+    _print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
+
+
+@_command("gaitval reference 5")
+def reference(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Build the reference motion from the recorded gait: reference.npz."""
+    _stage("reference", subject, out, config, settings, force)
+
+
+@_command(
+    "gaitval train 5",
+    "gaitval train 5 --scratch --set training.samples=500000 --set seed=1",
+    "tensorboard --logdir reports/S05",
+)
+def train(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    round_number: RoundOption = 1,
+    scratch: ScratchOption = False,
+) -> None:
+    """Train a walking policy (PPO): rounds/1/policy.
+
+    The longest stage. Interrupt it when you like: the same command resumes. It starts from
+    the stored policy of the same body where there is one, else from nothing.
+    """
+    _stage(
+        "train",
+        subject,
+        out,
+        config,
+        settings,
+        force,
+        round_number=round_number,
+        scratch=scratch,
+    )
+
+
+@_command("gaitval identify 5", "gaitval identify 5 --set identification.generations=30")
+def identify(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    round_number: RoundOption = 1,
+) -> None:
+    """Identify the 14 body parameters mu (CMA-ES): identification.json.
+
+    Rolls the policy out at fixed mu, and looks for the joint damping, friction, lengths and
+    joint locations at which it walks most like the record.
+    """
+    _stage("identify", subject, out, config, settings, force, round_number=round_number)
+
+
+@_command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")
+def simulate(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Walk with the trained policy, without pushes: rollouts/.
+
+    From every start phase, with the nominal and with the identified body.
+    """
+    _stage("simulate", subject, out, config, settings, force)
+
+
+@_command("gaitval validate 5")
+def validate(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Compare the walks with the record and with tolerances: metrics.json.
+
+    Prints what passed and what failed; a failure is a result, so the exit code is 0. To hold
+    a policy to the accuracy it had, use `gaitval check`.
+    """
+    folder = _stage("validate", subject, out, config, settings, force)
+    _print_tolerances(read_json(folder / "metrics.json"))
+
+
+@_command("gaitval report 5")
+def report(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Write the report: report.html and report.pdf."""
+    folder = _stage("report", subject, out, config, settings, force)
+    output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
+
+
+@_command(
+    "gaitval subject 5               # from the stored policy: minutes",
+    "gaitval subject 5 --scratch     # from nothing: within the hour",
+    "gaitval subject my_patient.toml --out runs/patient",
+    "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
+    name="subject",
+)
+def subject_command(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    scratch: ScratchOption = False,
+) -> None:
+    """Do the main job: all stages, from the recorded gait to the report.
+
+    Trains and identifies in turn until epsilon is below identification.kappa or
+    identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
+    """
+    with _opened(subject, out, config, settings, keep_settings=False) as run:
+        run_subject(run, scratch=scratch, force=force)
+    _print_tolerances(read_json(run.folder / "metrics.json"))
+    output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+
+
+@_command("gaitval baseline 5")
+def baseline(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    target: Annotated[
+        Path | None,
+        typer.Option(
+            "--to", help="Where to store it; by default RUN FOLDER/baseline.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Store the policy, mu and metrics of a finished run, for `gaitval check`.
+
+    Commit the folder that this writes: it is small, and holds all that `check` needs.
+    """
+    from gaitval.data.subject import load_subject
+
+    folder = out or Path("reports") / load_subject(subject).identifier
+    target = target or folder / "baseline"
+    store_baseline(folder, target)
+    output.print(f"Stored {target}", highlight=False)
+
+
+@_command(
+    "gaitval check --baseline reports/S05/baseline/metrics.json",
+    "gaitval check --baseline reports/S05/baseline/metrics.json --junit accuracy.xml",
+)
+def check(
+    baseline: Annotated[
+        Path,
+        typer.Option(
+            "--baseline",
+            metavar="FILE",
+            help="metrics.json of a stored baseline, with the policy beside it.",
+            show_default=False,
+        ),
+    ],
+    junit: Annotated[
+        Path | None,
+        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
+    ] = None,
+) -> None:
+    """Walk a stored policy again, and fail where accuracy was lost.
+
+    Simulates and validates with the code and libraries of now, and compares every measure
+    with the stored one. Exit code 1 and a table of what moved where a measure got worse by
+    more than its margin; 0 otherwise.
+    """
+    from gaitval.metrics.regression import compare, lost, write_junit
+
+    stored = read_json(baseline)
+    live = _Live(messages)
+    try:
+        rows = compare(stored, walk_again(baseline.parent, live))
+    finally:
+        live.close()
+    if junit is not None:
+        write_junit(rows, junit)
+    moved = [row for row in rows if row.change != "kept"]
+    if moved:
+        table = Table(title="What moved by more than its margin")
+        for name in ("measure", "of", "baseline", "now", "margin", "unit", "change"):
+            table.add_column(name)
+        for row in moved:
+            table.add_row(
+                row.measure,
+                row.target,
+                _number(row.baseline),
+                _number(row.current),
+                f"{row.margin:g}",
+                row.unit,
+                "[red]lost[/]" if row.change == "lost" else row.change,
+            )
+        output.print(table)
+    failures = lost(rows)
+    if failures:
+        raise ToleranceError(
+            f"{len(failures)} of {len(rows)} measures are worse than in {baseline} by more than "
+            "their margin (table above). If the change is meant, store a new baseline with "
+            "`gaitval baseline SUBJECT`."
+        )
+    output.print(f"{len(rows)} measures within their margins of {baseline}", highlight=False)
+
+
+def _number(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"
+
+
+def main() -> None:
+    """Entry point of the `gaitval` command."""
+    try:
+        app()
+    except Exception as error:
+        if os.environ.get("GAITVAL_TRACEBACK"):
+            traceback.print_exc()
+        messages.print(
+            f"internal error: {type(error).__name__}: {error}\nThis is a fault of gaitval or of "
+            "this machine (disk full, memory?), not of your input. Set GAITVAL_TRACEBACK=1 and "
+            "run the same command again to see where it happens; finished work is kept.",
+            style="red",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )
+        sys.exit(INTERNAL)

@@ -1,0 +1,693 @@
+"""Runs the stages of a subject in order, each only when what it reads has changed.
+
+A stage is a function that reads and writes files of one run folder. `stages.json` there keeps,
+for every stage, the hashes of all it depended on and of all it wrote; a stage whose hashes
+still hold is skipped. `provenance.json` keeps versions, seed, hashes and wall times. Only
+`provenance.json` holds times, so that equal runs give equal files.
+
+Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
+round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is then copied to
+`policy/` and `identification.json`, where the later stages read it.
+"""
+
+import fcntl
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
+
+from gaitval import __version__
+from gaitval.artefacts import (
+    file_hash,
+    read_json,
+    replacing,
+    value_hash,
+    versions,
+    write_json,
+    write_text,
+)
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.errors import ArtefactError, PolicyError
+
+if TYPE_CHECKING:
+    from gaitval.data.subject import Subject
+
+POLICY_FILES = ("policy.safetensors", "policy.json")
+"""A stored policy: weights, and everything else about it."""
+
+STORED_FILES = (
+    "subject.toml",
+    "configuration.toml",
+    *(f"policy/{name}" for name in POLICY_FILES),
+    "identification.json",
+    "metrics.json",
+)
+"""What a baseline keeps of a run folder; enough to walk the policy again."""
+
+
+INTERRUPTED = "was interrupted"
+"""The reason to run a stage that can resume."""
+
+
+class Observer:
+    """Hears what the pipeline does. This one stays silent; the command line's prints."""
+
+    def say(self, message: str) -> None:
+        """One line for the user."""
+
+    def skipped(self, stage: str) -> None:
+        """`stage` was up to date."""
+
+    def started(self, stage: str, reason: str) -> None:
+        """`stage` runs now, because of `reason`."""
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """How far the running stage is: what its `on_progress` gets."""
+
+    def finished(self, stage: str, seconds: float) -> None:
+        """`stage` is done."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a run.
+
+    Attributes
+    ----------
+    name : as in `stages.json`: `scale`, `train-1`.
+    run : writes `outputs`; each of them whole or not at all (`artefacts.replacing`).
+    inputs : files that it reads, relative to the run folder.
+    outputs : files that it writes, relative to the run folder.
+    values : further JSON-able values that it depends on, such as sections of the configuration.
+    workspace : a folder of its own, with what an unfinished run resumes from; emptied before
+        a run with other inputs, which must not resume from it.
+    """
+
+    name: str
+    run: Callable[[], object]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    values: Mapping[str, Any] = field(default_factory=dict)
+    workspace: str | None = None
+
+    def command(self, subject: str) -> str:
+        """The command line that runs this stage for `subject`."""
+        name, _, round_number = self.name.partition("-")
+        return f"gaitval {name} {subject}" + (f" --round {round_number}" if round_number else "")
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder with the subject and the configuration that its stages work on."""
+
+    folder: Path
+    subject: "Subject"
+    configuration: Configuration
+    observer: Observer = field(default_factory=Observer)
+
+    def sections(self, *names: str) -> dict[str, Any]:
+        """Values of some sections of the configuration, for `Stage.values`."""
+        values: dict[str, Any] = self.configuration.model_dump(mode="json", include=set(names))
+        return values
+
+
+# --- running one stage -------------------------------------------------------------------
+
+
+def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
+    """Hash of everything that a stage depends on, by name."""
+    hashes = {"gaitval": value_hash(__version__)}
+    hashes |= {name: value_hash(value) for name, value in stage.values.items()}
+    for name in stage.inputs:
+        try:
+            hashes[name] = file_hash(folder / name)
+        except FileNotFoundError:
+            raise ArtefactError(
+                f"{folder / name}: no such file, and {stage.name} reads it. "
+                "Run the stage that writes it first, or `gaitval subject` for all of them."
+            ) from None
+    return hashes
+
+
+def why_run(stage: Stage, folder: Path) -> str | None:
+    """Why a stage has to run; None when its files stand as it wrote them from these inputs."""
+    record = _records(folder).get(stage.name)
+    if record is None:
+        return "not run yet"
+    before, now = record["inputs"], fingerprint(stage, folder)
+    changed = [name for name in sorted(before | now) if before.get(name) != now.get(name)]
+    if changed:
+        return f"{', '.join(changed)} changed"
+    if record["outputs"] is None:
+        return INTERRUPTED
+    for name in stage.outputs:
+        if not (folder / name).is_file():
+            return f"{name} is missing"
+        if file_hash(folder / name) != record["outputs"].get(name):
+            return f"{name} was changed or damaged"
+    return None
+
+
+def run_stage(
+    stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
+) -> bool:
+    """Run a stage unless it is up to date; True when it ran.
+
+    After a kill at any moment the next call finds either the finished stage or an unfinished
+    one, which resumes from its workspace where its inputs are still the same.
+    """
+    observer = observer or Observer()
+    reason = "asked for" if force else why_run(stage, folder)
+    if reason is None:
+        observer.skipped(stage.name)
+        return False
+    records = _records(folder)
+    inputs = fingerprint(stage, folder)
+    same_inputs = records.get(stage.name, {}).get("inputs") == inputs
+    if stage.workspace and (force or not same_inputs):
+        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+    records[stage.name] = {"inputs": inputs, "outputs": None}
+    write_json(folder / "stages.json", records)
+
+    observer.started(stage.name, reason)
+    started, clock = datetime.now(UTC), monotonic()
+    stage.run()
+    seconds = monotonic() - clock
+
+    records[stage.name]["outputs"] = {name: file_hash(folder / name) for name in stage.outputs}
+    write_json(folder / "stages.json", records)
+    _add_provenance(
+        folder,
+        stage.name,
+        {
+            "started": started.isoformat(timespec="seconds"),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            "seconds": round(seconds, 1),
+            "inputs": inputs,
+        },
+    )
+    observer.finished(stage.name, seconds)
+    return True
+
+
+def _records(folder: Path) -> dict[str, Any]:
+    path = folder / "stages.json"
+    records: dict[str, Any] = read_json(path) if path.exists() else {}
+    return records
+
+
+def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
+    path = folder / "provenance.json"
+    provenance = read_json(path)
+    provenance["versions"] = versions()
+    provenance["stages"][stage] = times
+    write_json(path, provenance)
+
+
+# --- the run folder ----------------------------------------------------------------------
+
+
+@contextmanager
+def open_run(
+    subject: "Subject", configuration: Configuration, folder: Path, observer: Observer
+) -> Iterator[Run]:
+    """A run folder, held by this process alone, with the subject and configuration stored."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ArtefactError(
+                f"{folder}: another gaitval works in this folder. Wait for it to end, or give "
+                "this run a folder of its own with --out."
+            ) from None
+        write_text(folder / "subject.toml", subject.to_toml())
+        write_text(
+            folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
+        )
+        path = folder / "provenance.json"
+        stages = read_json(path)["stages"] if path.exists() else {}
+        write_json(
+            path,
+            {
+                "versions": versions(),
+                "seed": configuration.seed,
+                "configuration": file_hash(folder / "configuration.toml"),
+                "subject": file_hash(folder / "subject.toml"),
+                "stages": stages,
+            },
+        )
+        yield Run(folder, subject, configuration, observer)
+
+
+def stored_baseline(folder: Path) -> Path | None:
+    """Stored policy, mu and metrics for a run folder: its own, the checkout's, the package's."""
+    package = Path(__file__).parent
+    for candidate in (
+        folder / "baseline",
+        package.parent / "reports" / folder.name / "baseline",
+        package / "baselines" / folder.name,
+    ):
+        if (candidate / "metrics.json").is_file():
+            return candidate
+    return None
+
+
+def choose_start(run: Run, *, scratch: bool) -> None:
+    """Put the policy that round 1 starts from into `start/`, or none with `scratch`.
+
+    A training that is done or under way keeps its start, so that a later call resumes or
+    skips instead of training again from a baseline that was rewritten since.
+    """
+    start = run.folder / "start"
+    if not scratch and why_run(train_stage(run, 1), run.folder) in (None, INTERRUPTED):
+        return
+    shutil.rmtree(start, ignore_errors=True)
+    if scratch:
+        return
+    baseline = stored_baseline(run.folder)
+    if baseline is None:
+        run.observer.say("No stored policy for this subject: training from nothing.")
+        return
+    from gaitval.policy.storage import load_policy
+
+    try:
+        load_policy(baseline / "policy", model_hash=file_hash(run.folder / "model.urdf"))
+    except PolicyError as error:
+        run.observer.say(f"The stored policy is not used, training from nothing: {error}")
+        return
+    _copy(baseline / "policy", start, POLICY_FILES)
+    run.observer.say(f"Training starts from the stored policy in {baseline} (--scratch: not).")
+
+
+def _copy(source: Path, target: Path, names: tuple[str, ...]) -> None:
+    for name in names:
+        with replacing(target / name) as temporary:
+            shutil.copyfile(source / name, temporary)
+
+
+# --- the stages --------------------------------------------------------------------------
+
+SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
+LEARNING_SECTIONS = (*SIMULATION_SECTIONS, "reward", "randomisation")
+
+
+def scale_stage(run: Run) -> Stage:
+    """Subject → body model."""
+
+    def scale() -> None:
+        from gaitval.scaling.scaling import scale_subject
+        from gaitval.scaling.urdf import write_urdf
+
+        body = scale_subject(run.subject)
+        write_urdf(body.model, run.folder / "model.urdf")
+        with replacing(run.folder / "scaling.csv") as temporary:
+            body.frame().to_csv(temporary, index=False)
+
+    return Stage("scale", scale, inputs=("subject.toml",), outputs=("model.urdf", "scaling.csv"))
+
+
+def reference_stage(run: Run) -> Stage:
+    """Recorded gait and body model → reference motion."""
+
+    def build() -> None:
+        from gaitval.kinematics.reference import build_reference
+        from gaitval.scaling.urdf import read_urdf
+
+        model = read_urdf(run.folder / "model.urdf")
+        contact = run.configuration.contact
+        build_reference(run.subject.record(), model, contact).save(run.folder / "reference.npz")
+
+    return Stage(
+        "reference",
+        build,
+        inputs=("subject.toml", "model.urdf"),
+        outputs=("reference.npz",),
+        values=run.sections("contact"),
+    )
+
+
+def train_stage(run: Run, round_number: int) -> Stage:
+    """One training of Algorithm 1; round 1 starts from `start/` or nothing."""
+    training = run.configuration.training
+    here = f"rounds/{round_number}/policy"
+    before = f"rounds/{round_number - 1}"
+    start = f"{before}/policy" if round_number > 1 else "start"
+    has_start = round_number > 1 or (run.folder / start).exists()
+    earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
+    if round_number > 1:
+        earlier.append(f"{before}/identification/identification.json")
+
+    def train() -> None:
+        from gaitval.policy.storage import load_policy
+        from gaitval.policy.training import train
+
+        train(
+            _task(run),
+            run.configuration,
+            run.folder / here,
+            samples=training.refinement_samples if has_start else training.samples,
+            start=load_policy(run.folder / start) if has_start else None,
+            on_progress=run.observer.progress,
+        )
+
+    return Stage(
+        f"train-{round_number}",
+        train,
+        inputs=("model.urdf", "reference.npz", *earlier),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
+        workspace=here,
+    )
+
+
+def identify_stage(run: Run, round_number: int) -> Stage:
+    """One identification of Algorithm 1, of the policy of the same round."""
+    here = f"rounds/{round_number}/identification"
+    policy = f"rounds/{round_number}/policy"
+    values = run.sections(*LEARNING_SECTIONS, "identification")
+    # More rounds, or another threshold, do not change what one round finds.
+    for name in ("rounds", "kappa"):
+        del values["identification"][name]
+
+    def identify() -> None:
+        from gaitval.identification.identify import identify
+        from gaitval.policy.storage import load_policy
+
+        identify(
+            _task(run),
+            load_policy(run.folder / policy),
+            run.configuration,
+            run.folder / here,
+            on_progress=run.observer.progress,
+        )
+
+    return Stage(
+        f"identify-{round_number}",
+        identify,
+        inputs=("model.urdf", "reference.npz", *(f"{policy}/{name}" for name in POLICY_FILES)),
+        outputs=(f"{here}/identification.json",),
+        values=values,
+        workspace=here,
+    )
+
+
+def choose_stage(run: Run, rounds: int) -> Stage:
+    """The round with the smallest epsilon, copied to where later stages read it."""
+
+    def choose() -> None:
+        errors = [round_epsilon(run, number) for number in range(1, rounds + 1)]
+        best = 1 + errors.index(min(errors))
+        source = run.folder / "rounds" / str(best)
+        _copy(source / "policy", run.folder / "policy", (*POLICY_FILES, "training.csv"))
+        _copy(source / "identification", run.folder, ("identification.json",))
+        write_json(run.folder / "rounds.json", {"epsilon": errors, "chosen": best})
+
+    return Stage(
+        "choose",
+        choose,
+        inputs=tuple(
+            f"rounds/{number}/{name}"
+            for number in range(1, rounds + 1)
+            for name in (
+                "policy/policy.safetensors",
+                "policy/policy.json",
+                "policy/training.csv",
+                "identification/identification.json",
+            )
+        ),
+        outputs=(
+            "policy/policy.safetensors",
+            "policy/policy.json",
+            "policy/training.csv",
+            "identification.json",
+            "rounds.json",
+        ),
+    )
+
+
+def round_epsilon(run: Run, round_number: int) -> float:
+    """Normalised error epsilon at mu* of a finished round."""
+    path = run.folder / f"rounds/{round_number}/identification/identification.json"
+    return float(read_json(path)["epsilon"])
+
+
+def rollout_names(configuration: Configuration) -> tuple[str, ...]:
+    """Rollout files of a run: with the nominal and the identified mu, by start phase."""
+    return tuple(
+        f"rollouts/{label}_{round(100 * phase):02d}.npz"
+        for label in ("nominal", "identified")
+        for phase in configuration.validation.start_phases
+    )
+
+
+def simulate_stage(run: Run) -> Stage:
+    """Policy and mu → walks without pushes, of the deterministic policy."""
+    validation = run.configuration.validation
+    names = rollout_names(run.configuration)
+
+    def simulate() -> None:
+        from gaitval.identification.identify import Identification
+        from gaitval.policy.storage import load_policy
+        from gaitval.simulation.walk import walk
+
+        task = _task(run)
+        policy = load_policy(run.folder / "policy")
+        identified = Identification.load(run.folder / "identification.json")
+        pairs = [
+            (mu, phase)
+            for mu in (identified.nominal_mu, identified.mu)
+            for phase in validation.start_phases
+        ]
+        for done, (name, (mu, phase)) in enumerate(zip(names, pairs, strict=True)):
+            run.observer.progress({"done": done, "total": len(names)})
+            walk(
+                task,
+                policy,
+                run.configuration,
+                mu=mu,
+                start_phase=phase,
+                cycles=validation.settling_cycles + validation.cycles,
+            ).save(run.folder / name)
+
+    return Stage(
+        "simulate",
+        simulate,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=names,
+        values={
+            **run.sections(*SIMULATION_SECTIONS),
+            "walks": [validation.start_phases, validation.settling_cycles, validation.cycles],
+        },
+    )
+
+
+def validate_stage(run: Run) -> Stage:
+    """Walks against the record and the tolerances → metrics.json."""
+    names = rollout_names(run.configuration)
+
+    def validate() -> None:
+        from gaitval.metrics.validation import validate
+        from gaitval.scaling.urdf import read_urdf
+        from gaitval.simulation.rollout import Rollout
+
+        rollouts = [Rollout.load(run.folder / name) for name in names]
+        half = len(rollouts) // 2
+        metrics = validate(
+            run.subject,
+            run.subject.record(),
+            read_urdf(run.folder / "model.urdf").mass,
+            rollouts[:half],
+            rollouts[half:],
+            run.configuration,
+            identification=read_json(run.folder / "identification.json"),
+        )
+        write_json(run.folder / "metrics.json", metrics)
+
+    return Stage(
+        "validate",
+        validate,
+        inputs=("subject.toml", "model.urdf", "identification.json", *names),
+        outputs=("metrics.json",),
+        values=run.sections("seed", "contact", "validation"),
+    )
+
+
+def report_stage(run: Run) -> Stage:
+    """Everything in the run folder → report.html and report.pdf."""
+
+    def report() -> None:
+        from gaitval.reporting.report import write_report
+
+        write_report(run.folder)
+
+    return Stage(
+        "report",
+        report,
+        inputs=(
+            "subject.toml",
+            "configuration.toml",
+            "scaling.csv",
+            "reference.npz",
+            "policy/training.csv",
+            "identification.json",
+            "metrics.json",
+            *rollout_names(run.configuration),
+        ),
+        outputs=("report.html", "report.pdf"),
+    )
+
+
+def _task(run: Run) -> Any:
+    """The walking task that training, identification and simulation share."""
+    from gaitval.simulation.task import build_task
+
+    return build_task(
+        run.subject, run.folder / "model.urdf", run.folder / "reference.npz", run.configuration
+    )
+
+
+# --- jobs --------------------------------------------------------------------------------
+
+
+def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
+    """All stages in order, with this number of rounds of Algorithm 1."""
+    pairs = [
+        stage(run, number)
+        for number in range(1, rounds + 1)
+        for stage in (train_stage, identify_stage)
+    ]
+    return (
+        scale_stage(run),
+        reference_stage(run),
+        *pairs,
+        choose_stage(run, rounds),
+        simulate_stage(run),
+        validate_stage(run),
+        report_stage(run),
+    )
+
+
+def finished_rounds(run: Run) -> int:
+    """Number of rounds whose training and identification are up to date."""
+    count = 0
+    while (run.folder / f"rounds/{count + 1}").exists() and not any(
+        why_run(stage(run, count + 1), run.folder) for stage in (train_stage, identify_stage)
+    ):
+        count += 1
+    return count
+
+
+def run_one(
+    run: Run, name: str, *, round_number: int = 1, scratch: bool = False, force: bool = False
+) -> None:
+    """Run one stage; those before it must be up to date.
+
+    Parameters
+    ----------
+    name : `scale`, `reference`, `train`, `identify`, `simulate`, `validate` or `report`.
+    round_number : round of Algorithm 1, for `train` and `identify`.
+    scratch : for `train`: from nothing even where there is a stored policy for this body.
+    force : run it though it is up to date.
+
+    Raises
+    ------
+    ArtefactError : an earlier stage has not run, or ran on other inputs or settings.
+    """
+    repeated = name in ("train", "identify")
+    stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
+    wanted = f"{name}-{round_number}" if repeated else name
+    for stage in stages:
+        if stage.name == wanted:
+            if wanted == "train-1":
+                choose_start(run, scratch=scratch)
+                stage = train_stage(run, 1)
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+            if name == "identify":
+                run_stage(choose_stage(run, finished_rounds(run)), run.folder)
+            return
+        reason = why_run(stage, run.folder)
+        if reason is not None:
+            subject = run.subject.identifier
+            raise ArtefactError(
+                f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: "
+                f"{reason}. First run `{stage.command(subject)}` with the same options, "
+                f"or `gaitval subject {subject}`, which does all stages."
+            )
+    raise AssertionError(f"{wanted} is not a stage")
+
+
+def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None:
+    """The main job: every stage that is not up to date, with the loop of Algorithm 1.
+
+    Parameters
+    ----------
+    scratch : train from nothing even where there is a stored policy for this body.
+    force : run every stage, up to date or not.
+    """
+
+    def perform(stage: Stage) -> None:
+        run_stage(stage, run.folder, force=force, observer=run.observer)
+
+    settings = run.configuration.identification
+    perform(scale_stage(run))
+    perform(reference_stage(run))
+    choose_start(run, scratch=scratch)
+    rounds = 0
+    epsilon = float("inf")
+    while rounds < settings.rounds and epsilon >= settings.kappa:
+        rounds += 1
+        perform(train_stage(run, rounds))
+        perform(identify_stage(run, rounds))
+        epsilon = round_epsilon(run, rounds)
+        run.observer.say(f"Round {rounds}: epsilon {epsilon:.3f}, kappa {settings.kappa:g}.")
+    perform(choose_stage(run, rounds))
+    perform(simulate_stage(run))
+    perform(validate_stage(run))
+    perform(report_stage(run))
+
+
+def store_baseline(folder: Path, target: Path) -> None:
+    """Keep the policy, mu and metrics of a finished run, for `check` and as a start."""
+    missing = [name for name in STORED_FILES if not (folder / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{folder}: {', '.join(missing)} missing, so this is not a finished run. "
+            "Run `gaitval subject` for it first."
+        )
+    _copy(folder, target, STORED_FILES)
+
+
+def walk_again(baseline: Path, observer: Observer) -> dict[str, Any]:
+    """Metrics of a stored policy, simulated and validated anew with the present code."""
+    from gaitval.data.subject import load_subject
+
+    missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{baseline}: {', '.join(missing)} missing. A baseline is a whole folder, as "
+            "`gaitval baseline SUBJECT` writes it; give --baseline the metrics.json in it."
+        )
+    subject = load_subject(str(baseline / "subject.toml"))
+    configuration = load_configuration(baseline / "configuration.toml")
+    with (
+        tempfile.TemporaryDirectory(prefix="gaitval-check-") as temporary,
+        open_run(subject, configuration, Path(temporary), observer) as run,
+    ):
+        _copy(baseline, run.folder, (*STORED_FILES[2:4], "identification.json"))
+        for stage in (scale_stage, reference_stage, simulate_stage, validate_stage):
+            run_stage(stage(run), run.folder, observer=observer)
+        metrics: dict[str, Any] = read_json(run.folder / "metrics.json")
+    return metrics
