@@ -329,7 +329,14 @@ def _build(measured: Measurements, lengths: _Lengths, subject: Person) -> BodyMo
     return BodyModel(
         name=subject.identifier,
         segments=tuple(
-            Segment(name, bodies[name][0], part.mass, part.centre, part.inertia)
+            Segment(
+                name,
+                bodies[name][0],
+                part.mass,
+                part.centre,
+                # Exactly symmetric: a URDF stores one triangle.
+                (part.inertia + part.inertia.T) / 2,
+            )
             for name in SEGMENTS
             for part in [bodies[name][1]]
         ),
