@@ -1,0 +1,1 @@
+"""Gait cycles, errors against the record, tolerances, epsilon and regression."""

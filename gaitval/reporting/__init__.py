@@ -1,0 +1,1 @@
+"""Figures and the HTML and PDF report of a run folder."""

@@ -1,0 +1,92 @@
+"""The error epsilon that ends Algorithm 1.
+
+The paper sums ‖q − q̂‖ + ‖τ − τ̂‖ + ‖GRF − GRF̂‖ over the samples of a gait cycle, three
+quantities of different units. Here each part is the mean over the 101 samples of a cycle
+(so it does not depend on the sample rate), averaged over the cycles, and is divided by the root
+mean square norm of the same recorded quantity. A part of 0 is a perfect match and a part of 1
+an error as large as the record itself; epsilon is the sum of the three.
+"""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, Curves
+
+ANGLES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
+"""q: sagittal and frontal coordinates. Hip rotation stays out, as transverse angles are the least
+reliable ones of a record (McGinley 2009), and the pelvis is no joint."""
+
+NORMALISATION = (
+    "Each part is the Euclidean norm over both legs of the difference from the record, averaged "
+    "over the 101 samples of a gait cycle and over the cycles, divided by the root mean square of "
+    "the same norm of the record: angles (hip flexion and adduction, knee, ankle, subtalar) in "
+    "rad, moments (hip flexion and adduction, knee, ankle) in Nm/kg, ground reaction (three "
+    "components) in body weights. Epsilon is the sum of the three parts; 0 is a perfect match, "
+    "3 an error as large as the record."
+)
+
+
+@dataclass(frozen=True)
+class Epsilon:
+    """Epsilon and its parts.
+
+    Attributes
+    ----------
+    angles, moments, forces : the normalised parts; they add up to `total`.
+    total : epsilon, compared with kappa.
+    angles_rad, moments_nm_per_kg, forces_body_weights : the parts before normalisation.
+    """
+
+    angles: float
+    moments: float
+    forces: float
+    total: float
+    angles_rad: float
+    moments_nm_per_kg: float
+    forces_body_weights: float
+
+    def as_dict(self) -> dict[str, float]:
+        """The fields by name, to be written as JSON."""
+        return asdict(self)
+
+
+def _part(
+    simulated: dict[str, NDArray[np.float64]],
+    recorded: dict[str, NDArray[np.float64]],
+    names: tuple[str, ...],
+) -> tuple[float, float]:
+    """The part in its unit, and normalised."""
+    keys = [f"{name}_{side}" for name in names for side in ("r", "l")]
+    # the feet may differ by a cycle: each right cycle goes with the left one that follows
+    count = min(len(simulated[key]) for key in keys)
+    difference = np.stack([simulated[key][:count] - recorded[key] for key in keys])
+    reference = np.stack([recorded[key] for key in keys])
+    value = float(np.linalg.norm(difference, axis=0).mean())
+    scale = float(np.sqrt(np.mean(np.sum(reference**2, axis=0))))
+    return value, value / scale
+
+
+def epsilon(simulated: Curves, recorded: Curves) -> Epsilon | None:
+    """Epsilon of a walk; None where it has no complete cycle of both feet.
+
+    Parameters
+    ----------
+    simulated : (n, 101) curves of `comparison.simulated_curves`.
+    recorded : (101,) curves of `comparison.recorded_curves`.
+    """
+    if any(len(curve) == 0 for curve in simulated.angles.values()):
+        return None
+    angles_rad, angles = _part(simulated.angles, recorded.angles, ANGLES)
+    moments_nm_per_kg, moments = _part(simulated.moments, recorded.moments, JOINT_MOMENTS)
+    forces_body_weights, forces = _part(simulated.forces, recorded.forces, FORCES)
+    return Epsilon(
+        angles=angles,
+        moments=moments,
+        forces=forces,
+        total=angles + moments + forces,
+        angles_rad=angles_rad,
+        moments_nm_per_kg=moments_nm_per_kg,
+        forces_body_weights=forces_body_weights,
+    )

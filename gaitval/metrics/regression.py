@@ -1,0 +1,128 @@
+"""Comparison of a validation with a stored one: what got better and what was lost."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+from xml.etree import ElementTree
+
+from gaitval.artefacts import write_text
+from gaitval.errors import ArtefactError
+from gaitval.metrics.tolerances import UNITS, load_registry
+from gaitval.metrics.validation import check_metrics
+
+Change = Literal["lost", "kept", "improved"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measure of the baseline and of now.
+
+    Attributes
+    ----------
+    measure, target, unit : as in `tolerances.Measure`.
+    baseline, current : None where it could not be measured.
+    margin : how much may be lost.
+    change : "lost" where more than the margin got worse or what was measured no longer can be,
+        "improved" where more than the margin got better, else "kept".
+    """
+
+    measure: str
+    target: str
+    unit: str
+    baseline: float | None
+    current: float | None
+    margin: float
+    change: Change
+
+
+def _change(baseline: float | None, current: float | None, margin: float, better: str) -> Change:
+    if current is None:
+        return "kept" if baseline is None else "lost"
+    if baseline is None:
+        return "improved"
+    gain = baseline - current if better == "lower" else current - baseline
+    if gain < -margin:
+        return "lost"
+    return "improved" if gain > margin else "kept"
+
+
+def _values(metrics: Mapping[str, Any]) -> dict[tuple[str, str], float | None]:
+    return {(row["measure"], row["target"]): row["value"] for row in metrics["measures"]}
+
+
+def compare(baseline: Mapping[str, Any], current: Mapping[str, Any]) -> list[Row]:
+    """Rows of every measure of either, in the order of the baseline, new ones last.
+
+    Parameters
+    ----------
+    baseline, current : contents of `metrics.json`.
+
+    Raises
+    ------
+    ArtefactError : one of them is not of the schema, or they are of different subjects.
+    """
+    check_metrics(baseline, "the baseline")
+    check_metrics(current, "the current metrics")
+    ours, theirs = current["subject"]["identifier"], baseline["subject"]["identifier"]
+    if ours != theirs:
+        raise ArtefactError(
+            f"the baseline is of subject {theirs} and the run of subject {ours}. "
+            "Give the baseline of the same subject."
+        )
+    margins = {margin.measure: margin for margin in load_registry().margin}
+    before, now = _values(baseline), _values(current)
+    return [
+        Row(
+            measure=measure,
+            target=target,
+            unit=UNITS[measure],
+            baseline=before.get((measure, target)),
+            current=now.get((measure, target)),
+            margin=margins[measure].value,
+            change=_change(
+                before.get((measure, target)),
+                now.get((measure, target)),
+                margins[measure].value,
+                margins[measure].better,
+            ),
+        )
+        for measure, target in dict.fromkeys([*before, *now])
+    ]
+
+
+def lost(rows: Sequence[Row]) -> list[Row]:
+    """The rows that lost accuracy; the check has failed when there are any."""
+    return [row for row in rows if row.change == "lost"]
+
+
+def write_junit(rows: Sequence[Row], path: Path) -> None:
+    """Write JUnit XML with one test case a measure, a lost one as a failure."""
+    suite = ElementTree.Element(
+        "testsuite",
+        name="gaitval.regression",
+        tests=str(len(rows)),
+        failures=str(len(lost(rows))),
+        errors="0",
+        skipped="0",
+    )
+    for row in rows:
+        case = ElementTree.SubElement(
+            suite, "testcase", classname=f"gaitval.{row.measure}", name=row.target
+        )
+        text = (
+            f"{row.change}: {_text(row.baseline)} {row.unit} in the baseline, "
+            f"{_text(row.current)} {row.unit} now, margin {row.margin:g} {row.unit}"
+        )
+        if row.change == "lost":
+            ElementTree.SubElement(case, "failure", message=text, type="accuracy")
+        else:
+            ElementTree.SubElement(case, "system-out").text = text
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
+    write_text(path, ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n")
+
+
+def _text(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"

@@ -1,0 +1,139 @@
+"""The tolerance registry (`tolerances.toml`) and its verdict on measured values."""
+
+import operator
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+UNITS = {
+    "angle_rmse": "deg",
+    "moment_rmse": "Nm/kg",
+    "force_rmse": "% BW",
+    "speed_error": "%",
+    "stride_time_error": "%",
+    "epsilon": "1",
+    "consecutive_cycles": "cycles",
+    "falls": "walks",
+    "root_force": "N",
+    "root_moment": "Nm",
+    "root_force_share": "%",
+}
+"""Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
+cycle; the errors of speed and stride time are sizes of relative differences from the record;
+`root_force_share` is the largest external force on the pelvis over the largest ground reaction."""
+
+Text = Annotated[str, Field(min_length=1)]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    measure: Text
+    value: Annotated[float, Field(ge=0)]
+    unit: Text
+
+    @model_validator(mode="after")
+    def _unit_is_of_the_measure(self) -> "_Entry":
+        if UNITS.get(self.measure) != self.unit:
+            raise ValueError(
+                f"{self.measure} in {self.unit}: known are "
+                + ", ".join(f"{name} in {unit}" for name, unit in UNITS.items())
+            )
+        return self
+
+
+class Tolerance(_Entry):
+    """A limit, where it comes from and how well that is known; see `tolerances.toml`."""
+
+    id: Text
+    applies_to: tuple[Text, ...] | None = None
+    limit: Literal["at_most", "at_least", "exactly"]
+    role: Literal["acceptance", "context"]
+    status: Literal["published", "derived", "convention"]
+    verified: bool
+    citation: Text
+    locator: Text
+    note: Text
+
+
+class Margin(_Entry):
+    """How much of a measure may be lost against a baseline."""
+
+    better: Literal["lower", "higher"]
+
+
+class Registry(BaseModel):
+    """The file `tolerances.toml`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    tolerance: tuple[Tolerance, ...]
+    margin: tuple[Margin, ...]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measured value.
+
+    Attributes
+    ----------
+    measure : one of `UNITS`.
+    target : what it was measured of: a curve (`knee_angle_r`), a start phase, or "walk".
+    value : in the measure's unit; None where the walk was too short to measure it.
+    """
+
+    measure: str
+    target: str
+    value: float | None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A measured value against a tolerance; what could not be measured has not passed."""
+
+    tolerance: Tolerance
+    target: str
+    value: float | None
+    passed: bool
+
+
+_HOLDS: dict[str, Callable[[float, float], bool]] = {
+    "at_most": operator.le,
+    "at_least": operator.ge,
+    "exactly": operator.eq,
+}
+
+
+@cache
+def load_registry() -> Registry:
+    """The registry that ships with the package."""
+    text = resources.files("gaitval.metrics").joinpath("tolerances.toml").read_text("utf-8")
+    return Registry.model_validate(tomllib.loads(text))
+
+
+def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
+    name = measure.target.removesuffix("_r").removesuffix("_l")
+    return tolerance.measure == measure.measure and (
+        tolerance.applies_to is None or name in tolerance.applies_to
+    )
+
+
+def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
+    """The verdict of every tolerance on every measured value that it is for, in their order."""
+    return [
+        Verdict(
+            tolerance=tolerance,
+            target=measure.target,
+            value=measure.value,
+            passed=measure.value is not None
+            and _HOLDS[tolerance.limit](measure.value, tolerance.value),
+        )
+        for tolerance in load_registry().tolerance
+        for measure in measures
+        if _concerns(tolerance, measure)
+    ]

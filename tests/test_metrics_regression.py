@@ -1,0 +1,93 @@
+import copy
+from xml.etree import ElementTree
+
+import pytest
+from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.data.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.regression import compare, lost, write_junit
+from gaitval.metrics.validation import validate
+
+
+@pytest.fixture(scope="module")
+def metrics():
+    record = synthetic_record()
+    walks = [perfect_walk(record, cycles=6)]
+    configuration = sharp_filter(start_phases=(0.0,))
+    return validate(load_subject("S05"), record, MASS, walks, [], configuration)
+
+
+def _changed(metrics, measure: str, target: str, by: float | None):
+    changed = copy.deepcopy(metrics)
+    for row in changed["measures"]:
+        if (row["measure"], row["target"]) == (measure, target):
+            row["value"] = None if by is None else row["value"] + by
+    return changed
+
+
+def _row(rows, measure: str, target: str):
+    (row,) = [row for row in rows if (row.measure, row.target) == (measure, target)]
+    return row
+
+
+def test_a_run_against_itself_loses_nothing(metrics):
+    rows = compare(metrics, metrics)
+    assert len(rows) == len(metrics["measures"])
+    assert {row.change for row in rows} == {"kept"}
+
+
+@pytest.mark.parametrize(
+    ("measure", "target", "within", "beyond"),
+    [
+        ("angle_rmse", "knee_angle_r", 0.29, 0.31),
+        ("moment_rmse", "hip_flexion_l", 0.019, 0.021),
+        ("force_rmse", "vertical_r", 0.99, 1.01),
+        ("speed_error", "walk", 0.99, 1.01),
+        ("epsilon", "walk", 0.029, 0.031),
+        ("consecutive_cycles", "start phase 0", 0.0, -1.0),
+        ("falls", "walk", 0.0, 1.0),
+    ],
+)
+def test_a_loss_beyond_the_margin_fails_and_its_reverse_is_a_gain(
+    metrics, measure, target, within, beyond
+):
+    kept = compare(metrics, _changed(metrics, measure, target, within))
+    assert lost(kept) == []
+    worse = _changed(metrics, measure, target, beyond)
+    assert lost(compare(metrics, worse)) == [_row(compare(metrics, worse), measure, target)]
+    assert _row(compare(worse, metrics), measure, target).change == "improved"
+
+
+def test_what_can_no_longer_be_measured_is_lost(metrics):
+    unmeasured = _changed(metrics, "angle_rmse", "knee_angle_r", None)
+    assert [row.target for row in lost(compare(metrics, unmeasured))] == ["knee_angle_r"]
+    assert lost(compare(unmeasured, metrics)) == []
+    missing = copy.deepcopy(metrics)
+    del missing["measures"][0]
+    assert len(lost(compare(metrics, missing))) == 1
+
+
+def test_another_subject_is_refused(metrics):
+    other = copy.deepcopy(metrics)
+    other["subject"]["identifier"] = "S01"
+    with pytest.raises(ArtefactError, match="of subject S01 and the run of subject S05"):
+        compare(other, metrics)
+
+
+def test_a_damaged_baseline_is_refused(metrics):
+    with pytest.raises(ArtefactError, match="the baseline: not of the schema"):
+        compare({"schema_version": 1}, metrics)
+
+
+def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
+    worse = _changed(metrics, "angle_rmse", "knee_angle_r", 1.0)
+    rows = compare(metrics, worse)
+    write_junit(rows, tmp_path / "junit.xml")
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
+    assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")
+    cases = suite.findall("testcase")
+    assert len(cases) == len(rows)
+    (failed,) = [case for case in cases if case.find("failure") is not None]
+    assert (failed.get("classname"), failed.get("name")) == ("gaitval.angle_rmse", "knee_angle_r")
+    assert "margin 0.3 deg" in failed.find("failure").get("message")
