@@ -77,9 +77,6 @@ PAIRED: Final = ("upper arm", "forearm", "hand", "thigh", "shank", "foot")
 SHOULDER_HEIGHT: Final[dict[Sex, float]] = {"F": 0.4979, "M": 0.5155}
 """Mean height of the shoulder joints above the hip joints, MIDS-MIDH, m (de Leva, Table 4)."""
 
-HAND_LENGTH: Final[dict[Sex, float]] = {"F": 0.1701, "M": 0.1879}
-"""Mean length from the wrist joint to the tip of the third finger, WJC-DAC3, m (Table 4)."""
-
 STATURE: Final[dict[Sex, float]] = {"F": 1.735, "M": 1.741}
 """Mean stature of de Leva's subjects, m (Table 4)."""
 
@@ -101,7 +98,8 @@ TOES_MASS: Final = 0.138
 
 def mass_fractions(sex: Sex) -> dict[str, float]:
     """Mass of each segment of de Leva's table as a fraction of body mass, rescaled so that
-    the whole body's fractions add up to one (as tabulated: 0.9999 and 1.0001)."""
+    the whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
+    """
     table = DE_LEVA[sex]
     total = sum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
     return {name: p.mass / total for name, p in table.items()}
@@ -129,5 +127,6 @@ def inertia_tensor(
 
 def shifted_inertia(mass: float, offset: NDArray[np.float64]) -> NDArray[np.float64]:
     """What a mass (kg) at `offset` (3,) m from a point adds to the inertia about that point
-    (parallel axis theorem), kg m², shape (3, 3)."""
+    (parallel axis theorem), kg m², shape (3, 3).
+    """
     return np.asarray(mass * (offset @ offset * np.eye(3) - np.outer(offset, offset)))

@@ -7,6 +7,7 @@ Ankle.Medial, Heel, MT1, MT5.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,8 @@ MARKER_OFFSET = 0.010
 """Assumed distance of a marker's centre from the skin, m."""
 
 BALL_TO_FOOT_LENGTH = 0.74
-"""Heel to first metatarsal head over heel to toe tip: ball-of-foot length over foot length
-in ANSUR II (Gordon et al. 2014), men and women."""
+"""Heel to first metatarsal head over heel to toe tip: mean ball-of-foot length 194.8 mm over
+mean foot length 263.0 mm of the 6,068 men and women of ANSUR II (Gordon et al. 2014)."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,8 @@ def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Vector:
 
 def pelvis_frame(right_asis: Vector, left_asis: Vector, middle_psis: Vector) -> Vector:
     """Axes of the pelvis as columns (x forward, y left, z up), shape (3, 3): y along the
-    ASIS, x in the plane of the ASIS and the middle of the PSIS (ISB, Wu et al. 2002)."""
+    ASIS, x in the plane of the ASIS and the middle of the PSIS (ISB, Wu et al. 2002).
+    """
     y = _unit(left_asis - right_asis)
     forward = (right_asis + left_asis) / 2 - middle_psis
     z = _unit(np.cross(forward, y))
@@ -202,7 +204,7 @@ def _check_upright(points: Mapping[str, Vector]) -> None:
         f"{side}.{lower} ({points[f'{side}.{lower}'][2]:.3f} m) not below "
         f"{side}.{upper} ({points[f'{side}.{upper}'][2]:.3f} m)"
         for side in "RL"
-        for upper, lower in zip(chain, chain[1:], strict=False)
+        for upper, lower in pairwise(chain)
         if points[f"{side}.{lower}"][2] >= points[f"{side}.{upper}"][2]
     ]
     _fail(

@@ -96,7 +96,8 @@ class ContactSphere:
 @dataclass(frozen=True)
 class BodyModel:
     """A person's body: segments in the order of `SEGMENTS` and twelve foot spheres
-    (six a foot, right foot first)."""
+    (six a foot, right foot first).
+    """
 
     name: str
     segments: tuple[Segment, ...]

@@ -56,7 +56,8 @@ _INDEX = {name: index for index, name in enumerate(SEGMENTS)}
 
 def nominal_parameters() -> NDArray[np.float64]:
     """mu of the model as scaled, shape (14,): published damping and friction, lengths times
-    one, no offsets."""
+    one, no offsets.
+    """
     mu = np.zeros(len(PARAMETERS))
     mu[:2] = NOMINAL_DAMPING, NOMINAL_FRICTION
     mu[2:5] = 1.0

@@ -22,10 +22,8 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
-    HAND_LENGTH,
     SHOULDER_HALF_WIDTH,
     SHOULDER_HEIGHT,
-    STATURE,
     TOES_MASS,
     WINTER,
     Sex,
@@ -72,19 +70,29 @@ PUBLISHED_WIDTH = 0.0951
 the lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, and the medial
 one is taken to lie as far inside."""
 
+
 class Person(Protocol):
     """What scaling needs of a subject; `gaitval.data.subject.Subject` has it."""
 
     @property
-    def identifier(self) -> str: ...
+    def identifier(self) -> str:
+        """Becomes the model's name."""
+
     @property
-    def sex(self) -> Sex: ...
+    def sex(self) -> Sex:
+        """Chooses de Leva's table."""
+
     @property
-    def mass_kg(self) -> float: ...
+    def mass_kg(self) -> float:
+        """Body mass, kg."""
+
     @property
-    def height_m(self) -> float: ...
+    def height_m(self) -> float:
+        """Stature, m."""
+
     @property
-    def markers(self) -> Mapping[str, Sequence[float]]: ...
+    def markers(self) -> Mapping[str, Sequence[float]]:
+        """Standing trial, (3,) m each; see `joint_centres`."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +149,6 @@ class _Lengths:
     upper_arm: float
     forearm: float
     hand: float
-    hand_with_fingers: float
 
 
 @dataclass(frozen=True)
@@ -181,7 +188,6 @@ def _lengths(measured: Measurements, subject: Person) -> _Lengths:
     right, left, sex = measured.right, measured.left, subject.sex
     trunk = _trunk_factor(measured, subject)
     proportions = DE_LEVA[sex]
-    stature_factor = subject.height_m / STATURE[sex]
     return _Lengths(
         thigh=(right.thigh + left.thigh) / 2,
         shank=(right.shank + left.shank) / 2,
@@ -198,7 +204,6 @@ def _lengths(measured: Measurements, subject: Person) -> _Lengths:
         upper_arm=mean_length(sex, "upper arm", subject.height_m),
         forearm=mean_length(sex, "forearm", subject.height_m),
         hand=mean_length(sex, "hand", subject.height_m),
-        hand_with_fingers=HAND_LENGTH[sex] * stature_factor,
     )
 
 
@@ -209,19 +214,18 @@ def _trunk_factor(measured: Measurements, subject: Person) -> float:
     return (subject.height_m - measured.hip_height) / sum(table[name].length for name in names)
 
 
-def _table(
-    measured: Measurements, lengths: _Lengths, subject: Person
-) -> tuple[SegmentRow, ...]:
+def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[SegmentRow, ...]:
     stature, sex = subject.height_m, subject.sex
+    right, left = measured.right, measured.left
     fractions = mass_fractions(sex)
 
-    def leg(name: str, attribute: str, length: float, source: str, segment: str | None) -> SegmentRow:
+    def leg(name: str, right: float, left: float, length: float, source: str) -> SegmentRow:
         return SegmentRow(
             segment=name,
-            right_m=getattr(measured.right, attribute),
-            left_m=getattr(measured.left, attribute),
+            right_m=right,
+            left_m=left,
             length_m=length,
-            mass_kg=None if segment is None else fractions[segment] * subject.mass_kg,
+            mass_kg=fractions[name] * subject.mass_kg if name in fractions else None,
             factor=length / (WINTER[name] * stature),
             source=f"{source}; mean: Winter {WINTER[name]:g} of stature",
         )
@@ -240,10 +244,10 @@ def _table(
     filled = "de Leva, scaled to fill the stature above the hips"
     scaled = "de Leva, scaled to stature"
     return (
-        leg("thigh", "thigh", lengths.thigh, "markers, hip after Harrington", "thigh"),
-        leg("shank", "shank", lengths.shank, "markers", "shank"),
-        leg("foot", "foot_length", lengths.foot, "markers, ball-of-foot ratio", "foot"),
-        leg("ankle height", "ankle_height", lengths.ankle_height, "markers", None),
+        leg("thigh", right.thigh, left.thigh, lengths.thigh, "markers, hip after Harrington"),
+        leg("shank", right.shank, left.shank, lengths.shank, "markers"),
+        leg("foot", right.foot_length, left.foot_length, lengths.foot, "markers, ball ratio"),
+        leg("ankle height", right.ankle_height, left.ankle_height, lengths.ankle_height, "markers"),
         upper("lower trunk", lengths.lower_trunk, filled),
         upper("middle trunk", lengths.middle_trunk, filled),
         upper("upper trunk", lengths.upper_trunk, filled),
@@ -257,9 +261,7 @@ def _table(
 def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Person) -> None:
     problems = []
     for row in table:
-        low, high = (
-            PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
-        )
+        low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
         if not low <= row.factor <= high:
             problems.append(
                 f"{row.segment}: {row.length_m:.3f} m is {row.factor:.2f} of what a stature of "
@@ -391,7 +393,7 @@ def _standing_to_neutral(measured: Measurements) -> Vector:
 
 def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Vector:
     """At the level of the navel (OMPH), where de Leva parts lower and middle trunk."""
-    return _standing_to_neutral(measured) @ np.array([0.0, 0.0, lengths.lower_trunk])
+    return np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
 
 
 def _pelvis(
@@ -401,9 +403,7 @@ def _pelvis(
     mass = masses["lower trunk"]
     turn = _standing_to_neutral(measured)
     centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
-    return _Part(
-        mass, turn @ centre, turn @ inertia_tensor(proportions, mass, length) @ turn.T
-    )
+    return _Part(mass, turn @ centre, turn @ inertia_tensor(proportions, mass, length) @ turn.T)
 
 
 def _torso(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
@@ -435,7 +435,8 @@ def _toe_joint(lengths: _Lengths) -> Vector:
 
 def _foot_and_toes(lengths: _Lengths, mass: float, sex: Sex) -> tuple[_Part, _Part]:
     """de Leva's foot, from the heel to the toe tip at half the ankle's height, less the toes,
-    a solid ellipsoid from the toe joint to the tip; together they are de Leva's foot."""
+    a solid ellipsoid from the toe joint to the tip; together they are de Leva's foot.
+    """
     proportions, toe_joint = DE_LEVA[sex]["foot"], _toe_joint(lengths)
     share = proportions.centre_of_mass * lengths.foot
     along = share / (toe_joint[0] - lengths.heel[0])
@@ -486,10 +487,7 @@ def _spheres(lengths: _Lengths) -> tuple[ContactSphere, ...]:
     x = lengths.heel[0] + SPHERE_RADIUS + stretch * (forward - forward.min())
     width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
     published_middle = (SPHERES["ball_medial"][2] + SPHERES["ball_lateral"][2]) / 2
-    y = (
-        lengths.metatarsals[:, 1].mean()
-        - width / PUBLISHED_WIDTH * (lateral - published_middle)
-    )
+    y = lengths.metatarsals[:, 1].mean() - width / PUBLISHED_WIDTH * (lateral - published_middle)
     z = SPHERE_RADIUS - lengths.ankle_height
     joint = _toe_joint(lengths)
     spheres = []

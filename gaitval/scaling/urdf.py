@@ -12,13 +12,14 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from xml.parsers import expat
 
 import numpy as np
 import xacro
 import yourdfpy
-from lxml import etree
 
 from gaitval.artefacts import write_text
 from gaitval.coordinates import ACTUATED, AXES
@@ -181,26 +182,36 @@ def _parse(path: Path) -> yourdfpy.Robot:
         raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
     if len(content) > LARGEST_FILE:
         raise ModelError(f"{path}: {len(content)} bytes; a body model has about 40,000.")
-    try:
-        tree = etree.parse(
-            io.BytesIO(content),
-            etree.XMLParser(resolve_entities=False, load_dtd=False, no_network=True),
-        )
-    except etree.XMLSyntaxError as error:
-        raise ModelError(f"{path}: not XML ({error}); it is truncated or not a URDF.") from None
-    root = tree.getroot()
-    if tree.docinfo.doctype:
-        raise ModelError(f"{path}: has a document type; a URDF needs none, and it is refused.")
-    if root.tag != "robot":
-        raise ModelError(f"{path}: the outermost element is <{root.tag}>, not <robot>.")
-    if root.find(".//mesh") is not None:
-        raise ModelError(f"{path}: refers to a mesh file; a body model has none.")
+    _check_xml(path, content)
     try:
         return yourdfpy.URDF.load(
             io.BytesIO(content), build_scene_graph=False, load_meshes=False
         ).robot
     except Exception as error:  # yourdfpy raises whatever its parsing hits first
         raise ModelError(f"{path}: not readable as URDF ({error!r}).") from None
+
+
+def _check_xml(path: Path, content: bytes) -> None:
+    """Refuse what is not XML, and what could make a parser read other files."""
+    tags: set[str] = set()
+
+    def start(tag: str, attributes: Mapping[str, str]) -> None:
+        if not tags and tag != "robot":
+            raise ModelError(f"{path}: the outermost element is <{tag}>, not <robot>.")
+        if tag == "mesh":
+            raise ModelError(f"{path}: refers to a mesh file; a body model has none.")
+        tags.add(tag)
+
+    def doctype(*_: Any) -> None:
+        raise ModelError(f"{path}: has a document type; a URDF needs none, and it is refused.")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise ModelError(f"{path}: not XML ({error}); it is truncated or not a URDF.") from None
 
 
 def _body_model(robot: yourdfpy.Robot) -> BodyModel:
@@ -244,7 +255,7 @@ def _check_structure(
                 f"joints {', '.join(coordinates)}: lead from {chain[0].parent} to "
                 f"{chain[-1].child}, not from {PARENTS[name]} to {name}"
             )
-        for upper, lower in zip(chain, chain[1:], strict=False):
+        for upper, lower in pairwise(chain):
             if upper.child != lower.parent:
                 problems.append(f"joint {lower.name}: does not follow {upper.name}")
             between.add(upper.child)
@@ -266,7 +277,9 @@ def _check_structure(
         elif name not in between:
             problems.append(f"link {name}: unknown")
         elif link.inertial is None or link.inertial.mass or np.any(link.inertial.inertia):
-            problems.append(f"link {name}: has mass (a link without <inertial> weighs 1 kg in DART)")
+            problems.append(
+                f"link {name}: has mass (a link without <inertial> weighs 1 kg in DART)"
+            )
     _refuse(problems)
 
 
@@ -321,4 +334,4 @@ def _bad_spheres(spheres: Sequence[ContactSphere]) -> Iterator[str]:
         if sphere.segment.split("_")[0] not in ("foot", "toes"):
             yield f"link {sphere.segment}: the contact sphere {sphere.name} is not on a foot"
         if not (np.isfinite(sphere.position).all() and 0 < sphere.radius < 1):
-            yield f"contact sphere {sphere.name}: numbers that are not finite, or radius not positive"
+            yield f"contact sphere {sphere.name}: position or radius ({sphere.radius} m) not usable"
