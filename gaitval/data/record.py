@@ -15,6 +15,45 @@ from gaitval.coordinates import Side
 
 Curve = NDArray[np.float64]
 
+_JOINT_ANGLES = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "knee_adduction",
+    "knee_rotation",
+    "ankle_angle",
+    "subtalar_angle",
+    "ankle_rotation",
+)
+_SEGMENT_ANGLES = (
+    "pelvis_tilt",
+    "pelvis_list",
+    "pelvis_rotation",
+    "foot_pitch",
+    "foot_list",
+    "foot_progression",
+)
+
+ANGLE_NAMES = tuple(
+    f"{name}_{side}" for side in "rl" for name in (*_JOINT_ANGLES, *_SEGMENT_ANGLES)
+)
+"""Keys of `GaitRecord.angles`."""
+
+MOMENT_NAMES = tuple(f"{name}_{side}" for side in "rl" for name in _JOINT_ANGLES)
+"""Keys of `GaitRecord.moments`."""
+
+HARMONICS_CAP = 40
+"""Most harmonics that `fit_periodic` tries; rows 1 % of the cycle apart resolve fewer than 50."""
+
+ROUGHNESS = 1e-6
+"""Weight of Σ k⁴(cosine² + sine²) beside the sum of squared residuals in `fit_periodic`.
+
+It only decides where samples are missing (moments around the seam, forces in swing): there it
+keeps every force below 5 body weights, instead of 100, and changes no fit by a harmonic more
+than three.
+"""
+
 
 @dataclass(frozen=True)
 class PeriodicCurve:
@@ -35,7 +74,9 @@ class PeriodicCurve:
         """Value at `phase` (any shape)."""
         angles = self._angles(phase)
         return np.asarray(
-            self.mean + np.cos(angles) @ np.array(self.cosine) + np.sin(angles) @ np.array(self.sine)
+            self.mean
+            + np.cos(angles) @ np.array(self.cosine)
+            + np.sin(angles) @ np.array(self.sine)
         )
 
     def derivative(self, phase: ArrayLike) -> NDArray[np.float64]:
@@ -43,8 +84,55 @@ class PeriodicCurve:
         angles = self._angles(phase)
         k = 2 * np.pi * np.arange(1, len(self.cosine) + 1)
         return np.asarray(
-            np.cos(angles) @ (k * np.array(self.sine)) - np.sin(angles) @ (k * np.array(self.cosine))
+            np.cos(angles) @ (k * np.array(self.sine))
+            - np.sin(angles) @ (k * np.array(self.cosine))
         )
+
+
+def fit_periodic(
+    phase: ArrayLike, values: ArrayLike, tolerance: float
+) -> tuple[PeriodicCurve, float]:
+    """Fit the shortest Fourier series that passes every sample within `tolerance`.
+
+    Samples at phase 0 and 1 are the same instant, one cycle apart. They get half the weight
+    each, so the curve passes through their mean and the residual states their difference.
+
+    Parameters
+    ----------
+    phase : (n,) in 0…1. Parts of the cycle may be left out; there the curve is the smoothest
+        continuation (`ROUGHNESS`), not a measurement.
+    values : (n,) in any unit.
+    tolerance : largest absolute residual allowed, in the unit of `values`.
+
+    Returns
+    -------
+    curve, residual
+        The curve and its largest absolute residual. The residual exceeds `tolerance` when
+        `HARMONICS_CAP` harmonics are not enough.
+    """
+    phase = np.asarray(phase, dtype=float)
+    values = np.asarray(values, dtype=float)
+    weight = np.where((phase == 0) | (phase == 1), np.sqrt(0.5), 1.0)
+    curve, residual = PeriodicCurve(float(values.mean()), (), ()), np.inf
+    for harmonics in range(1, HARMONICS_CAP + 1):
+        order = np.arange(1, harmonics + 1)
+        angles = 2 * np.pi * np.outer(phase, order)
+        design = np.hstack([np.ones((len(phase), 1)), np.cos(angles), np.sin(angles)])
+        roughness = np.sqrt(ROUGHNESS) * np.diag(np.concatenate([[0], order**2, order**2]))
+        coefficients = np.linalg.lstsq(
+            np.vstack([design * weight[:, None], roughness]),
+            np.concatenate([values * weight, np.zeros(len(roughness))]),
+            rcond=None,
+        )[0]
+        curve = PeriodicCurve(
+            float(coefficients[0]),
+            tuple(coefficients[1 : harmonics + 1].tolist()),
+            tuple(coefficients[harmonics + 1 :].tolist()),
+        )
+        residual = float(np.abs(design @ coefficients - values).max())
+        if residual <= tolerance:
+            break
+    return curve, residual
 
 
 @dataclass(frozen=True)
@@ -61,11 +149,13 @@ class GaitRecord:
         `knee_adduction_r`, `knee_rotation_r`, `ankle_angle_r`, `subtalar_angle_r`,
         `ankle_rotation_r`, `pelvis_tilt_r` (anterior tilt +), `pelvis_list_r` (own side up +),
         `pelvis_rotation_r` (own side forward +), `foot_pitch_r` (toes up +), `foot_list_r`,
-        `foot_progression_r`; the same with `_l`.
-    moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above.
+        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`.
+    moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above,
+        `MOMENT_NAMES`. Of the frontal and transverse ones the source does not
+        state the axes (its transverse ankle moment suggests the foot's): compare with care.
     forces : body weights; `forces["right"]` holds the three curves of the ground reaction on
-        that foot in world axes: forward, left, up. Evaluate through `ground_reaction`, which
-        is zero in swing.
+        that foot in world axes: forward, left, up. They are fitted to stance only and mean
+        nothing in swing: evaluate through `ground_reaction`, which is zero there.
     """
 
     speed: float
