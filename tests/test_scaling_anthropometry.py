@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from gaitval.scaling.anthropometry import (
+    DE_LEVA,
+    PAIRED,
+    inertia_tensor,
+    mass_fractions,
+    mean_length,
+    shifted_inertia,
+)
+
+# The same segment between other end points (de Leva 1996, Table 4, lower half): length in m,
+# radii of gyration as fractions of it.
+OTHER_END_POINTS = {
+    ("F", "head"): (0.2002, 0.330, 0.359, 0.318),
+    ("F", "upper trunk"): (0.1425, 0.746, 0.502, 0.718),
+    ("F", "forearm"): (0.2624, 0.263, 0.259, 0.095),
+    ("F", "hand"): (0.1701, 0.244, 0.208, 0.154),
+    ("F", "shank"): (0.4323, 0.271, 0.267, 0.093),
+    ("M", "head"): (0.2033, 0.362, 0.376, 0.312),
+    ("M", "upper trunk"): (0.1707, 0.716, 0.454, 0.659),
+    ("M", "forearm"): (0.2669, 0.278, 0.267, 0.122),
+    ("M", "hand"): (0.1879, 0.288, 0.235, 0.184),
+    ("M", "shank"): (0.4340, 0.255, 0.249, 0.103),
+}
+
+
+@pytest.mark.parametrize("sex", ["F", "M"])
+def test_mass_fractions_of_a_whole_body_add_up_to_one(sex):
+    fractions = mass_fractions(sex)
+    total = sum(fraction * (2 if name in PAIRED else 1) for name, fraction in fractions.items())
+    assert total == pytest.approx(1.0, abs=1e-15)
+
+
+def test_head_of_a_man_has_the_mass_of_the_paper_not_of_the_misprint():
+    assert DE_LEVA["M"]["head"].mass == 0.0694
+
+
+@pytest.mark.parametrize(("sex", "segment"), list(OTHER_END_POINTS))
+def test_radii_of_gyration_in_metres_do_not_depend_on_the_end_points(sex, segment):
+    length, *radii = OTHER_END_POINTS[sex, segment]
+    ours = DE_LEVA[sex][segment]
+    # The table rounds fractions to 0.001, of lengths up to 0.44 m.
+    np.testing.assert_allclose(
+        np.array([ours.sagittal, ours.transverse, ours.longitudinal]) * ours.length,
+        np.array(radii) * length,
+        atol=0.5e-3,
+    )
+
+
+@pytest.mark.parametrize(("sex", "cervicale_to_hips"), [("F", 0.6148), ("M", 0.6033)])
+def test_parts_of_the_trunk_add_up_to_the_trunk(sex, cervicale_to_hips):
+    parts = ("upper trunk", "middle trunk", "lower trunk")
+    assert sum(DE_LEVA[sex][name].length for name in parts) == pytest.approx(cervicale_to_hips)
+
+
+def test_thigh_of_the_mean_man():
+    # 73 kg and 1.741 m: mass 0.1416 x 73, radius 0.329 x 0.4222 m.
+    assert mean_length("M", "thigh", 1.741) == pytest.approx(0.4222)
+    mass = mass_fractions("M")["thigh"] * 73
+    assert mass == pytest.approx(10.3368, rel=1e-9)
+    inertia = inertia_tensor(DE_LEVA["M"]["thigh"], mass, 0.4222)
+    np.testing.assert_allclose(np.diag(inertia), [0.199440, 0.199440, 0.040907], rtol=1e-4)
+
+
+def test_trunk_turns_harder_sideways_than_forwards():
+    # Wider than deep: more inertia about the axis from back to front (x) than about y.
+    for sex in ("F", "M"):
+        inertia = inertia_tensor(DE_LEVA[sex]["upper trunk"], 10.0, 0.2)
+        assert inertia[0, 0] > inertia[1, 1]
+
+
+def test_parallel_axis_theorem_for_a_point_mass():
+    np.testing.assert_allclose(
+        shifted_inertia(2.0, np.array([0.0, 3.0, 0.0])), np.diag([18.0, 0.0, 18.0])
+    )
