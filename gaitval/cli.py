@@ -163,10 +163,10 @@ class _Live(Observer):
 
         Parameters
         ----------
-        values : `total` and one of `samples`, `generation` or `done` count the work; all
+        values : `total` and one of `samples`, `generation` or `walks` count the work; all
             others (`reward`, `cycles`, ...) are shown beside it.
         """
-        unit = next(name for name in ("samples", "generation", "done") if name in values)
+        unit = next(name for name in ("samples", "generation", "walks") if name in values)
         done, total = values[unit], values["total"]
         rest = "  ".join(
             f"{_label(name)} {value:.3g}"
@@ -567,7 +567,8 @@ def baseline(
     """
     from gaitval.data.subject import load_subject
 
-    folder = out or Path("reports") / load_subject(subject).identifier
+    identifier = load_subject(subject).identifier
+    folder = out or Path("reports") / identifier
     target = target or folder / "baseline"
     store_baseline(folder, target)
     output.print(f"Stored {target}", highlight=False)

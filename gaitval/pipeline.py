@@ -21,7 +21,9 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import tomli_w
+from numpy.typing import NDArray
 
 from gaitval import __version__
 from gaitval.artefacts import (
@@ -38,6 +40,7 @@ from gaitval.errors import ArtefactError, PolicyError
 
 if TYPE_CHECKING:
     from gaitval.data.subject import Subject
+    from gaitval.simulation.walker import WalkingTask
 
 POLICY_FILES = ("policy.safetensors", "policy.json")
 """A stored policy: weights, and everything else about it."""
@@ -51,6 +54,9 @@ STORED_FILES = (
 )
 """What a baseline keeps of a run folder; enough to walk the policy again."""
 
+
+FOLLOWING = ("evaluate", "choose")
+"""Short stages without a command: they run by themselves after `identify`."""
 
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
@@ -219,7 +225,16 @@ def open_run(
     subject: "Subject", configuration: Configuration, folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """A run folder, held by this process alone, with the subject and configuration stored."""
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ArtefactError(
+            f"{folder}: is a file, or lies below one. Give a folder with --out."
+        ) from None
+    except PermissionError as error:
+        raise ArtefactError(
+            f"{error.filename}: may not be written to. Give another folder with --out."
+        ) from None
     with (folder / ".lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -277,9 +292,14 @@ def choose_start(run: Run, *, scratch: bool) -> None:
         run.observer.say("No stored policy for this subject: training from nothing.")
         return
     from gaitval.policy.storage import load_policy
+    from gaitval.scaling.urdf import model_hash, read_urdf
 
     try:
-        load_policy(baseline / "policy", model_hash=file_hash(run.folder / "model.urdf"))
+        load_policy(
+            baseline / "policy",
+            model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
+            observation=run.configuration.environment.observation,
+        )
     except PolicyError as error:
         run.observer.say(f"The stored policy is not used, training from nothing: {error}")
         return
@@ -342,21 +362,20 @@ def train_stage(run: Run, round_number: int) -> Stage:
     start = f"{before}/policy" if round_number > 1 else "start"
     has_start = round_number > 1 or (run.folder / start).exists()
     earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
-    if round_number > 1:
-        earlier.append(f"{before}/identification/identification.json")
 
     def train() -> None:
-        from gaitval.policy.storage import load_policy
+        from gaitval.policy.storage import load_policy, save_policy
         from gaitval.policy.training import train
 
-        train(
+        policy = train(
             _task(run),
-            run.configuration,
             run.folder / here,
             samples=training.refinement_samples if has_start else training.samples,
             start=load_policy(run.folder / start) if has_start else None,
+            subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
+        save_policy(policy, run.folder / here)
 
     return Stage(
         f"train-{round_number}",
@@ -372,6 +391,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     """One identification of Algorithm 1, of the policy of the same round."""
     here = f"rounds/{round_number}/identification"
     policy = f"rounds/{round_number}/policy"
+    before = f"rounds/{round_number - 1}/identification/identification.json"
     values = run.sections(*LEARNING_SECTIONS, "identification")
     # More rounds, or another threshold, do not change what one round finds.
     for name in ("rounds", "kappa"):
@@ -381,62 +401,126 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         from gaitval.identification.identify import identify
         from gaitval.policy.storage import load_policy
 
-        identify(
+        found = identify(
             _task(run),
             load_policy(run.folder / policy),
-            run.configuration,
             run.folder / here,
-            on_progress=run.observer.progress,
+            start=_body_parameters(run.folder / before) if round_number > 1 else None,
+            on_progress=lambda values: run.observer.progress(
+                {"generation" if name == "samples" else name: n for name, n in values.items()}
+            ),
         )
+        write_json(run.folder / here / "identification.json", found.as_dict())
 
     return Stage(
         f"identify-{round_number}",
         identify,
-        inputs=("model.urdf", "reference.npz", *(f"{policy}/{name}" for name in POLICY_FILES)),
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            *(f"{policy}/{name}" for name in POLICY_FILES),
+            *([before] if round_number > 1 else []),
+        ),
         outputs=(f"{here}/identification.json",),
         values=values,
         workspace=here,
     )
 
 
+def evaluate_stage(run: Run, round_number: int) -> Stage:
+    """Epsilon of a round's policy with the nominal and with the identified body."""
+    here = f"rounds/{round_number}"
+    identification = f"{here}/identification/identification.json"
+    validation = run.configuration.validation
+
+    def evaluate() -> None:
+        from gaitval.metrics.comparison import recorded_curves, simulated_curves
+        from gaitval.metrics.cycles import find_cycles
+        from gaitval.metrics.epsilon import epsilon
+        from gaitval.policy.storage import load_policy
+        from gaitval.policy.walking import walk
+
+        task = _task(run)
+        policy = load_policy(run.folder / here / "policy")
+        errors = {}
+        for which in ("nominal", "identified"):
+            rollout = walk(
+                task,
+                policy,
+                mu=_body_parameters(run.folder / identification, which),
+                start_phase=validation.start_phases[0],
+                cycles=validation.settling_cycles + validation.cycles,
+            )
+            curves = simulated_curves(
+                rollout,
+                find_cycles(rollout, run.configuration),
+                mass=task.model.mass,
+                filter_frequency=validation.filter_frequency,
+            )
+            error = epsilon(curves, recorded_curves(task.record))
+            errors[which] = None if error is None else error.as_dict()
+        write_json(run.folder / here / "epsilon.json", errors)
+
+    return Stage(
+        f"evaluate-{round_number}",
+        evaluate,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            identification,
+            *(f"{here}/policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=(f"{here}/epsilon.json",),
+        values=run.sections(*SIMULATION_SECTIONS, "validation"),
+    )
+
+
 def choose_stage(run: Run, rounds: int) -> Stage:
     """The round with the smallest epsilon, copied to where later stages read it."""
+    numbers = range(1, rounds + 1)
 
     def choose() -> None:
-        errors = [round_epsilon(run, number) for number in range(1, rounds + 1)]
-        best = 1 + errors.index(min(errors))
-        source = run.folder / "rounds" / str(best)
+        errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
+        best = min(numbers, key=lambda number: round_epsilon(run, number))
+        source = run.folder / f"rounds/{best}"
         _copy(source / "policy", run.folder / "policy", (*POLICY_FILES, "training.csv"))
-        _copy(source / "identification", run.folder, ("identification.json",))
-        write_json(run.folder / "rounds.json", {"epsilon": errors, "chosen": best})
+        write_json(
+            run.folder / "identification.json",
+            {
+                **read_json(source / "identification" / "identification.json"),
+                "chosen_round": best,
+                "epsilon_nominal": errors[best - 1]["nominal"],
+                "epsilon_identified": errors[best - 1]["identified"],
+                "rounds": [
+                    {"round": number, "epsilon": error["identified"]}
+                    for number, error in zip(numbers, errors, strict=True)
+                ],
+            },
+        )
 
     return Stage(
         "choose",
         choose,
         inputs=tuple(
             f"rounds/{number}/{name}"
-            for number in range(1, rounds + 1)
+            for number in numbers
             for name in (
-                "policy/policy.safetensors",
-                "policy/policy.json",
-                "policy/training.csv",
+                *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
                 "identification/identification.json",
+                "epsilon.json",
             )
         ),
         outputs=(
-            "policy/policy.safetensors",
-            "policy/policy.json",
-            "policy/training.csv",
+            *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
             "identification.json",
-            "rounds.json",
         ),
     )
 
 
 def round_epsilon(run: Run, round_number: int) -> float:
-    """Normalised error epsilon at mu* of a finished round."""
-    path = run.folder / f"rounds/{round_number}/identification/identification.json"
-    return float(read_json(path)["epsilon"])
+    """Normalised error epsilon at mu* of a finished round; infinite where the walk fell early."""
+    error = read_json(run.folder / f"rounds/{round_number}/epsilon.json")["identified"]
+    return float("inf") if error is None else float(error["total"])
 
 
 def rollout_names(configuration: Configuration) -> tuple[str, ...]:
@@ -454,28 +538,26 @@ def simulate_stage(run: Run) -> Stage:
     names = rollout_names(run.configuration)
 
     def simulate() -> None:
-        from gaitval.identification.identify import Identification
         from gaitval.policy.storage import load_policy
-        from gaitval.simulation.walk import walk
+        from gaitval.policy.walking import walk
 
         task = _task(run)
         policy = load_policy(run.folder / "policy")
-        identified = Identification.load(run.folder / "identification.json")
-        pairs = [
-            (mu, phase)
-            for mu in (identified.nominal_mu, identified.mu)
+        walks = [
+            (_body_parameters(run.folder / "identification.json", which), phase)
+            for which in ("nominal", "identified")
             for phase in validation.start_phases
         ]
-        for done, (name, (mu, phase)) in enumerate(zip(names, pairs, strict=True)):
-            run.observer.progress({"done": done, "total": len(names)})
-            walk(
+        for done, (name, (mu, phase)) in enumerate(zip(names, walks, strict=True)):
+            run.observer.progress({"walks": done, "total": len(names)})
+            rollout = walk(
                 task,
                 policy,
-                run.configuration,
                 mu=mu,
                 start_phase=phase,
                 cycles=validation.settling_cycles + validation.cycles,
-            ).save(run.folder / name)
+            )
+            rollout.save(run.folder / name)
 
     return Stage(
         "simulate",
@@ -550,13 +632,23 @@ def report_stage(run: Run) -> Stage:
     )
 
 
-def _task(run: Run) -> Any:
+def _task(run: Run) -> "WalkingTask":
     """The walking task that training, identification and simulation share."""
-    from gaitval.simulation.task import build_task
+    from gaitval.kinematics.reference import ReferenceMotion
+    from gaitval.scaling.urdf import read_urdf
+    from gaitval.simulation.walker import WalkingTask
 
-    return build_task(
-        run.subject, run.folder / "model.urdf", run.folder / "reference.npz", run.configuration
+    return WalkingTask(
+        model=read_urdf(run.folder / "model.urdf"),
+        record=run.subject.record(),
+        reference=ReferenceMotion.load(run.folder / "reference.npz"),
+        configuration=run.configuration,
     )
+
+
+def _body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
+    """Mu, (14,), from a file of an identification."""
+    return np.array(read_json(identification)[which], dtype=float)
 
 
 # --- jobs --------------------------------------------------------------------------------
@@ -567,7 +659,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
     pairs = [
         stage(run, number)
         for number in range(1, rounds + 1)
-        for stage in (train_stage, identify_stage)
+        for stage in (train_stage, identify_stage, evaluate_stage)
     ]
     return (
         scale_stage(run),
@@ -607,26 +699,33 @@ def run_one(
     ArtefactError : an earlier stage has not run, or ran on other inputs or settings.
     """
     repeated = name in ("train", "identify")
-    stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
     wanted = f"{name}-{round_number}" if repeated else name
-    for stage in stages:
+    reached = False
+    for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
         if stage.name == wanted:
             if wanted == "train-1":
                 choose_start(run, scratch=scratch)
                 stage = train_stage(run, 1)
             run_stage(stage, run.folder, force=force, observer=run.observer)
-            if name == "identify":
-                run_stage(choose_stage(run, finished_rounds(run)), run.folder)
+            reached = True
+        elif stage.name.partition("-")[0] in FOLLOWING:
+            run_stage(stage, run.folder, observer=run.observer)
+        elif reached:
             return
-        reason = why_run(stage, run.folder)
-        if reason is not None:
-            subject = run.subject.identifier
-            raise ArtefactError(
-                f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: "
-                f"{reason}. First run `{stage.command(subject)}` with the same options, "
-                f"or `gaitval subject {subject}`, which does all stages."
-            )
-    raise AssertionError(f"{wanted} is not a stage")
+        else:
+            _require(run, stage, name)
+
+
+def _require(run: Run, stage: Stage, name: str) -> None:
+    """Raise ArtefactError unless `stage`, which `name` builds on, is up to date."""
+    reason = why_run(stage, run.folder)
+    if reason is not None:
+        subject = run.subject.identifier
+        raise ArtefactError(
+            f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: {reason}. "
+            f"First run `{stage.command(subject)}` with the same options, or "
+            f"`gaitval subject {subject}`, which does all stages."
+        )
 
 
 def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None:
@@ -651,6 +750,7 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
         rounds += 1
         perform(train_stage(run, rounds))
         perform(identify_stage(run, rounds))
+        perform(evaluate_stage(run, rounds))
         epsilon = round_epsilon(run, rounds)
         run.observer.say(f"Round {rounds}: epsilon {epsilon:.3f}, kappa {settings.kappa:g}.")
     perform(choose_stage(run, rounds))

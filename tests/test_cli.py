@@ -1,0 +1,338 @@
+"""The command line: help that teaches, errors without a traceback, exit codes, progress."""
+
+import io
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from gaitval import __version__, cli
+from gaitval.artefacts import write_json
+from gaitval.errors import ArtefactError
+from gaitval.metrics import regression
+from gaitval.pipeline import STORED_FILES
+
+COMMANDS = (
+    "subjects",
+    "scale",
+    "reference",
+    "train",
+    "identify",
+    "simulate",
+    "validate",
+    "report",
+    "subject",
+    "baseline",
+    "check",
+)
+STAGES = ("scale", "reference", "train", "identify", "simulate", "validate", "report")
+
+
+@pytest.fixture(autouse=True)
+def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
+    """Messages as text without colours, in one place."""
+    text = io.StringIO()
+    monkeypatch.setattr(cli, "messages", Console(file=text, width=200))
+    return text  # type: ignore[return-value]
+
+
+def gaitval(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, arguments)
+
+
+def test_help_lists_every_command() -> None:
+    result = gaitval("--help")
+    assert result.exit_code == 0
+    for command in COMMANDS:
+        assert re.search(rf"^\W*{command}\b", result.output, re.MULTILINE), command
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_has_examples(command: str) -> None:
+    result = gaitval(command, "--help")
+    assert result.exit_code == 0
+    assert "Examples:" in result.output
+    assert f"gaitval {command}" in result.output
+
+
+def test_version() -> None:
+    assert gaitval("--version").output == f"gaitval {__version__}\n"
+
+
+def test_help_does_not_wait_for_heavy_libraries() -> None:
+    code = (
+        "import sys, gaitval.cli; "
+        "print({'torch', 'dartpy', 'numba', 'pandas', 'matplotlib'} & set(sys.modules))"
+    )
+    output = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
+    assert output == "set()\n"
+
+
+def test_subjects_lists_the_ten() -> None:
+    output = gaitval("subjects").output
+    assert all(f"S{number:02d}" in output for number in range(1, 11))
+    assert "WBDS14 T05" in output
+    assert "64.95" in output
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject", "baseline"])
+def test_an_unknown_subject_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "44", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "'44': no such subject. Built in are S01 (WBDS01)" in plain_messages.getvalue()
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject"])
+def test_an_unknown_setting_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--set", "training.sample=1")
+    assert result.exit_code == 2
+    assert "training.sample: unknown; known here are samples" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject"])
+def test_a_missing_configuration_file_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    missing = str(tmp_path / "none.toml")
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--config", missing)
+    assert result.exit_code == 2
+    assert f"{missing}: no such configuration file" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("command", STAGES[1:])
+def test_a_stage_without_the_earlier_ones_says_what_to_run(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "`gaitval scale S05`" in plain_messages.getvalue()
+
+
+def test_swapped_columns_of_a_users_subject_are_refused(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    from gaitval.data.subject import load_subject
+
+    text = load_subject("5").to_toml()
+    text = text.replace("mass_kg = 64.95", "mass_kg = 153").replace(
+        "height_m = 1.53", "height_m = 0.64"
+    )
+    (tmp_path / "me.toml").write_text(text)
+    result = gaitval("scale", str(tmp_path / "me.toml"), "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "swapped" in plain_messages.getvalue()
+
+
+def test_a_file_where_the_run_folder_should_be_is_refused(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    (tmp_path / "run").write_text("")
+    result = gaitval("scale", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "run: is a file, or lies below one" in plain_messages.getvalue()
+
+
+def test_wrong_usage_has_exit_code_2() -> None:
+    assert gaitval("scale").exit_code == 2
+    assert gaitval("walk", "5").exit_code == 2
+    assert gaitval("train", "5", "--round", "0").exit_code == 2
+    assert gaitval("check").exit_code == 2
+
+
+def test_ctrl_c_says_that_the_same_command_resumes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+) -> None:
+    def stop(*arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "run_subject", stop)
+    result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 130
+    assert "interrupted; the same command resumes" in plain_messages.getvalue()
+
+
+def test_a_fault_of_ours_shows_no_traceback(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise ZeroDivisionError("in the middle")
+
+    monkeypatch.setattr(cli, "run_subject", fail)
+    monkeypatch.setattr(sys, "argv", ["gaitval", "subject", "5", "--out", str(tmp_path / "run")])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 70
+    assert "ZeroDivisionError: in the middle" in plain_messages.getvalue()
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.out + captured.err
+
+
+def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seeds = []
+    monkeypatch.setattr(
+        cli, "run_subject", lambda run, **options: seeds.append(run.configuration.seed)
+    )
+    monkeypatch.setattr(
+        cli, "run_one", lambda run, name, **options: seeds.append(run.configuration.seed)
+    )
+    monkeypatch.setattr(cli, "_print_tolerances", lambda metrics: None)
+    folder = tmp_path / "run"
+    out = ("--out", str(folder))
+    gaitval("train", "5", *out, "--set", "seed=3")
+    gaitval("identify", "5", *out)
+    gaitval("identify", "5", *out, "--set", "seed=4")
+    write_json(folder / "metrics.json", {})
+    gaitval("subject", "5", *out)
+    assert seeds == [3, 3, 4, 0]
+
+
+# --- check -------------------------------------------------------------------------------
+
+
+def row(change: regression.Change, current: float | None) -> regression.Row:
+    return regression.Row("angle_rmse", "knee_angle_r", "deg", 4.0, current, 0.5, change)
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    for name in STORED_FILES:
+        write_json(tmp_path / "baseline" / name, {})
+    return tmp_path / "baseline" / "metrics.json"
+
+
+def test_check_passes_where_nothing_was_lost(stored: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "walk_again", lambda folder, observer: {})
+    monkeypatch.setattr(regression, "compare", lambda a, b: [row("kept", 4.1)])
+    result = gaitval("check", "--baseline", str(stored))
+    assert result.exit_code == 0
+    assert "1 measures within their margins" in result.output.replace("\n", " ")
+
+
+def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    monkeypatch.setattr(cli, "walk_again", lambda folder, observer: {})
+    rows = [row("kept", 4.1), row("lost", 5.25), row("lost", None)]
+    monkeypatch.setattr(regression, "compare", lambda a, b: rows)
+    junit = tmp_path / "accuracy.xml"
+    result = gaitval("check", "--baseline", str(stored), "--junit", str(junit))
+    assert result.exit_code == 1
+    assert "5.25" in result.output
+    assert "4.1" not in result.output
+    assert "2 of 3 measures are worse" in plain_messages.getvalue()
+    assert junit.read_text().count("<failure") == 2
+
+
+def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.StringIO) -> None:
+    (stored.parent / "identification.json").unlink()
+    assert gaitval("check", "--baseline", str(stored)).exit_code == 2
+    assert "identification.json missing" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("content", [None, "", "[1"])
+def test_check_refuses_a_missing_or_damaged_file(
+    tmp_path: Path, content: str | None, plain_messages: io.StringIO
+) -> None:
+    file = tmp_path / "metrics.json"
+    if content is not None:
+        file.write_text(content)
+    assert gaitval("check", "--baseline", str(file)).exit_code == 2
+    assert "metrics.json: no" in plain_messages.getvalue()
+
+
+# --- progress ----------------------------------------------------------------------------
+
+
+def observed(*, terminal: bool) -> tuple[Any, io.StringIO]:
+    text = io.StringIO()
+    return cli._Live(Console(file=text, force_terminal=terminal, width=160)), text
+
+
+def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:
+    live, text = observed(terminal=True)
+    live.started("train-1", "not run yet")
+    live.progress({"samples": 0, "total": 3_000_000, "reward": 0.1, "cycles": 0.4})
+    live.progress({"samples": 1_500_000, "total": 3_000_000, "reward": 7.25, "cycles": 2.5})
+    live.finished("train-1", 61.0)
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.getvalue())
+    assert "1,500,000 samples" in shown
+    assert "reward 7.25" in shown
+    assert "cycles walked 2.5" in shown
+    assert "50%" in shown
+    assert "train-1: done in 1 min 01 s" in shown
+
+
+def test_progress_elsewhere_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(cli, "monotonic", lambda: now[0])
+    live, text = observed(terminal=False)
+    live.started("train-1", "was interrupted")
+    for second in range(0, 100, 5):
+        now[0] = float(second)
+        live.progress({"samples": 1000 * second, "total": 200_000, "reward": 1.0})
+    lines = text.getvalue().splitlines()
+    assert lines[0] == "train-1: was interrupted, resuming"
+    assert len(lines) == 4
+    assert lines[1].startswith("train-1: 30,000 of 200,000 samples  reward 1")
+    assert lines[1].endswith("2 min 50 s left")
+
+
+def test_output_that_is_not_a_terminal_has_no_control_characters(tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-m", "gaitval.cli", "--version"], capture_output=True, check=False
+    )
+    assert b"\x1b" not in ended.stdout + ended.stderr
+
+
+def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "output", Console(width=200))
+    with cli.output.capture() as captured:
+        cli._print_tolerances(
+            {
+                "subject": {"identifier": "S05"},
+                "tolerances": [
+                    {
+                        "measure": "angle_rmse",
+                        "target": name,
+                        "value": value,
+                        "limit": "at_most",
+                        "tolerance": 5.0,
+                        "unit": "deg",
+                        "status": "published",
+                        "passed": passed,
+                    }
+                    for name, value, passed in (("hip_flexion_r", 3.0, True), ("knee", None, False))
+                ],
+            }
+        )
+    text = captured.get()
+    assert "fail" in text
+    assert "not measured" in text
+    assert "S05" in text
+
+
+def test_error_types_have_the_documented_exit_codes() -> None:
+    from gaitval import errors
+
+    for error in vars(errors).values():
+        if isinstance(error, type) and issubclass(error, errors.GaitvalError):
+            assert error.exit_code == (1 if error is errors.ToleranceError else 2)
+    assert ArtefactError.exit_code == 2

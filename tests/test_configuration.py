@@ -1,0 +1,107 @@
+"""One documented configuration, overridden by a file and by settings; bad values are explained."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomli_w
+from pydantic import BaseModel, ValidationError
+
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.errors import ConfigurationError
+
+
+def test_settings_override_the_file_and_the_file_the_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "run.toml"
+    file.write_text("seed = 4\n[training]\nsamples = 1000\nepochs = 2\n")
+    configuration = load_configuration(file, settings=["training.samples=500000"])
+    assert configuration.seed == 4
+    assert configuration.training.samples == 500_000
+    assert configuration.training.epochs == 2
+    assert configuration.training.batch_size == Configuration().training.batch_size
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("environment.observation=paper", "paper"),
+        ('environment.observation="paper"', "paper"),
+        ("environment.push_probability = 0.5", 0.5),
+        ("validation.start_phases=[0.0, 0.5]", (0.0, 0.5)),
+        ("randomisation.friction=[0.7, 0.9]", (0.7, 0.9)),
+    ],
+)
+def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: object) -> None:
+    section, key = setting.split("=")[0].strip().split(".")
+    assert getattr(getattr(load_configuration(settings=[setting]), section), key) == value
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("training.sample=5", r"training\.sample: unknown; known here are samples, "),
+        ("trainin.samples=5", r"trainin: unknown; known here are seed, contact, "),
+        ("training.samples=0", r"training\.samples: .*greater than or equal to 1, but it is 0"),
+        ("training.samples=many", r"training\.samples: .*integer.*but it is 'many'"),
+        ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),
+        ("contact.stiffness=-1", r"contact\.stiffness: .*greater than 0, but it is -1"),
+        ("training.samples", r"not of the form section\.key=value, for example --set "),
+        ("=5", r"not of the form section\.key=value"),
+        ("training=5", r"training: .*but it is 5"),
+    ],
+)
+def test_a_bad_setting_is_named_with_the_value_seen(setting: str, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message) as raised:
+        load_configuration(settings=[setting])
+    assert f"--set {setting}" in str(raised.value)
+    assert raised.value.exit_code == 2
+
+
+def test_all_problems_of_a_file_are_told_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "run.toml"
+    file.write_text("seeds = 1\n[contact]\nstiffness = 0\n")
+    with pytest.raises(ConfigurationError, match=r"(?s)run\.toml.*stiffness.*seeds: unknown"):
+        load_configuration(file)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "no such configuration file"), (b"seed = ", "not valid TOML"), (b"\xff", "not valid")],
+)
+def test_an_unreadable_file_is_an_error(
+    tmp_path: Path, content: bytes | None, message: str
+) -> None:
+    file = tmp_path / "run.toml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=message):
+        load_configuration(file)
+
+
+def test_the_stored_form_gives_the_same_configuration(tmp_path: Path) -> None:
+    configuration = load_configuration(settings=["seed=9", "validation.start_phases=[0.1]"])
+    file = tmp_path / "configuration.toml"
+    file.write_text(tomli_w.dumps(configuration.model_dump(mode="json")))
+    assert load_configuration(file) == configuration
+    assert tomllib.loads(file.read_text())["seed"] == 9
+
+
+def test_a_configuration_does_not_change() -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        Configuration().seed = 1
+
+
+def test_the_papers_constants_are_the_defaults() -> None:
+    configuration = Configuration()
+    assert configuration.training.hidden_units == 128
+    assert configuration.identification.population == 8
+    assert configuration.environment.push_force == 800.0
+    assert configuration.environment.push_seconds == 0.05
+    assert configuration.reward.joint_positions == 5.0
+    assert configuration.reward.torque == 0.005
+
+
+def test_every_section_says_what_it_is_for() -> None:
+    for name, field in Configuration.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            assert field.annotation.__doc__, name

@@ -1,0 +1,479 @@
+"""Stages run only when what they depend on has changed, and survive a kill at any moment."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gaitval import pipeline
+from gaitval.artefacts import write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.data.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.pipeline import (
+    STORED_FILES,
+    Observer,
+    Run,
+    Stage,
+    fingerprint,
+    finished_rounds,
+    identify_stage,
+    open_run,
+    plan,
+    run_one,
+    run_stage,
+    run_subject,
+    simulate_stage,
+    store_baseline,
+    train_stage,
+    validate_stage,
+    why_run,
+)
+
+STAGES = ("scale", "reference", "train", "identify", "simulate", "validate", "report")
+
+
+class Listener(Observer):
+    """Keeps what it hears."""
+
+    def __init__(self) -> None:
+        self.ran: list[str] = []
+        self.reasons: dict[str, str] = {}
+        self.lines: list[str] = []
+
+    def started(self, stage: str, reason: str) -> None:
+        self.ran.append(stage)
+        self.reasons[stage] = reason
+
+    def say(self, message: str) -> None:
+        self.lines.append(message)
+
+
+def doubling(folder: Path, **values: int) -> Stage:
+    """A stage that writes twice the number in `number.txt`."""
+
+    def double() -> None:
+        number = int((folder / "number.txt").read_text())
+        write_text(folder / "double.txt", str(2 * number))
+
+    return Stage("double", double, ("number.txt",), ("double.txt",), values=values)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write_text(tmp_path / "number.txt", "21")
+    write_json(tmp_path / "provenance.json", {"stages": {}})
+    return tmp_path
+
+
+def test_a_stage_is_skipped_when_nothing_changed(folder: Path) -> None:
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+    assert not run_stage(doubling(folder), folder)
+    assert why_run(doubling(folder), folder) is None
+
+
+def test_a_changed_input_file_runs_the_stage_and_is_named(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    write_text(folder / "number.txt", "4")
+    assert why_run(doubling(folder), folder) == "number.txt changed"
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "8"
+
+
+def test_a_changed_setting_runs_the_stage_and_is_named(folder: Path) -> None:
+    run_stage(doubling(folder, seed=0), folder)
+    assert why_run(doubling(folder, seed=1), folder) == "seed changed"
+
+
+def test_another_version_of_gaitval_runs_the_stage(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_stage(doubling(folder), folder)
+    monkeypatch.setattr(pipeline, "__version__", "999")
+    assert why_run(doubling(folder), folder) == "gaitval changed"
+
+
+@pytest.mark.parametrize("damage", [lambda path: path.unlink(), lambda path: path.write_text("4")])
+def test_a_missing_or_damaged_output_runs_the_stage(
+    folder: Path, damage: Callable[[Path], None]
+) -> None:
+    run_stage(doubling(folder), folder)
+    damage(folder / "double.txt")
+    assert "double.txt" in (why_run(doubling(folder), folder) or "")
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+
+
+def test_force_runs_a_stage_that_is_up_to_date(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    assert run_stage(doubling(folder), folder, force=True)
+
+
+def test_a_missing_input_is_an_error_that_says_what_to_run(folder: Path) -> None:
+    (folder / "number.txt").unlink()
+    with pytest.raises(ArtefactError, match=r"number\.txt: no such file.*Run the stage"):
+        run_stage(doubling(folder), folder)
+
+
+def test_damaged_records_are_an_error_that_says_how_to_mend(folder: Path) -> None:
+    write_text(folder / "stages.json", '{"double": ')
+    with pytest.raises(ArtefactError, match=r"stages\.json: not readable.*Delete it"):
+        run_stage(doubling(folder), folder)
+
+
+def test_a_failed_stage_is_not_taken_for_finished(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    write_text(folder / "number.txt", "no number")
+    with pytest.raises(ValueError, match="no number"):
+        run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+    assert why_run(doubling(folder), folder) == "was interrupted"
+
+
+def counting(folder: Path, *, until: int, stop_at: int, seed: int = 0) -> Stage:
+    """Counts in its workspace, a file a number; interrupted at `stop_at`."""
+
+    def count() -> None:
+        while (done := len(list((folder / "work").glob("*")))) < until:
+            if done == stop_at:
+                raise KeyboardInterrupt
+            write_text(folder / "work" / str(done), "")
+            seen.append(done)
+        write_text(folder / "count.txt", str(until))
+
+    seen: list[int] = []
+    stage = Stage("count", count, (), ("count.txt",), values={"seed": seed}, workspace="work")
+    counting.seen = seen  # type: ignore[attr-defined]
+    return stage
+
+
+def test_an_interrupted_stage_resumes_where_it_was(folder: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(counting(folder, until=6, stop_at=4), folder)
+    run_stage(counting(folder, until=6, stop_at=-1), folder)
+    assert counting.seen == [4, 5]  # type: ignore[attr-defined]
+    assert (folder / "count.txt").read_text() == "6"
+
+
+@pytest.mark.parametrize(("seed", "force"), [(1, False), (0, True)])
+def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: bool) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(counting(folder, until=6, stop_at=4), folder)
+    run_stage(counting(folder, until=6, stop_at=-1, seed=seed), folder, force=force)
+    assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from gaitval.artefacts import replacing
+from gaitval.pipeline import Stage, run_stage
+
+folder = Path(sys.argv[1])
+
+def die() -> None:
+    with replacing(folder / "double.txt") as temporary:
+        temporary.write_text("half of a nu")
+        os.kill(os.getpid(), signal.SIGKILL)
+
+run_stage(Stage("double", die, ("number.txt",), ("double.txt",)), folder, force=True)
+"""
+
+
+def test_kill_while_writing_leaves_the_old_output_and_runs_again(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    ended = subprocess.run([sys.executable, "-c", KILLED, str(folder)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert (folder / "double.txt").read_text() == "42"
+    assert why_run(doubling(folder), folder) == "was interrupted"
+    assert run_stage(doubling(folder), folder)
+
+
+def test_times_are_in_the_provenance_only(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    provenance = json.loads((folder / "provenance.json").read_text())
+    assert {"started", "finished", "seconds", "inputs"} == set(provenance["stages"]["double"])
+    assert provenance["versions"]["gaitval"]
+    before = (folder / "stages.json").read_bytes()
+    run_stage(doubling(folder), folder, force=True)
+    assert (folder / "stages.json").read_bytes() == before
+
+
+# --- the stages of a subject, with fast stand-ins for what they run -----------------------
+
+Opener = Callable[..., Run]
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Iterator[Opener]:
+    """Opens `tmp_path/run` for subject 5 with some settings, as often as wanted."""
+    contexts = []
+
+    def opener(*settings: str) -> Run:
+        while contexts:
+            contexts.pop().__exit__(None, None, None)
+        context = open_run(
+            load_subject("5"),
+            load_configuration(settings=settings),
+            tmp_path / "run",
+            Listener(),
+        )
+        contexts.append(context)
+        return context.__enter__()
+
+    yield opener
+    while contexts:
+        contexts.pop().__exit__(None, None, None)
+
+
+@pytest.fixture
+def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Every stage but the choice of a round writes its name.
+
+    The list is epsilon by round, None where the walk fell.
+    """
+    epsilons: list[float | None] = [3.0, 2.0, 2.5, 1.5]
+
+    def stand_in(name: str) -> None:
+        real = getattr(pipeline, name)
+
+        def stage(run: Run, *numbers: int) -> Stage:
+            original: Stage = real(run, *numbers)
+
+            def write() -> None:
+                for output in original.outputs:
+                    if output.endswith("epsilon.json"):
+                        total = epsilons[numbers[0] - 1]
+                        error = None if total is None else {"total": total}
+                        write_json(run.folder / output, {"nominal": None, "identified": error})
+                    elif output.endswith("identification.json"):
+                        write_json(run.folder / output, {"names": ["damping"]})
+                    else:
+                        text = json.dumps({"stage": original.name, "values": original.values})
+                        write_text(run.folder / output, text)
+
+            return replace(original, run=write)
+
+        monkeypatch.setattr(pipeline, name, stage)
+
+    for name in (*STAGES, "evaluate"):
+        stand_in(f"{name}_stage")
+    monkeypatch.setattr(pipeline, "stored_baseline", lambda folder: None)
+    return epsilons
+
+
+def ran(run: Run) -> list[str]:
+    assert isinstance(run.observer, Listener)
+    return run.observer.ran
+
+
+def test_main_job_runs_every_stage_once_and_then_none(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert ran(run) == [
+        "scale",
+        "reference",
+        "train-1",
+        "identify-1",
+        "evaluate-1",
+        "train-2",
+        "identify-2",
+        "evaluate-2",
+        "choose",
+        "simulate",
+        "validate",
+        "report",
+    ]
+    again = opened("identification.rounds=2")
+    run_subject(again)
+    assert ran(again) == []
+
+
+def test_algorithm_1_ends_below_kappa(opened: Opener, stand_ins: list[float | None]) -> None:
+    run = opened("identification.rounds=4", "identification.kappa=2.2")
+    run_subject(run)
+    assert finished_rounds(run) == 2
+    identification = json.loads((run.folder / "identification.json").read_text())
+    assert identification["rounds"] == [
+        {"round": 1, "epsilon": {"total": 3.0}},
+        {"round": 2, "epsilon": {"total": 2.0}},
+    ]
+
+
+def test_the_round_with_the_smallest_epsilon_is_chosen(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=3", "identification.kappa=0.1")
+    run_subject(run)
+    assert "train-2" in (run.folder / "policy" / "policy.json").read_text()
+    identification = json.loads((run.folder / "identification.json").read_text())
+    assert identification["chosen_round"] == 2
+    assert identification["epsilon_identified"] == {"total": 2.0}
+
+
+def test_a_round_that_fell_is_the_last_to_be_chosen(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    stand_ins[0] = None
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert json.loads((run.folder / "identification.json").read_text())["chosen_round"] == 2
+
+
+def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[float | None]) -> None:
+    run_subject(opened("identification.rounds=1", "identification.kappa=0.1"))
+    more = opened("identification.rounds=2", "identification.kappa=0.1")
+    run_subject(more)
+    assert ran(more)[:3] == ["train-2", "identify-2", "evaluate-2"]
+
+
+@pytest.mark.parametrize(
+    ("setting", "first"),
+    [
+        ("validation.filter_frequency=12", "evaluate-1"),
+        ("validation.cycles=30", "evaluate-1"),
+        ("identification.generations=3", "identify-1"),
+        ("training.learning_rate=1e-4", "train-1"),
+        ("contact.dissipation=1.0", "reference"),
+    ],
+)
+def test_a_setting_runs_only_the_stages_that_it_concerns(
+    opened: Opener, stand_ins: list[float | None], setting: str, first: str
+) -> None:
+    run_subject(opened("identification.rounds=1"))
+    changed = opened("identification.rounds=1", setting)
+    run_subject(changed)
+    assert ran(changed)[0] == first
+
+
+def test_a_stage_alone_refuses_to_build_on_what_is_not_there(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    with pytest.raises(ArtefactError, match=r"identify builds on scale.*`gaitval scale S05`"):
+        run_one(opened(), "identify")
+
+
+def test_a_stage_alone_refuses_to_build_on_other_settings(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run_subject(opened("identification.rounds=1"))
+    with pytest.raises(ArtefactError, match=r"train-1.*seed changed.*gaitval train S05 --round 1"):
+        run_one(opened("identification.rounds=1", "seed=7"), "validate")
+
+
+def test_stages_one_by_one_give_what_the_main_job_gives(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=1")
+    for name in STAGES:
+        run_one(run, name)
+    again = opened("identification.rounds=1")
+    run_subject(again)
+    assert ran(again) == []
+
+
+def test_force_of_one_stage_runs_it_alone(opened: Opener, stand_ins: list[float | None]) -> None:
+    run_subject(opened("identification.rounds=1"))
+    run = opened("identification.rounds=1")
+    run_one(run, "report", force=True)
+    assert ran(run) == ["report"]
+
+
+def test_scratch_trains_again_after_a_start_from_a_stored_policy(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=1")
+    write_text(run.folder / "start" / "policy.safetensors", "weights")
+    write_text(run.folder / "start" / "policy.json", "{}")
+    for name in ("scale", "reference"):
+        run_one(run, name)
+    run_stage(pipeline.train_stage(run, 1), run.folder)
+    run_subject(run)
+    assert ran(run).count("train-1") == 0  # the start it was trained from is kept
+    run_subject(run, scratch=True)
+    assert ran(run).count("train-1") == 1
+    assert not (run.folder / "start").exists()
+
+
+def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
+    opened()
+    with (
+        pytest.raises(ArtefactError, match="another gaitval works in this folder"),
+        open_run(load_subject("5"), load_configuration(), tmp_path / "run", Observer()),
+    ):
+        pass
+
+
+def test_every_stage_reads_only_what_earlier_stages_write(opened: Opener) -> None:
+    run = opened("identification.rounds=2")
+    written = {"subject.toml", "configuration.toml"}
+    for stage in plan(run, 2):
+        assert set(stage.inputs) <= written, stage.name
+        written |= set(stage.outputs)
+    assert set(STORED_FILES) <= written
+
+
+def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
+    run = opened()
+    assert "validation" not in train_stage(run, 1).values
+    assert "training" not in identify_stage(run, 1).values
+    assert "reward" not in simulate_stage(run).values
+    assert set(validate_stage(run).values) == {"seed", "contact", "validation"}
+
+
+def test_a_baseline_is_stored_of_finished_runs_only(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    run = opened("identification.rounds=1")
+    with pytest.raises(ArtefactError, match=r"metrics\.json missing.*not a finished run"):
+        store_baseline(run.folder, tmp_path / "baseline")
+    run_subject(run)
+    store_baseline(run.folder, tmp_path / "baseline")
+    stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
+    assert sorted(stored) == sorted(STORED_FILES)
+
+
+def test_provenance_names_versions_seed_and_hashes(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("seed=3", "identification.rounds=1")
+    run_subject(run)
+    provenance = json.loads((run.folder / "provenance.json").read_text())
+    assert provenance["seed"] == 3
+    assert {"gaitval", "dartpy", "torch", "numpy"} <= set(provenance["versions"])
+    assert len(provenance["configuration"]) == len(provenance["subject"]) == 64
+    train = provenance["stages"]["train-1"]
+    assert train["inputs"] == fingerprint(train_stage(run, 1), run.folder)
+
+
+def test_killed_main_job_resumes_at_the_interrupted_stage(
+    opened: Opener, stand_ins: list[float | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = opened("identification.rounds=1")
+    whole = pipeline.simulate_stage
+
+    def interrupted(run: Run) -> Stage:
+        def stop() -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+            raise AssertionError("not interrupted")
+
+        return replace(whole(run), run=stop)
+
+    monkeypatch.setattr(pipeline, "simulate_stage", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_subject(run)
+    monkeypatch.setattr(pipeline, "simulate_stage", whole)
+    again = opened("identification.rounds=1")
+    run_subject(again)
+    assert ran(again) == ["simulate", "validate", "report"]
+    assert isinstance(again.observer, Listener)
+    assert again.observer.reasons["simulate"] == "was interrupted"
