@@ -68,11 +68,14 @@ class Environment(Section):
 
     observation: Literal["paper", "extended"] = "extended"
     """`paper`: the paper's 71 numbers; `extended`: those and what balance needs."""
+    mirror: bool = True
+    """In the second half of the right gait cycle the policy sees and acts as in a mirror, so it
+    learns one step for both legs (extended observation only; the reference keeps its sides)."""
     physics_step: Positive = 0.001
     """s."""
     steps_per_action: int = Field(30, ge=1)
     """Physics steps for one action."""
-    action_scale: Positive = 0.1
+    action_scale: Positive = 0.2
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
@@ -120,6 +123,9 @@ class Reward(Section):
     ground_reaction: float = Field(1.0, ge=0)
     ground_reaction_sharpness: Positive = 8.0
     """1/(body weight)², on the sum over both feet of the mean force during the action."""
+    joint_moments: float = Field(1.0, ge=0)
+    joint_moments_sharpness: Positive = 1.0
+    """1/(Nm/kg)², on the sum over the coordinates whose moment the record has."""
     torque: float = Field(0.005, ge=0)
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 
@@ -153,8 +159,8 @@ class Training(Section):
     """Environments over all workers."""
     rollout_steps: int = Field(128, ge=1)
     """Steps of each environment between updates."""
-    batch_size: int = Field(1024, ge=2)
-    epochs: int = Field(5, ge=1)
+    batch_size: int = Field(512, ge=2)
+    epochs: int = Field(6, ge=1)
     discount: Fraction = 0.985
     gae_lambda: Fraction = 0.95
     learning_rate: Positive = 3e-4
@@ -162,8 +168,12 @@ class Training(Section):
     """The rate falls linearly to this over `samples`."""
     clip_range: Positive = 0.2
     target_kl: Positive = 0.03
+    warm_learning_rate_factor: Positive = 0.3
+    """Share of `learning_rate` that a warm start begins with."""
     initial_log_std: float = -1.0
-    final_log_std: float = -2.5
+    difficulty_ramp: tuple[Fraction, Fraction] = (0.4, 0.8)
+    """Parts of the training between which the randomisation of mu and pushes grows from nothing
+    to all of its range."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
     checkpoint_seconds: Positive = 45.0

@@ -1,0 +1,340 @@
+"""Reference motion q̂(φ): what the policy imitates, for all 31 coordinates.
+
+Lower-limb joints and pelvis orientation come from the record; the rest is derived or a
+convention of this project, because the record has no markers above the pelvis or on the toes:
+
+* pelvis translation: the centre of mass moves as the recorded ground reaction says (Newton's
+  second law, integrated as a periodic series), the pelvis follows from the model's centre of
+  mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
+* trunk: upright and facing forward in the world, so the lumbar joint undoes the pelvis's turn;
+* arms: swing opposite to the leg of their side (convention, `ARM_SWING`);
+* toes: stay flat on the ground while the heel rises in late stance, straight otherwise.
+"""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.configuration import Contact
+from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.data.record import GaitRecord, PeriodicCurve
+from gaitval.kinematics.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+from gaitval.scaling.model import SEGMENTS, BodyModel
+
+Array = NDArray[np.float64]
+
+SAMPLES = 1024
+"""Samples of one cycle."""
+
+END_EFFECTORS = ("foot_r", "foot_l", "forearm_r", "forearm_l")
+
+ARM_SWING = np.deg2rad(15.0)
+"""Amplitude of shoulder flexion; convention."""
+ELBOW_FLEXION = np.deg2rad(25.0)
+"""Constant elbow flexion; convention."""
+ARM_ABDUCTION = np.deg2rad(8.0)
+"""Keeps the arms clear of the hips; convention."""
+TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
+"""Largest toe extension of the reference in late stance; convention."""
+TOE_EXTENSION_SWING = np.deg2rad(15.0)
+"""Toe extension of the reference in swing, for clearance; convention."""
+
+TRANSLATION_HARMONICS = 8
+FLAT_FOOT = (0.15, 0.40)
+"""Phases of a side's own cycle between which its foot is flat on the ground."""
+ACCELERATION_SCALE = 0.3
+"""m/s²: error of the centre of mass's acceleration that weighs as much as ..."""
+SLIDING_SCALE = 0.05
+"""m/s: this much sliding of the flat foot."""
+
+_RECORDED = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "ankle_angle",
+    "subtalar_angle",
+)
+FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+"""Coordinates whose recorded moment is fed forward."""
+
+
+@dataclass(frozen=True)
+class ReferenceMotion:
+    """One right gait cycle, sampled at N phases 0, 1/N, …; everything but the forward travel
+    is periodic. Axes REP-103, SI units, radians; root convention as in `kinematics.tree`.
+
+    Attributes
+    ----------
+    phase : (N,).
+    positions, velocities : (N, 31) q̂ and q̂̇ (per second).
+    moments : (N, 25) Nm, the record's joint moments where it has them (mean of both sides),
+        else zero.
+    ground_reaction : (N, 2, 3) body weights, recorded, right and left foot.
+    centre_of_mass : (N, 3) m, ĉ.
+    end_effectors : (N, 4, 3) m, ê: joint origin of feet and forearms, world.
+    stride_time : s.  speed : m/s.
+    """
+
+    phase: Array
+    positions: Array
+    velocities: Array
+    moments: Array
+    ground_reaction: Array
+    centre_of_mass: Array
+    end_effectors: Array
+    stride_time: float
+    speed: float
+
+    def save(self, path: Path) -> None:
+        """Write as npz."""
+        write_arrays(path, {f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
+
+    @classmethod
+    def load(cls, path: Path) -> "ReferenceMotion":
+        """Read what `save` wrote. Raises ArtefactError where the file is missing or damaged."""
+        arrays = read_arrays(path, tuple(f.name for f in fields(cls)))
+        scalars = {name: float(arrays.pop(name)) for name in ("stride_time", "speed")}
+        return cls(**arrays, **scalars)
+
+
+def _side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
+    return phase if side == "right" else phase - record.left_phase
+
+
+def pelvis_rotation(tilt: Array, list_right: Array, rotation_right: Array) -> Array:
+    """Pelvis orientation (N, 3, 3), pelvis to world, of its Cardan angles in rad: anterior tilt,
+    right side up, right side forward, in this order (the record's)."""
+    angles = np.column_stack([tilt, -list_right, rotation_right])
+    return np.asarray(Rotation.from_euler("YXZ", angles).as_matrix())
+
+
+def pelvis_angles(rotation: Array) -> Array:
+    """Tilt, list (right side up +) and rotation (right side forward +) (N, 3) in rad; the
+    inverse of `pelvis_rotation`."""
+    angles = Rotation.from_matrix(rotation).as_euler("YXZ")
+    return np.asarray(angles * np.array([1.0, -1.0, 1.0]))
+
+
+def _pelvis_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
+    """Pelvis Cardan angles (N, 3) and their rates per unit phase, mean of both sides' views."""
+    value, rate = np.zeros((len(phase), 3)), np.zeros((len(phase), 3))
+    for side, suffix, signs in (("right", "r", (1, 1, 1)), ("left", "l", (1, -1, -1))):
+        at = _side_phase(record, side, phase)
+        for i, name in enumerate(("tilt", "list", "rotation")):
+            curve = record.angles[f"pelvis_{name}_{suffix}"]
+            value[:, i] += 0.5 * signs[i] * curve(at)
+            rate[:, i] += 0.5 * signs[i] * curve.derivative(at)
+    return value, rate
+
+
+def _angular_velocity(angles: Array, rates: Array) -> Array:
+    """World angular velocity (N, 3) from Cardan angles and rates as in `_pelvis_curves`."""
+    tilt = Rotation.from_euler("Y", angles[:, :1]).as_matrix()
+    tilt_list = Rotation.from_euler("YX", angles[:, :2] * np.array([1.0, -1.0])).as_matrix()
+    y_axis = np.array([0.0, 1.0, 0.0])
+    return np.asarray(
+        rates[:, :1] * y_axis - rates[:, 1:2] * tilt[:, :, 0] + rates[:, 2:] * tilt_list[:, :, 2]
+    )
+
+
+def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
+    """The first harmonics of one cycle of equally spaced samples."""
+    spectrum = np.fft.rfft(values) / len(values)
+    return PeriodicCurve(
+        mean=float(spectrum[0].real),
+        cosine=tuple(2 * spectrum[1 : harmonics + 1].real),
+        sine=tuple(-2 * spectrum[1 : harmonics + 1].imag),
+    )
+
+
+def _toe_extension(record: GaitRecord, suffix: str, phase: Array) -> PeriodicCurve:
+    """Toes flat on the ground while the heel is up in stance (pitch of the foot negative), then
+    lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike."""
+    side = "right" if suffix == "r" else "left"
+    pitch = (
+        record.angles[f"hip_flexion_{suffix}"](phase)
+        - record.angles[f"knee_angle_{suffix}"](phase)
+        + record.angles[f"ankle_angle_{suffix}"](phase)
+        - record.angles[f"pelvis_tilt_{suffix}"](phase)
+    )
+    toe_off = record.stance_fraction[side]
+    lowering = np.clip((phase - toe_off) / (0.85 - toe_off), 0.0, 1.0)
+    limit = TOE_EXTENSION_LIMIT + lowering * (TOE_EXTENSION_SWING - TOE_EXTENSION_LIMIT)
+    extension = np.where(phase < toe_off, np.clip(-pitch, 0.0, limit), limit)
+    extension = np.where(phase < 0.2, 0.0, extension) * np.clip((0.98 - phase) / 0.08, 0.0, 1.0)
+    return _smooth(extension, 10)
+
+
+def _joint_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
+    """Actuated coordinates but the lumbar ones (N, 25) and their rates per unit phase."""
+    value, rate = np.zeros((len(phase), len(ACTUATED))), np.zeros((len(phase), len(ACTUATED)))
+
+    def put(name: str, curve: PeriodicCurve, at: Array) -> None:
+        value[:, ACTUATED.index(name)] = curve(at)
+        rate[:, ACTUATED.index(name)] = curve.derivative(at)
+
+    for side in SIDES:
+        suffix = side[0]
+        at = _side_phase(record, side, phase)
+        for name in _RECORDED:
+            put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
+        put(f"mtp_angle_{suffix}", _toe_extension(record, suffix, phase), at)
+        put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-ARM_SWING,), (0.0,)), at)
+        put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
+        put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+    return value, rate
+
+
+def _lumbar(rotation: Array) -> Array:
+    """Lumbar coordinates (N, 3) that keep the trunk upright and facing forward."""
+    # The lumbar joint turns about -y, x, z of the pelvis in this order.
+    angles = Rotation.from_matrix(np.swapaxes(rotation, 1, 2)).as_euler("YXZ")
+    return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
+
+
+def _spectral_rate(values: Array) -> Array:
+    """d/dφ of equally spaced samples (N, …) of one cycle."""
+    n = len(values)
+    k = np.fft.rfftfreq(n, 1.0 / n).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.fft.irfft(2j * np.pi * k * np.fft.rfft(values, axis=0), n, axis=0))
+
+
+def _series(phase: Array, order: int) -> Array:
+    """(N, 2 H) cosines and sines of the harmonics, differentiated `order` times in phase."""
+    k = 2 * np.pi * np.arange(1, TRANSLATION_HARMONICS + 1)
+    angles = np.outer(phase, k) + 0.5 * np.pi * order
+    return np.hstack([k**order * np.cos(angles), k**order * np.sin(angles)])
+
+
+def _pelvis_translation(
+    record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array
+) -> Array:
+    """Periodic part of the pelvis position (N, 3), mean zero.
+
+    Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
+    say (their mean scaled to what periodic motion needs) and the flat foot stands still (on
+    the belt: it moves with the mean speed backwards relative to the walker).
+
+    Parameters
+    ----------
+    com_offset : (N, 3) m, centre of mass relative to the pelvis origin, world axes.
+    foot_offset : (N, 2, 3) m, right and left ankle relative to the pelvis origin.
+    """
+    force = sum(
+        (record.ground_reaction(side, _side_phase(record, side, phase)) for side in SIDES),
+        start=np.zeros((len(phase), 3)),
+    )
+    acceleration = 9.81 * (force - force.mean(axis=0))
+    acceleration[:, 2] *= 1.0 / force[:, 2].mean()
+    time = record.stride_time
+    offset_acceleration = _spectral_rate(_spectral_rate(com_offset)) / time**2
+    foot_rate = _spectral_rate(foot_offset) / time
+    rows = [_series(phase, 2) / time**2 / ACCELERATION_SCALE]
+    targets = [(acceleration - offset_acceleration) / ACCELERATION_SCALE]
+    for i, side in enumerate(SIDES):
+        at = np.mod(_side_phase(record, side, phase), 1.0)
+        flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
+        rows.append(_series(phase[flat], 1) / time / SLIDING_SCALE)
+        velocity = -foot_rate[flat, i] - np.array([record.speed, 0.0, 0.0])
+        targets.append(velocity / SLIDING_SCALE)
+    solution, *_ = np.linalg.lstsq(np.vstack(rows), np.vstack(targets), rcond=None)
+    return np.asarray(_series(phase, 0) @ solution)
+
+
+def _standing_height(tree: Tree, contact: Contact, positions: Array, frames: Array) -> float:
+    """Height to add so that the mean static contact force over the cycle is one body weight."""
+    centres = np.einsum(
+        "tkij,kj->tki", frames[:, tree.sphere_segment][..., :3, :3], tree.sphere_position
+    )
+    heights = centres[..., 2] + frames[:, tree.sphere_segment][..., 2, 3] - tree.sphere_radius
+    weight = tree.mass.sum() * 9.81
+    k = 0.5 * contact.stiffness ** (2.0 / 3.0)
+
+    def excess(lift: float) -> float:
+        depth = np.maximum(-(heights + lift), 0.0)
+        force = 4.0 / 3.0 * k * np.sqrt(tree.sphere_radius * k) * depth**1.5
+        return float(force.sum(axis=1).mean() - weight)
+
+    top = -float(heights.min())
+    return float(brentq(excess, top - 0.5, top))
+
+
+def build_reference(
+    record: GaitRecord, model: BodyModel, contact: Contact | None = None
+) -> ReferenceMotion:
+    """Reference motion of a record on a scaled model.
+
+    Parameters
+    ----------
+    contact : law that sets how deep the feet press in, so that the mean contact force of the
+        reference is one body weight; the default configuration's when not given.
+    """
+    contact = contact or Contact()
+    tree = tree_arrays(model)
+    phase = np.arange(SAMPLES) / SAMPLES
+    time = record.stride_time
+    joint, joint_rate = _joint_curves(record, phase)
+    angles, angle_rates = _pelvis_curves(record, phase)
+    rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
+    lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
+    joint[:, lumbar] = _lumbar(rotation)
+    joint_rate[:, lumbar] = _spectral_rate(joint[:, lumbar])
+
+    positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))
+    velocities = np.zeros_like(positions)
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    positions[:, ROOT_DOFS:] = joint
+    velocities[:, :3] = _angular_velocity(angles, angle_rates) / time
+    velocities[:, ROOT_DOFS:] = joint_rate / time
+
+    frames = segment_frames(model, positions)
+    com_offset = _centre_of_mass(tree, frames)
+    feet = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
+    translation = _pelvis_translation(record, phase, com_offset, frames[:, feet][..., :3, 3])
+    velocities[:, 3:6] = _spectral_rate(translation) / time
+    velocities[:, 3] += record.speed
+    # Walk along y = 0 with the mean centre of mass in the middle.
+    translation[:, 1] -= (translation[:, 1] + com_offset[:, 1]).mean()
+    travel = np.zeros((SAMPLES, 3))
+    travel[:, 0] = record.speed * time * phase
+    positions[:, 3:6] = translation + travel
+    frames[..., :3, 3] += positions[:, None, 3:6]
+    lift = _standing_height(tree, contact, positions, frames)
+    positions[:, 5] += lift
+    frames[..., 2, 3] += lift
+
+    moments = np.zeros((SAMPLES, len(ACTUATED)))
+    ground_reaction = np.zeros((SAMPLES, 2, 3))
+    for i, side in enumerate(SIDES):
+        at = _side_phase(record, side, phase)
+        ground_reaction[:, i] = record.ground_reaction(side, at)
+        for name in FEED_FORWARD:
+            # The mean of both sides at the side's own phase: the recorded sagittal moments of
+            # right and left differ by a shift of the centre of pressure between the plates.
+            mean = 0.5 * (record.moments[f"{name}_r"](at) + record.moments[f"{name}_l"](at))
+            moments[:, ACTUATED.index(f"{name}_{side[0]}")] = mean * model.mass
+    effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
+    return ReferenceMotion(
+        phase=phase,
+        positions=positions,
+        velocities=velocities,
+        moments=moments,
+        ground_reaction=ground_reaction,
+        centre_of_mass=_centre_of_mass(tree, frames),
+        end_effectors=frames[:, effectors][..., :3, 3],
+        stride_time=time,
+        speed=record.speed,
+    )
+
+
+def _centre_of_mass(tree: Tree, frames: Array) -> Array:
+    """Whole-body centre of mass (N, 3) of segment frames (N, 14, 4, 4)."""
+    local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
+    world = local + frames[..., :3, 3]
+    return np.asarray(np.einsum("tsi,s->ti", world, tree.mass) / tree.mass.sum())

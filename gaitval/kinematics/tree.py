@@ -1,0 +1,274 @@
+"""The body model as plain arrays, and its forward kinematics compiled with numba.
+
+Root convention: positions (rotation vector, origin of the pelvis) and velocities (angular,
+linear) in world axes, as dartpy's FreeJoint has them; a generalised root force is the moment
+about the pelvis origin and the force, in world axes.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.coordinates import ACTUATED, AXES
+from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROOT_DOFS = 6
+
+_INDEX = {name: i for i, name in enumerate(SEGMENTS)}
+PARENT: Index = np.array([_INDEX[PARENTS[s]] if s in PARENTS else -1 for s in SEGMENTS])
+FIRST_DOF: Index = np.array(
+    [ROOT_DOFS + ACTUATED.index(JOINT_COORDINATES[s][0]) if s in PARENTS else 0 for s in SEGMENTS]
+)
+DOF_COUNT: Index = np.array([len(JOINT_COORDINATES.get(s, ())) for s in SEGMENTS])
+AXIS: Array = np.vstack(
+    [np.zeros((ROOT_DOFS, 3)), np.array([AXES[name] for name in ACTUATED], dtype=float)]
+)
+
+
+class Tree(NamedTuple):
+    """A `BodyModel` as arrays; S = 14 segments in the order of `SEGMENTS`, K = 12 spheres.
+
+    Attributes
+    ----------
+    joint_position : (S, 3) m, in the parent's frame.
+    mass : (S,) kg.
+    centre_of_mass : (S, 3) m, in the segment's frame.
+    inertia : (S, 3, 3) kg m², about the centre of mass.
+    sphere_segment : (K,) index into `SEGMENTS`.
+    sphere_position : (K, 3) m, in the segment's frame.
+    sphere_radius : (K,) m.
+    """
+
+    joint_position: Array
+    mass: Array
+    centre_of_mass: Array
+    inertia: Array
+    sphere_segment: Index
+    sphere_position: Array
+    sphere_radius: Array
+
+
+def tree_arrays(model: BodyModel) -> Tree:
+    """The arrays of a body model."""
+    return Tree(
+        joint_position=np.array([s.joint_position for s in model.segments], dtype=float),
+        mass=np.array([s.mass for s in model.segments], dtype=float),
+        centre_of_mass=np.array([s.centre_of_mass for s in model.segments], dtype=float),
+        inertia=np.array([s.inertia for s in model.segments], dtype=float),
+        sphere_segment=np.array([_INDEX[c.segment] for c in model.spheres], dtype=np.int64),
+        sphere_position=np.array([c.position for c in model.spheres], dtype=float),
+        sphere_radius=np.array([c.radius for c in model.spheres], dtype=float),
+    )
+
+
+@numba.njit(cache=True)
+def rotation_matrix(vector: Array) -> Array:
+    """Rotation matrix (3, 3) of a rotation vector (3,), by Rodrigues' formula."""
+    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle < 1e-7:
+        a, b = 1.0 - angle**2 / 6.0, 0.5 - angle**2 / 24.0
+    else:
+        a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
+    x, y, z = vector[0], vector[1], vector[2]
+    matrix = np.empty((3, 3))
+    matrix[0, 0] = 1.0 - b * (y * y + z * z)
+    matrix[0, 1] = b * x * y - a * z
+    matrix[0, 2] = b * x * z + a * y
+    matrix[1, 0] = b * x * y + a * z
+    matrix[1, 1] = 1.0 - b * (x * x + z * z)
+    matrix[1, 2] = b * y * z - a * x
+    matrix[2, 0] = b * x * z - a * y
+    matrix[2, 1] = b * y * z + a * x
+    matrix[2, 2] = 1.0 - b * (x * x + y * y)
+    return matrix
+
+
+@numba.njit(cache=True)
+def rotation_vector(matrix: Array) -> Array:
+    """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
+    cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)
+    cosine = min(1.0, max(-1.0, cosine))
+    angle = np.arccos(cosine)
+    factor = 0.5 + angle**2 / 12.0 if angle < 1e-4 else 0.5 * angle / np.sin(angle)
+    return factor * np.array(
+        [
+            matrix[2, 1] - matrix[1, 2],
+            matrix[0, 2] - matrix[2, 0],
+            matrix[1, 0] - matrix[0, 1],
+        ]
+    )
+
+
+@numba.njit(cache=True)
+def _multiply(left: Array, right: Array, out: Array) -> None:
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
+
+
+@numba.njit(cache=True)
+def _turn(frame: Array, axis: Array, angle: float, out: Array) -> None:
+    """out = frame · R(axis, angle) for an axis that is a signed unit vector of x, y or z."""
+    c, s = np.cos(angle), np.sin(angle)
+    if axis[0] != 0.0:
+        s *= axis[0]
+        i, j, k = 1, 2, 0
+    elif axis[1] != 0.0:
+        s *= axis[1]
+        i, j, k = 2, 0, 1
+    else:
+        s *= axis[2]
+        i, j, k = 0, 1, 2
+    for row in range(3):
+        a, b = frame[row, i], frame[row, j]
+        out[row, i] = a * c + b * s
+        out[row, j] = b * c - a * s
+        out[row, k] = frame[row, k]
+
+
+@numba.njit(cache=True)
+def forward(
+    joint_position: Array,
+    q: Array,
+    rotation: Array,
+    origin: Array,
+    axes: Array,
+    segments: int,
+) -> None:
+    """Forward kinematics of the first `segments` segments.
+
+    Parameters
+    ----------
+    joint_position : (14, 3) m, as in `Tree`.
+    q : (31,) positions.
+    rotation : (14, 3, 3) out, segment to world.
+    origin : (14, 3) out, m, joint of each segment to its parent, world.
+    axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
+    segments : how many, counted from the pelvis (9 are pelvis and legs).
+    """
+    rotation[0] = rotation_matrix(q[:3])
+    origin[0] = q[3:6]
+    frame = np.empty((3, 3))
+    turned = np.empty((3, 3))
+    for s in range(1, segments):
+        p = PARENT[s]
+        for i in range(3):
+            origin[s, i] = (
+                origin[p, i]
+                + rotation[p, i, 0] * joint_position[s, 0]
+                + rotation[p, i, 1] * joint_position[s, 1]
+                + rotation[p, i, 2] * joint_position[s, 2]
+            )
+        for i in range(3):
+            for j in range(3):
+                frame[i, j] = rotation[p, i, j]
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            for i in range(3):
+                axes[d, i] = (
+                    frame[i, 0] * AXIS[d, 0] + frame[i, 1] * AXIS[d, 1] + frame[i, 2] * AXIS[d, 2]
+                )
+            _turn(frame, AXIS[d], q[d], turned)
+            for i in range(3):
+                for j in range(3):
+                    frame[i, j] = turned[i, j]
+        for i in range(3):
+            for j in range(3):
+                rotation[s, i, j] = frame[i, j]
+
+
+@numba.njit(cache=True)
+def velocities(
+    origin: Array,
+    axes: Array,
+    qd: Array,
+    angular: Array,
+    linear: Array,
+    segments: int,
+) -> None:
+    """Velocities of the first `segments` segments after `forward`.
+
+    Parameters
+    ----------
+    origin, axes : as `forward` left them.
+    qd : (31,) velocities.
+    angular, linear : (14, 3) out, rad/s and m/s of the segment's joint, world.
+    """
+    for i in range(3):
+        angular[0, i] = qd[i]
+        linear[0, i] = qd[3 + i]
+    for s in range(1, segments):
+        p = PARENT[s]
+        r0 = origin[s, 0] - origin[p, 0]
+        r1 = origin[s, 1] - origin[p, 1]
+        r2 = origin[s, 2] - origin[p, 2]
+        linear[s, 0] = linear[p, 0] + angular[p, 1] * r2 - angular[p, 2] * r1
+        linear[s, 1] = linear[p, 1] + angular[p, 2] * r0 - angular[p, 0] * r2
+        linear[s, 2] = linear[p, 2] + angular[p, 0] * r1 - angular[p, 1] * r0
+        for i in range(3):
+            angular[s, i] = angular[p, i]
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            for i in range(3):
+                angular[s, i] += axes[d, i] * qd[d]
+
+
+@numba.njit(cache=True)
+def whole_body_centre_of_mass(
+    mass: Array, centre_of_mass: Array, rotation: Array, origin: Array
+) -> Array:
+    """Centre of mass (3,) m, world, after `forward` over all segments."""
+    total = np.zeros(3)
+    for s in range(mass.shape[0]):
+        for i in range(3):
+            total[i] += mass[s] * (
+                origin[s, i]
+                + rotation[s, i, 0] * centre_of_mass[s, 0]
+                + rotation[s, i, 1] * centre_of_mass[s, 1]
+                + rotation[s, i, 2] * centre_of_mass[s, 2]
+            )
+    return total / mass.sum()
+
+
+@numba.njit(cache=True)
+def whole_body_velocity(
+    mass: Array,
+    centre_of_mass: Array,
+    rotation: Array,
+    angular: Array,
+    linear: Array,
+) -> Array:
+    """Velocity of the centre of mass (3,) m/s, world, after `velocities`."""
+    total = np.zeros(3)
+    for s in range(mass.shape[0]):
+        r = rotation[s] @ centre_of_mass[s]
+        total[0] += mass[s] * (linear[s, 0] + angular[s, 1] * r[2] - angular[s, 2] * r[1])
+        total[1] += mass[s] * (linear[s, 1] + angular[s, 2] * r[0] - angular[s, 0] * r[2])
+        total[2] += mass[s] * (linear[s, 2] + angular[s, 0] * r[1] - angular[s, 1] * r[0])
+    return total / mass.sum()
+
+
+def segment_frames(model: BodyModel, positions: Array) -> Array:
+    """Poses of all segments over a motion.
+
+    Parameters
+    ----------
+    positions : (T, 31) in the order of `coordinates.COORDINATES`.
+
+    Returns
+    -------
+    (T, 14, 4, 4) homogeneous transforms, segment to world.
+    """
+    tree = tree_arrays(model)
+    frames = np.zeros((len(positions), len(SEGMENTS), 4, 4))
+    frames[..., 3, 3] = 1.0
+    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
+    axes = np.zeros((ROOT_DOFS + len(ACTUATED), 3))
+    for t, q in enumerate(np.asarray(positions, dtype=float)):
+        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
+        frames[t, :, :3, :3] = rotation
+        frames[t, :, :3, 3] = origin
+    return frames

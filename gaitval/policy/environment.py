@@ -1,0 +1,489 @@
+"""The walking task as a Gymnasium environment.
+
+State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions
+of docs/architecture.md: bounded reward kernels, an `extended` observation beside the paper's 71
+numbers, early termination on the pelvis's height, rotation and drift.
+"""
+
+from typing import Any, NamedTuple
+
+import gymnasium
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.configuration import Reward
+from gaitval.coordinates import ACTUATED, mirrored
+from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
+from gaitval.kinematics.tree import (
+    Tree,
+    forward,
+    rotation_matrix,
+    rotation_vector,
+    velocities,
+    whole_body_centre_of_mass,
+    whole_body_velocity,
+)
+from gaitval.scaling.model import SEGMENTS
+from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
+from gaitval.simulation.walker import Recording, Walker, WalkingTask
+
+Array = NDArray[np.float64]
+
+PAPER_SIZE = 71
+EXTENDED_SIZE = 124
+REWARD_TERMS = (
+    "joint_positions",
+    "joint_velocities",
+    "centre_of_mass",
+    "pelvis_rotation",
+    "end_effectors",
+    "ground_reaction",
+    "joint_moments",
+    "torque",
+)
+_EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
+
+_VELOCITY_SCALE = 0.1
+"""Joint velocities are observed in tens of rad/s, so that they weigh like the angles."""
+
+
+def _mirror() -> tuple[NDArray[np.int64], Array]:
+    """Order (124,) and signs (124,) that turn an extended observation into its mirror image at
+    the sagittal plane. The last 25 are the mirror of an action."""
+    joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
+    joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
+    polar, axial = [1, -1, 1], [-1, 1, -1]
+    order: list[int] = []
+    signs: list[int] = []
+
+    def add(block: list[int], block_signs: list[int]) -> None:
+        start = len(order)
+        order.extend(start + i for i in block)
+        signs.extend(block_signs)
+
+    same, swapped = [0, 1, 2], [3, 4, 5, 0, 1, 2]
+    add(joints, joint_signs)  # joint angles
+    add(joints, joint_signs)  # joint velocities
+    add(same, polar)  # velocity of the centre of mass
+    add(same, axial)  # angular velocity of the body
+    add([0], [1])  # phase
+    add(list(range(14)), [1] * 14)  # mu
+    add(list(range(4)), [1] * 4)  # sines and cosines of the phase
+    add(same, axial)  # pelvis rotation
+    add(same, polar)  # pelvis position
+    add(same, axial)  # pelvis angular velocity
+    add(same, polar)  # pelvis velocity
+    add(swapped, polar * 2)  # feet
+    add(swapped, polar * 2)  # ground reaction
+    add(joints, joint_signs)  # last action
+    return np.array(order), np.array(signs, dtype=float)
+
+
+_MIRROR_ORDER, _MIRROR_SIGNS = _mirror()
+_ACTION_ORDER = _MIRROR_ORDER[-25:] - (EXTENDED_SIZE - 25)
+_ACTION_SIGNS = _MIRROR_SIGNS[-25:]
+
+
+class _Targets(NamedTuple):
+    """Reference over one cycle for observation and reward, first sample repeated at the end;
+    without the forward travel."""
+
+    positions: Array  # (N + 1, 31)
+    velocities: Array  # (N + 1, 31)
+    centre_of_mass: Array  # (N + 1, 3)
+    end_effectors: Array  # (N + 1, 12)
+    ground_reaction: Array  # (N + 1, 6)
+    moments: Array  # (N + 1, 25), Nm/kg
+    has_moment: Array  # (25,), 1 where the record has a moment
+    stride_length: float
+
+
+def _targets(reference: ReferenceMotion, mass: float) -> _Targets:
+    stride = reference.speed * reference.stride_time
+    travel = stride * reference.phase
+    positions = reference.positions.copy()
+    positions[:, 3] -= travel
+    com = reference.centre_of_mass.copy()
+    com[:, 0] -= travel
+    effectors = reference.end_effectors.copy()
+    effectors[..., 0] -= travel[:, None]
+
+    def closed(values: Array) -> Array:
+        flat = values.reshape(len(values), -1)
+        return np.ascontiguousarray(np.concatenate([flat, flat[:1]]))
+
+    return _Targets(
+        closed(positions),
+        closed(reference.velocities),
+        closed(com),
+        closed(effectors),
+        closed(reference.ground_reaction),
+        closed(reference.moments / mass),
+        np.any(reference.moments != 0.0, axis=0).astype(float),
+        stride,
+    )
+
+
+@numba.njit(cache=True)
+def _at(table: Array, phase: float, out: Array) -> None:
+    count = table.shape[0] - 1
+    place = (phase - np.floor(phase)) * count
+    row = int(place)
+    part = place - row
+    for i in range(table.shape[1]):
+        out[i] = (1.0 - part) * table[row, i] + part * table[row + 1, i]
+
+
+@numba.njit(cache=True)
+def _angular_velocity_of_body(
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    rotation: Array,
+    origin: Array,
+    angular: Array,
+    linear: Array,
+    com: Array,
+    com_velocity: Array,
+) -> Array:
+    """Angular velocity (3,) of the whole body as if rigid: I⁻¹ L about its centre of mass."""
+    momentum = np.zeros(3)
+    total = np.zeros((3, 3))
+    for s in range(mass.shape[0]):
+        turned = rotation[s] @ inertia[s] @ rotation[s].T
+        arm = rotation[s] @ centre_of_mass[s]
+        velocity = linear[s] + np.cross(angular[s], arm) - com_velocity
+        place = origin[s] + arm - com
+        momentum += turned @ angular[s] + mass[s] * np.cross(place, velocity)
+        total += turned
+        square = place[0] ** 2 + place[1] ** 2 + place[2] ** 2
+        for i in range(3):
+            total[i, i] += mass[s] * square
+            for j in range(3):
+                total[i, j] -= mass[s] * place[i] * place[j]
+    return np.linalg.solve(total, momentum)
+
+
+@numba.njit(cache=True)
+def _measure(
+    tree: Tree,
+    targets: _Targets,
+    state: Array,
+    phase: float,
+    lift: float,
+    half_action: float,
+    ground: Array,
+    moments: Array,
+    offset: Array,
+    parameters: Array,
+    extended: bool,
+    half_cycle: bool,
+    observation: Array,
+    errors: Array,
+) -> None:
+    """Observation and squared errors of one state.
+
+    Parameters
+    ----------
+    lift : m, added to the reference's heights for the leg length of the body.
+    half_action : phase of half an action: means over the action are compared with its middle.
+    ground : (2, 3) body weights, mean over the action.
+    moments : (25,) Nm/kg, mean over the action.
+    offset : (25,) last action's offset over the action scale.
+    parameters : (14,) the mu that is observed.
+    half_cycle : the phase is observed within its half of the cycle, 0 to 0.5.
+    observation : (71,) or (124,) out.
+    errors : (10,) out: squared errors of the first seven `REWARD_TERMS`, then height m,
+        rotation rad and drift m of the pelvis, for termination.
+    """
+    rotation = np.empty((14, 3, 3))
+    origin = np.empty((14, 3))
+    axes = np.empty((31, 3))
+    angular = np.empty((14, 3))
+    linear = np.empty((14, 3))
+    q, qd = state[0], state[1]
+    forward(tree.joint_position, q, rotation, origin, axes, 14)
+    velocities(origin, axes, qd, angular, linear, 14)
+    com = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, rotation, origin)
+    com_velocity = whole_body_velocity(tree.mass, tree.centre_of_mass, rotation, angular, linear)
+    com_angular = _angular_velocity_of_body(
+        tree.mass,
+        tree.centre_of_mass,
+        tree.inertia,
+        rotation,
+        origin,
+        angular,
+        linear,
+        com,
+        com_velocity,
+    )
+
+    q_ref, qd_ref = np.empty(31), np.empty(31)
+    com_ref, ee_ref, grf_ref, moment_ref = np.empty(3), np.empty(12), np.empty(6), np.empty(25)
+    _at(targets.positions, phase, q_ref)
+    _at(targets.velocities, phase, qd_ref)
+    _at(targets.centre_of_mass, phase, com_ref)
+    _at(targets.end_effectors, phase, ee_ref)
+    travel = targets.stride_length * phase
+    q_ref[3] += travel
+    q_ref[5] += lift
+    com_ref[0] += travel
+    com_ref[2] += lift
+
+    turn = rotation_vector(rotation[0] @ rotation_matrix(q_ref[:3]).T)
+    joint = q[6:] - q_ref[6:]
+    joint_rate = qd[6:] - qd_ref[6:]
+    effector = np.empty(12)
+    for e in range(4):
+        for i in range(3):
+            effector[3 * e + i] = origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
+        effector[3 * e] -= travel
+    _at(targets.ground_reaction, phase - half_action, grf_ref)
+    _at(targets.moments, phase - half_action, moment_ref)
+
+    errors[0] = np.sum(joint * joint)
+    errors[1] = np.sum(joint_rate * joint_rate)
+    errors[2] = np.sum((com - com_ref) ** 2)
+    errors[3] = np.sum(turn * turn)
+    errors[4] = np.sum(effector * effector)
+    errors[5] = 0.0
+    for i in range(6):
+        errors[5] += (ground[i // 3, i % 3] - grf_ref[i]) ** 2
+    errors[6] = 0.0
+    for i in range(25):
+        errors[6] += targets.has_moment[i] * (moments[i] - moment_ref[i]) ** 2
+    errors[7] = abs(q[5] - q_ref[5])
+    errors[8] = np.sqrt(errors[3])
+    errors[9] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
+
+    if extended:
+        observation[0:25] = joint
+        observation[25:50] = _VELOCITY_SCALE * joint_rate
+    else:
+        observation[0:25] = q[6:]
+        observation[25:50] = qd[6:]
+    observation[50:53] = com_velocity
+    observation[53:56] = com_angular
+    seen = phase - np.floor(phase)
+    if half_cycle and seen >= 0.5:
+        seen -= 0.5
+    observation[56] = seen
+    observation[57:71] = parameters
+    if extended:
+        angle = 2.0 * np.pi * seen
+        observation[71] = np.sin(angle)
+        observation[72] = np.cos(angle)
+        observation[73] = np.sin(2.0 * angle)
+        observation[74] = np.cos(2.0 * angle)
+        observation[75:78] = turn
+        observation[78:81] = q[3:6] - q_ref[3:6]
+        observation[81:84] = qd[0:3] - qd_ref[0:3]
+        observation[84:87] = qd[3:6] - qd_ref[3:6]
+        observation[87:93] = effector[0:6]
+        for i in range(6):
+            observation[93 + i] = ground[i // 3, i % 3]
+        observation[99:124] = offset
+
+
+@numba.njit(cache=True)
+def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> None:
+    """Terms (8,) of the reward, in the order of `REWARD_TERMS`: weights (8,) over their sum
+    times exp(-sharpness (7,) x squared error); the last is the torque cost."""
+    total = np.sum(weights[:7])
+    for i in range(7):
+        terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
+    terms[7] = -weights[7] / total * effort
+
+
+def _reward_numbers(reward: Reward) -> tuple[Array, Array]:
+    weights = [getattr(reward, name) for name in REWARD_TERMS]
+    sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]
+    return np.array(weights, dtype=float), np.array(sharpness, dtype=float)
+
+
+class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Walk like the reference.
+
+    Action: 25 numbers; times `action_scale` they are the offsets (rad) of the joint targets from
+    the reference. Observation: see `Environment.observation`. `info` of every step holds
+    `errors` (10,), `reward_terms` (8,) and `cycles`, the gait cycles walked since the start.
+
+    Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
+    (14,) (else random within the bounds), `push` = (phase after which it starts, force N,
+    direction rad from straight ahead, left positive) or None for no push, `noise` (standard
+    deviation of the initial joint angles, rad).
+
+    Attributes
+    ----------
+    difficulty : 0 to 1, share of the ranges of mu and of the largest push that is drawn from;
+        the training raises it.
+    walker : the simulated body.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
+
+    def __init__(self, task: WalkingTask) -> None:
+        configuration = task.configuration
+        self.task = task
+        self.constants = configuration.environment
+        self.walker = Walker(task)
+        self.difficulty = 1.0
+        self._extended = self.constants.observation == "extended"
+        self._mirrors = self._extended and self.constants.mirror
+        size = EXTENDED_SIZE if self._extended else PAPER_SIZE
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        limit = self.constants.action_limit
+        self.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
+        self._targets = _targets(task.reference, task.model.mass)
+        self._weights, self._sharpness = _reward_numbers(configuration.reward)
+        self._lower, self._upper = parameter_bounds(configuration.randomisation)
+        self._nominal = nominal_parameters()
+        self._middle = 0.5 * (self._lower + self._upper)
+        self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
+        self._observation = np.zeros(size)
+        self._errors = np.zeros(10)
+        self._terms = np.zeros(8)
+        self._root_force = np.zeros(6)
+        self._no_offset = np.zeros(25)
+        self._half_action = 0.5 * self.walker.action_seconds / task.reference.stride_time
+        self._steps = 0
+        self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
+        self._push: tuple[float, float, float] | None = None
+        self._push_left = 0.0
+        self._start_phase = 0.0
+        self._lift = 0.0
+
+    def _random_parameters(self) -> Array:
+        drawn = self.np_random.uniform(self._lower, self._upper)
+        return np.asarray(self._nominal + self.difficulty * (drawn - self._nominal))
+
+    def _random_push(self, phase: float) -> tuple[float, float, float] | None:
+        if self.np_random.uniform() >= self.constants.push_probability:
+            return None
+        cycles = self.constants.episode_seconds / self.task.reference.stride_time
+        return (
+            phase + self.np_random.uniform(0.5, max(0.6, cycles - 2.0)),
+            self.difficulty * self.np_random.uniform(0.0, self.constants.push_force),
+            self.np_random.uniform(-0.5 * np.pi, 0.5 * np.pi),
+        )
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start at a state of the reference; see the class for `options`."""
+        super().reset(seed=seed)
+        options = options or {}
+        phase = options["phase"] if "phase" in options else self.np_random.uniform()
+        mu = options["mu"] if "mu" in options else self._random_parameters()
+        self._push = options["push"] if "push" in options else self._random_push(phase)
+        noise = options.get("noise", self.constants.initial_noise)
+        mu = np.asarray(mu, dtype=float)
+        if not np.array_equal(mu, self.walker.mu):
+            self.walker.set_parameters(mu)
+        self._lift = self._leg_extension()
+        positions, rates = np.empty(31), np.empty(31)
+        _at(self._targets.positions, phase, positions)
+        _at(self._targets.velocities, phase, rates)
+        positions[3] += self._targets.stride_length * phase
+        positions[5] += self._lift
+        positions[6:] += noise * self.np_random.standard_normal(25)
+        self.walker.reset(positions, rates, phase)
+        self._start_phase = phase
+        self._steps = 0
+        self._push_left = 0.0
+        self._root_force[:] = 0.0
+        ground = self.walker.mean_ground_reaction.reshape(6)
+        _at(self._targets.ground_reaction, phase, ground)
+        ground *= self.walker.weight
+        self._measure(self._no_offset)
+        return self._seen(), {}
+
+    def _is_mirrored(self) -> bool:
+        """Whether the policy acts as in a mirror now: in the second half of the right cycle."""
+        return self._mirrors and self.walker.phase % 1.0 >= 0.5
+
+    def _seen(self) -> NDArray[np.float32]:
+        """The observation as the policy gets it."""
+        observation = self._observation
+        if self._is_mirrored():
+            observation = _MIRROR_SIGNS * observation[_MIRROR_ORDER]
+        return observation.astype(np.float32)
+
+    def _leg_extension(self) -> float:
+        """How much higher the pelvis is over the ankles than in the nominal body, m."""
+        legs = [SEGMENTS.index(name) for name in ("thigh_r", "shank_r", "foot_r")]
+        nominal = sum(self.task.model.segments[i].joint_position[2] for i in legs)
+        return float(nominal - self.walker.tree.joint_position[legs, 2].sum())
+
+    def _measure(self, offset: Array) -> None:
+        walker = self.walker
+        parameters = walker.mu
+        if self._extended:
+            parameters = (walker.mu - self._middle) / self._half_range
+        _measure(
+            walker.tree,
+            self._targets,
+            walker.state,
+            walker.phase,
+            self._lift,
+            self._half_action,
+            walker.mean_ground_reaction / walker.weight,
+            walker.mean_moments / self.task.model.mass,
+            offset,
+            parameters,
+            self._extended,
+            self._mirrors,
+            self._observation,
+            self._errors,
+        )
+
+    def _push_now(self) -> None:
+        """Set the force on the pelvis for the next action."""
+        self._root_force[:] = 0.0
+        if self._push is None:
+            return
+        start, force, direction = self._push
+        if self._push_left == 0.0 and self.walker.phase >= start:
+            self._push_left = self.constants.push_seconds
+        if self._push_left > 0.0:
+            # Force x time is exact whatever the length of an action.
+            share = min(1.0, self._push_left / self.walker.action_seconds)
+            self._root_force[3] = share * force * np.cos(direction)
+            self._root_force[4] = share * force * np.sin(direction)
+            self._push_left -= share * self.walker.action_seconds
+            if self._push_left <= 1e-12:
+                self._push = None
+
+    def step(
+        self, action: NDArray[np.float32], recording: Recording | None = None
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Advance by one action; see the class for `action` and `info`."""
+        limit = self.constants.action_limit
+        clipped = np.clip(np.asarray(action, dtype=float), -limit, limit)
+        if self._is_mirrored():
+            clipped = _ACTION_SIGNS * clipped[_ACTION_ORDER]
+        self._push_now()
+        self.walker.step(self.constants.action_scale * clipped, self._root_force, recording)
+        self._steps += 1
+        self._measure(clipped)
+        mass = self.task.model.mass
+        effort = float(self.walker.mean_square_moments.sum()) / mass**2
+        _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
+        fell = not (  # so that a state that is not a number ends the episode too
+            self._errors[7] < self.constants.height_tolerance
+            and self._errors[8] < self.constants.rotation_tolerance
+            and self._errors[9] < self.constants.drift_tolerance
+        )
+        info = {
+            "errors": self._errors.copy(),
+            "reward_terms": self._terms.copy(),
+            "cycles": self.walker.phase - self._start_phase,
+        }
+        return (
+            self._seen(),
+            float(self._terms.sum()),
+            fell,
+            self._steps >= self._longest,
+            info,
+        )

@@ -1,0 +1,114 @@
+"""Trained policies: a small network with the statistics that normalise its observations.
+
+Stored as `policy.safetensors` (numbers) and `policy.json` (what they are for), never pickled.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import safetensors
+from numpy.typing import NDArray
+from safetensors.numpy import load_file, save_file
+
+from gaitval.artefacts import read_json, replacing, write_json
+from gaitval.errors import PolicyError
+
+FORMAT = 1
+NETWORK = (
+    "mlp_extractor.policy_net.0.weight",
+    "mlp_extractor.policy_net.0.bias",
+    "mlp_extractor.policy_net.2.weight",
+    "mlp_extractor.policy_net.2.bias",
+    "action_net.weight",
+    "action_net.bias",
+)
+"""Tensors of the action network, first layer first (stable-baselines3's names)."""
+NORMALISATION = ("observation_mean", "observation_variance")
+OBSERVATION_CLIP = 10.0
+"""Normalised observations are clipped at this, in training and after."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Deterministic walking policy π(a | s, μ).
+
+    Attributes
+    ----------
+    tensors : every number of the network (with the critic, so that training can go on), the
+        observation mean and variance, and the variance of returns.
+    about : what the policy was trained for: `model_hash`, `observation`, `action_scale`,
+        `subject`, `samples`, `seed`, `configuration`, `versions`.
+    """
+
+    tensors: Mapping[str, NDArray[Any]]
+    about: Mapping[str, Any]
+
+    def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
+        """Mean action (25,) or (B, 25) for observations (size,) or (B, size)."""
+        t = self.tensors
+        x = (observation - t["observation_mean"]) / np.sqrt(t["observation_variance"] + 1e-8)
+        x = np.clip(x, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(np.float32)
+        for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
+            x = np.tanh(x @ t[weight].T + t[bias])
+        return np.asarray(x @ t[NETWORK[4]].T + t[NETWORK[5]], dtype=np.float32)
+
+
+def save_policy(policy: Policy, folder: Path) -> None:
+    """Write `policy.safetensors` and `policy.json` into `folder`."""
+    folder = Path(folder)
+    with replacing(folder / "policy.safetensors") as temporary:
+        save_file({k: np.ascontiguousarray(v) for k, v in policy.tensors.items()}, temporary)
+    write_json(folder / "policy.json", {"format": FORMAT, **policy.about})
+
+
+def load_policy(
+    folder: Path, *, model_hash: str | None = None, observation: str | None = None
+) -> Policy:
+    """Read what `save_policy` wrote.
+
+    Parameters
+    ----------
+    model_hash : refuse a policy that was trained for another body model.
+    observation : refuse a policy that observes something else.
+
+    Raises
+    ------
+    PolicyError : missing, damaged or of another subject's model.
+    """
+    folder = Path(folder)
+    path = folder / "policy.safetensors"
+    if not path.exists():
+        raise PolicyError(f"{path}: there is no policy here. Train one with `gaitval train`.")
+    about = read_json(folder / "policy.json")
+    if not isinstance(about, dict) or about.pop("format", None) != FORMAT:
+        raise PolicyError(
+            f"{folder / 'policy.json'}: not a policy description of format {FORMAT}. "
+            "Train the policy again with this version of gaitval."
+        )
+    try:
+        tensors = load_file(path)
+    except (safetensors.SafetensorError, OSError) as error:
+        raise PolicyError(
+            f"{path}: not readable as safetensors ({error}); it is truncated or damaged. "
+            "Train the policy again."
+        ) from None
+    missing = [name for name in (*NETWORK, *NORMALISATION) if name not in tensors]
+    if missing:
+        raise PolicyError(f"{path}: the tensors {', '.join(missing)} are missing.")
+    if not all(np.isfinite(value).all() for value in tensors.values()):
+        raise PolicyError(f"{path}: some of its numbers are not finite.")
+    if model_hash is not None and about.get("model_hash") != model_hash:
+        raise PolicyError(
+            f"{folder}: this policy was trained for {about.get('subject', 'another subject')} with "
+            f"the body model {str(about.get('model_hash'))[:12]}, but the model here is "
+            f"{model_hash[:12]}. Train a policy for this model, or use the model it was made for."
+        )
+    if observation is not None and about.get("observation") != observation:
+        raise PolicyError(
+            f"{folder}: this policy observes {about.get('observation')!r}, but the configuration "
+            f"asks for {observation!r}. Set environment.observation to match it."
+        )
+    return Policy(tensors, about)

@@ -1,0 +1,103 @@
+"""The body model as a DART skeleton with compound joints.
+
+`DartLoader` makes a chain of one-dof joints with massless links of every compound joint; the
+skeleton here has one Euler or universal joint instead, which steps faster, and is equal to the
+loader's in mass matrix, Coriolis forces and forward dynamics (tested).
+"""
+
+import dartpy
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.coordinates import AXES, COORDINATES, ROOT
+from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, BodyModel, Segment
+
+GRAVITY = 9.81
+"""m/s², along -z; a body weight is the model's mass times this."""
+
+
+def _isometry(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> object:
+    transform = dartpy.math.Isometry3()
+    transform.set_rotation(rotation)
+    transform.set_translation(translation)
+    return transform
+
+
+def _joint_axes(segment: str) -> NDArray[np.float64]:
+    """(3, 3) joint frame in the parent's axes, one column an axis; three axes are right-handed."""
+    axes = [np.array(AXES[name], dtype=float) for name in JOINT_COORDINATES[segment]]
+    return np.column_stack(axes) if len(axes) == 3 else np.eye(3)
+
+
+def _set_inertia(body: object, segment: Segment) -> None:
+    inertia = dartpy.dynamics.Inertia(segment.mass, segment.centre_of_mass, segment.inertia)
+    body.setInertia(inertia)  # type: ignore[attr-defined]
+
+
+def _add_segment(skeleton: object, segment: Segment) -> None:
+    parent = skeleton.getBodyNode(PARENTS[segment.name])  # type: ignore[attr-defined]
+    names = JOINT_COORDINATES[segment.name]
+    kind = {3: "Euler", 2: "Universal", 1: "Revolute"}[len(names)]
+    create = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
+    joint, body = create(parent)
+    body.setName(segment.name)
+    joint.setName(segment.name)
+    if kind == "Universal":
+        joint.setAxis1(AXES[names[0]])
+        joint.setAxis2(AXES[names[1]])
+    elif kind == "Revolute":
+        joint.setAxis(AXES[names[0]])
+    # An Euler joint turns about x, y, z of its own frame by default (dartpy binds no setter).
+    joint.setTransformFromChildBodyNode(_isometry(_joint_axes(segment.name), np.zeros(3)))
+    for i, name in enumerate(names):
+        joint.setDofName(i, name)
+
+
+class HumanSkeleton:
+    """A DART skeleton alone in a world without ground; the ground acts through `setForces`.
+
+    Positions, velocities and forces have the order of `coordinates.COORDINATES`.
+
+    Attributes
+    ----------
+    skeleton : dartpy.dynamics.Skeleton.
+    step : advances one physics step; bound once, for it is called most.
+    """
+
+    def __init__(self, model: BodyModel, *, physics_step: float) -> None:
+        world = dartpy.simulation.World()
+        world.setGravity([0.0, 0.0, -GRAVITY])
+        world.setTimeStep(physics_step)
+        skeleton = dartpy.dynamics.Skeleton()
+        joint, pelvis = skeleton.createFreeJointAndBodyNodePair()
+        joint.setName("root")
+        pelvis.setName(model.segments[0].name)
+        for i, name in enumerate(ROOT):
+            joint.setDofName(i, name)
+        for segment in model.segments[1:]:
+            _add_segment(skeleton, segment)
+        world.addSkeleton(skeleton)
+        order = tuple(skeleton.getDof(i).getName() for i in range(skeleton.getNumDofs()))
+        assert order == COORDINATES, order
+        self.skeleton = skeleton
+        self.world = world
+        self.step = world.step
+        self.configure(model)
+
+    def configure(self, model: BodyModel) -> None:
+        """Give all joints and segments the places and masses of another model."""
+        for segment in model.segments:
+            body = self.skeleton.getBodyNode(segment.name)
+            _set_inertia(body, segment)
+            if segment.name in PARENTS:
+                body.getParentJoint().setTransformFromParentBodyNode(
+                    _isometry(_joint_axes(segment.name), np.asarray(segment.joint_position))
+                )
+
+    def set_servo(self, stiffness: NDArray[np.float64], damping: NDArray[np.float64]) -> None:
+        """Springs (25,) Nm/rad about zero and dampers (25,) Nms/rad of the joints, which DART
+        integrates implicitly; the servo's targets enter as forces."""
+        for dof, k, d in zip(self.skeleton.getDofs()[len(ROOT) :], stiffness, damping, strict=True):
+            dof.setSpringStiffness(k)
+            dof.setRestPosition(0.0)
+            dof.setDampingCoefficient(d)
