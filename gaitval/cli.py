@@ -156,7 +156,7 @@ class _Live(Observer):
         self.stage = stage
         self._begun = self._last_line = monotonic()
         self._first_done = -1.0
-        self.say(f"{stage}: {reason}" + (", resuming" if reason == INTERRUPTED else ""))
+        self.say(f"{stage}: {'resumes' if reason == INTERRUPTED else 'starts'} ({reason})")
 
     def progress(self, values: Mapping[str, float]) -> None:
         """Show how far a stage is.

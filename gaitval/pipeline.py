@@ -752,7 +752,8 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
         perform(identify_stage(run, rounds))
         perform(evaluate_stage(run, rounds))
         epsilon = round_epsilon(run, rounds)
-        run.observer.say(f"Round {rounds}: epsilon {epsilon:.3f}, kappa {settings.kappa:g}.")
+        shown = "the walk fell early" if epsilon == float("inf") else f"epsilon {epsilon:.3f}"
+        run.observer.say(f"Round {rounds} of Algorithm 1: {shown}, kappa {settings.kappa:g}.")
     perform(choose_stage(run, rounds))
     perform(simulate_stage(run))
     perform(validate_stage(run))

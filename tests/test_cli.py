@@ -289,7 +289,7 @@ def test_progress_elsewhere_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPat
         now[0] = float(second)
         live.progress({"samples": 1000 * second, "total": 200_000, "reward": 1.0})
     lines = text.getvalue().splitlines()
-    assert lines[0] == "train-1: was interrupted, resuming"
+    assert lines[0] == "train-1: resumes (was interrupted)"
     assert len(lines) == 4
     assert lines[1].startswith("train-1: 30,000 of 200,000 samples  reward 1")
     assert lines[1].endswith("2 min 50 s left")
