@@ -5,6 +5,8 @@ import json
 import os
 import platform
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import metadata
@@ -95,7 +97,7 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, NDArray[Any]]:
             return {name: stored[name] for name in names}
     except FileNotFoundError:
         raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
-    except (ValueError, OSError, EOFError) as error:
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise ArtefactError(
             f"{path}: not readable as npz ({error}); it is truncated. "
             "Delete it and run its stage again."

@@ -4,6 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
+from simulation_fixtures import DartPeer
+
+from gaitval.configuration import Configuration
+from gaitval.data.subject import load_subject
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +28,16 @@ def gait_data() -> Path:
             pytest.fail(reason)
         pytest.skip(reason)
     return folder
+
+
+@pytest.fixture(scope="session")
+def task() -> WalkingTask:
+    """The walking task of subject 5 with the default configuration."""
+    subject = load_subject("S05")
+    return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
+
+
+@pytest.fixture(scope="session")
+def peer(task: WalkingTask, tmp_path_factory: pytest.TempPathFactory) -> DartPeer:
+    """DART's own reading of the task's URDF."""
+    return DartPeer(task.model, tmp_path_factory.mktemp("peer"))

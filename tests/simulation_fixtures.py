@@ -1,0 +1,157 @@
+"""Peers, poses and simple bodies that the tests of kinematics, simulation and policy share."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import dartpy
+import numpy as np
+
+from gaitval.configuration import Configuration
+from gaitval.coordinates import ACTUATED, COORDINATES, ROOT
+from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
+from gaitval.kinematics.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
+from gaitval.policy.storage import NETWORK, Policy
+from gaitval.scaling.model import SEGMENTS, BodyModel
+from gaitval.scaling.urdf import model_hash, write_urdf
+from gaitval.simulation.walker import WalkingTask
+
+GRAVITY = 9.81
+
+
+def random_state(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (31,) far from any gait, but with the root's rotation below 180
+    degrees, where its rotation vector is unique."""
+    random = np.random.default_rng(seed)
+    q = random.uniform(-1.2, 1.2, 31)
+    turn = random.standard_normal(3)
+    q[:3] = turn / np.linalg.norm(turn) * random.uniform(0.0, 3.0)
+    q[3:6] = random.uniform(-2.0, 2.0, 3)
+    return q, random.uniform(-5.0, 5.0, 31)
+
+
+class DartPeer:
+    """The skeleton that DART's own URDF loader makes: one-axis joints with massless links
+    between them. Arrays go in and out in the order of `coordinates.COORDINATES`."""
+
+    def __init__(self, model: BodyModel, folder: Path) -> None:
+        path = folder / "model.urdf"
+        write_urdf(model, path)
+        self.path = path
+        self.skeleton = dartpy.utils.DartLoader().parseSkeleton(str(path))
+        names = [self.skeleton.getDof(i).getName() for i in range(31)]
+        root = [f"rootJoint_{kind}_{axis}" for kind in ("rot", "pos") for axis in "xyz"]
+        self.order = np.array([names.index(name) for name in (*root, *ACTUATED)])
+
+    def _sorted(self, values: np.ndarray) -> np.ndarray:
+        mixed = np.empty(31)
+        mixed[self.order] = values
+        return mixed
+
+    def set(self, q: np.ndarray, qd: np.ndarray | None = None) -> None:
+        self.skeleton.setPositions(self._sorted(q))
+        self.skeleton.setVelocities(self._sorted(np.zeros(31) if qd is None else qd))
+
+    def mass_matrix(self) -> np.ndarray:
+        return self.skeleton.getMassMatrix()[np.ix_(self.order, self.order)]
+
+    def bias_forces(self) -> np.ndarray:
+        return self.skeleton.getCoriolisAndGravityForces()[self.order]
+
+    def accelerations(self, forces: np.ndarray) -> np.ndarray:
+        self.skeleton.setForces(self._sorted(forces))
+        self.skeleton.computeForwardDynamics()
+        return self.skeleton.getAccelerations()[self.order]
+
+    def set_accelerations(self, qdd: np.ndarray) -> None:
+        self.skeleton.setAccelerations(self._sorted(qdd))
+
+    def body(self, name: str) -> Any:
+        return self.skeleton.getBodyNode(name)
+
+    def point_jacobian(self, segment: str, place: np.ndarray) -> np.ndarray:
+        """(3, 31) of the world velocity of the segment's material point now at `place`."""
+        body = self.body(segment)
+        local = np.linalg.inv(body.getWorldTransform().matrix()) @ [*place, 1.0]
+        return self.skeleton.getLinearJacobian(body, local[:3])[:, self.order]
+
+
+def inverse_dynamics(peer: DartPeer, q: np.ndarray, qd: np.ndarray, after: np.ndarray, step: float):
+    """Generalised forces (31,) that turn velocities `qd` into `after` in one semi-implicit
+    Euler step: M(q) (after - qd) / step + C(q, qd) q̇ + g(q)."""
+    peer.set(q, qd)
+    return peer.mass_matrix() @ (after - qd) / step + peer.bias_forces()
+
+
+def kinematics(model: BodyModel, q: np.ndarray, qd: np.ndarray) -> dict[str, np.ndarray]:
+    """All outputs of the compiled forward kinematics at one state."""
+    tree = tree_arrays(model)
+    rotation, origin = np.empty((14, 3, 3)), np.empty((14, 3))
+    axes, angular, linear = np.zeros((31, 3)), np.empty((14, 3)), np.empty((14, 3))
+    forward(tree.joint_position, q, rotation, origin, axes, 14)
+    velocities(origin, axes, qd, angular, linear, 14)
+    return {
+        "rotation": rotation,
+        "origin": origin,
+        "axes": axes,
+        "angular": angular,
+        "linear": linear,
+    }
+
+
+def changed(task: WalkingTask, **sections: Mapping[str, Any]) -> WalkingTask:
+    """The task with some constants changed, the reference as it is:
+    `changed(task, environment={"observation": "paper"})`."""
+    values = task.configuration.model_dump()
+    for section, settings in sections.items():
+        values[section] |= settings
+    return replace(task, configuration=Configuration.model_validate(values))
+
+
+def constant_reference(model: BodyModel, q: np.ndarray) -> ReferenceMotion:
+    """A reference that stays at one pose."""
+    tree = tree_arrays(model)
+    frames = kinematics(model, q, np.zeros(31))
+    com = whole_body_centre_of_mass(
+        tree.mass, tree.centre_of_mass, frames["rotation"], frames["origin"]
+    )
+    effectors = frames["origin"][[SEGMENTS.index(name) for name in END_EFFECTORS]]
+    count = 4
+    return ReferenceMotion(
+        phase=np.arange(count) / count,
+        positions=np.tile(q, (count, 1)),
+        velocities=np.zeros((count, 31)),
+        moments=np.zeros((count, 25)),
+        ground_reaction=np.zeros((count, 2, 3)),
+        centre_of_mass=np.tile(com, (count, 1)),
+        end_effectors=np.tile(effectors, (count, 1, 1)),
+        stride_time=1.0,
+        speed=0.0,
+    )
+
+
+def random_policy(task: WalkingTask, *, scale: float, seed: int = 0, units: int = 16) -> Policy:
+    """A policy with random weights; actions of the size of `scale`, zero for a scale of 0."""
+    random = np.random.default_rng(seed)
+    size = {"paper": 71, "extended": 124}[task.configuration.environment.observation]
+    shapes = [(units, size), (units,), (units, units), (units,), (25, units), (25,)]
+    tensors = {
+        name: random.normal(0.0, 1.0 / np.sqrt(shape[-1]), shape).astype(np.float32)
+        for name, shape in zip(NETWORK, shapes, strict=True)
+    }
+    tensors["action_net.weight"] *= np.float32(scale)
+    tensors["action_net.bias"] *= np.float32(scale)
+    tensors["observation_mean"] = random.normal(0.0, 0.1, size)
+    tensors["observation_variance"] = random.uniform(0.5, 2.0, size)
+    about = {
+        "subject": "S05",
+        "model_hash": model_hash(task.model),
+        "observation": task.configuration.environment.observation,
+        "action_scale": task.configuration.environment.action_scale,
+    }
+    return Policy(tensors, about)
+
+
+ROOT_ROWS = slice(0, len(ROOT))
+JOINT_ROWS = slice(len(ROOT), len(COORDINATES))
