@@ -75,8 +75,8 @@ def _hump(phase: np.ndarray, stance: float) -> np.ndarray:
 
 def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float = 0.0) -> Rollout:
     """A walk that does exactly what the record says."""
-    time = STEP * np.arange(round(cycles * STRIDE_TIME / STEP) + 1)
-    phase = start_phase + time / STRIDE_TIME
+    time = STEP * np.arange(round(cycles * record.stride_time / STEP) + 1)
+    phase = start_phase + time / record.stride_time
     own = {"right": phase, "left": phase - record.left_phase}
     positions = np.zeros((len(time), 31))
     moments = np.zeros((len(time), 25))
@@ -87,7 +87,7 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
             *(record.angles[f"pelvis_{name}_r"](phase) for name in ("tilt", "list", "rotation"))
         )
     ).as_rotvec()
-    positions[:, 3] = SPEED * time
+    positions[:, 3] = record.speed * time
     positions[:, 5] = 0.85
     for column, side in enumerate(SIDES):
         for name in JOINT_ANGLES:
@@ -100,9 +100,9 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         at = np.round(own[side], 9)
         ground[:, column] = record.ground_reaction(side, at) * MASS * GRAVITY
         on = ground[:, column, 2] > 0
-        strides = np.floor(at) + (LEFT_PHASE if side == "left" else 0.0)
-        heel_to_toe = 0.2 * (at % 1.0) / STANCE[side]
-        pressure[on, column, 0] = (SPEED * STRIDE_TIME * strides + heel_to_toe)[on]
+        strides = np.floor(at) + (record.left_phase if side == "left" else 0.0)
+        heel_to_toe = 0.2 * (at % 1.0) / record.stance_fraction[side]
+        pressure[on, column, 0] = (record.speed * record.stride_time * strides + heel_to_toe)[on]
         pressure[on, column, 1] = (-0.5 if side == "right" else 0.5) * STEP_WIDTH
         pressure[on, column, 2] = 0.0
     zeros = np.zeros((len(time), 3))

@@ -5,7 +5,13 @@ import pytest
 from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
-from gaitval.metrics.comparison import Curves, compare_curve, recorded_curves, simulated_curves
+from gaitval.metrics.comparison import (
+    GRAVITY,
+    Curves,
+    compare_curve,
+    recorded_curves,
+    simulated_curves,
+)
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
 from gaitval.simulation.rollout import Rollout
@@ -29,8 +35,6 @@ def _rmse(walk: Rollout, kind: str) -> dict[str, float]:
 
 
 def test_a_body_weight_is_that_of_the_simulation():
-    from gaitval.metrics.comparison import GRAVITY
-
     assert GRAVITY == SIMULATED_GRAVITY
 
 

@@ -51,6 +51,7 @@ class Tolerance(_Entry):
     """A limit, where it comes from and how well that is known; see `tolerances.toml`."""
 
     id: Text
+    title: Text
     applies_to: tuple[Text, ...] | None = None
     limit: Literal["at_most", "at_least", "exactly"]
     role: Literal["acceptance", "context"]

@@ -1,0 +1,441 @@
+"""Figures of the report, as SVG text.
+
+Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
+that ships with matplotlib. Colours are of Okabe and Ito's set, told apart by colour-blind readers;
+the right side is blue, the left one orange, the record black on grey.
+"""
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from gaitval.coordinates import SIDES, Side
+from gaitval.kinematics.tree import segment_frames
+from gaitval.scaling.model import SEGMENTS, BodyModel
+
+Array = NDArray[np.float64]
+Json = Mapping[str, Any]
+
+COLOURS: Final[Mapping[Side, str]] = {"right": "#0072b2", "left": "#d55e00"}
+RECORD_COLOUR: Final = "#1a1a1a"
+RECORD_SHADE: Final = "#d4d4d4"
+
+NAMES: Final = {
+    "hip_flexion": "Hip flexion",
+    "hip_adduction": "Hip adduction",
+    "hip_rotation": "Hip internal rotation",
+    "knee_angle": "Knee flexion",
+    "ankle_angle": "Ankle dorsiflexion",
+    "subtalar_angle": "Subtalar inversion",
+    "pelvis_tilt": "Pelvis anterior tilt",
+    "pelvis_list": "Pelvis own side up",
+    "pelvis_rotation": "Pelvis own side forward",
+    "forward": "Forward",
+    "medial": "Medial",
+    "vertical": "Vertical",
+}
+"""What a positive value of a curve means."""
+
+_SETTINGS: Final[Any] = {
+    "svg.hashsalt": "gaitval",
+    "svg.fonttype": "path",
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+}
+
+_PERCENT = np.arange(101)
+_WIDTH = 7.1
+"""Inches: the text width of an A4 page."""
+
+
+def _svg(figure: Figure, name: str) -> str:
+    """The figure as an <svg> element whose identifiers begin with `name`."""
+    buffer = io.StringIO()
+    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    # several figures share one page, where an identifier may occur only once
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    return re.sub(r"url\(#", f"url(#{name}-", text)
+
+
+def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) -> None:
+    lines, labels = axes.get_legend_handles_labels()
+    chosen = {label: line for line, label in zip(lines, labels, strict=True)}
+    for handle in handles or ():
+        chosen[str(handle.get_label())] = handle
+    figure.legend(
+        chosen.values(), chosen.keys(), loc="outside upper center", ncols=len(chosen), fontsize=8.5
+    )
+
+
+def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) -> None:
+    key = f"{name}_{side[0]}"
+    recorded = metrics["record"]["curves"][kind][key]
+    stance = metrics["record"]["spatiotemporal"][f"stance_fraction_{side}"]
+    axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+    axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
+    axes.plot(_PERCENT, recorded, color=RECORD_SHADE, linewidth=4.0, zorder=1)
+    axes.plot(_PERCENT, recorded, color=RECORD_COLOUR, linewidth=0.9, zorder=2, label="record")
+    walks = metrics["walks"]
+    final = walks[metrics["final"]]
+    if metrics["final"] == "identified":
+        before = walks["nominal"]["curves"][kind][key]["mean"]
+        if before is not None:
+            axes.plot(
+                _PERCENT,
+                _plain(before),
+                color=COLOURS[side],
+                linewidth=0.8,
+                linestyle=(0, (1, 1.5)),
+                zorder=3,
+                label="before identification",
+            )
+    curve = final["curves"][kind][key]
+    if curve["mean"] is None:
+        axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
+        return
+    mean = _plain(curve["mean"])
+    if curve["sd"] is not None:
+        deviation = _plain(curve["sd"])
+        axes.fill_between(
+            _PERCENT,
+            mean - deviation,
+            mean + deviation,
+            color=COLOURS[side],
+            alpha=0.22,
+            linewidth=0,
+            zorder=3,
+        )
+    axes.plot(_PERCENT, mean, color=COLOURS[side], zorder=4, label=f"simulated, {side}")
+    error = final["errors"][kind][key]["rmse"]
+    digits = 2 if kind == "moments" else 1
+    axes.text(
+        0.98,
+        0.97,
+        f"RMSE {error:.{digits}f}" if error is not None else "RMSE not finite",
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        fontsize=7.5,
+        color="#404040",
+        zorder=5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
+    )
+
+
+def _plain(values: Sequence[float | None]) -> Array:
+    """JSON numbers as an array, null as NaN."""
+    return np.array([np.nan if value is None else value for value in values])
+
+
+def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) -> str:
+    """Simulated mean ± SD against the record: a row a side, a column a curve.
+
+    Parameters
+    ----------
+    metrics : content of `metrics.json`.
+    kind : "angles", "moments" or "forces".
+    names : curves without side.
+    """
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, 3.6), layout="constrained")
+        panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
+        for row, side in enumerate(SIDES):
+            for column, name in enumerate(names):
+                axes = panels[row, column]
+                _curve_panel(axes, metrics, kind, name, side)
+                axes.set_xlim(0, 100)
+                axes.margins(y=0.15)
+                if row == 0:
+                    axes.set_title(NAMES[name])
+                else:
+                    axes.set_xlabel("% of gait cycle")
+            panels[row, 0].set_ylabel(f"{side}, {metrics['units'][kind].replace('deg', '°')}")
+        handles, labels = panels[1, 0].get_legend_handles_labels()
+        left = [
+            handle
+            for handle, label in zip(handles, labels, strict=True)
+            if label == "simulated, left"
+        ]
+        _legend(figure, panels[0, 0], left)
+        return _svg(figure, figure_name)
+
+
+def torque_loop(metrics: Json) -> str:
+    """Hip moment against hip angle over one gait cycle, 0, 50 and 100 % marked."""
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, 2.9), layout="constrained")
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for axes, side in zip(panels, SIDES, strict=True):
+            key = f"hip_flexion_{side[0]}"
+            recorded = metrics["record"]["curves"]
+            final = metrics["walks"][metrics["final"]]["curves"]
+            loops = [
+                (recorded["angles"][key], recorded["moments"][key], RECORD_COLOUR, "record"),
+                (
+                    final["angles"][key]["mean"],
+                    final["moments"][key]["mean"],
+                    COLOURS[side],
+                    f"simulated, {side}",
+                ),
+            ]
+            for angle, moment, colour, label in loops:
+                if angle is not None and moment is not None:
+                    _loop(axes, _plain(angle), _plain(moment), colour, label)
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            axes.set_xlabel("hip flexion, °")
+            axes.legend(loc="best")
+        panels[0].set_ylabel("hip flexion moment, Nm/kg")
+        return _svg(figure, "loop")
+
+
+def _loop(axes: Axes, angle: Array, moment: Array, colour: str, label: str) -> None:
+    axes.plot(angle, moment, color=colour, label=label)
+    for percent in (12, 37, 62, 87):
+        axes.annotate(
+            "",
+            xy=(angle[percent + 1], moment[percent + 1]),
+            xytext=(angle[percent - 1], moment[percent - 1]),
+            arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.8},
+        )
+    # the loop is periodic: 0 % is drawn small, within 100 %
+    for percent, marker, size in ((100, "D", 7.0), (50, "s", 5.0), (0, "o", 3.5)):
+        axes.plot(
+            angle[percent],
+            moment[percent],
+            marker,
+            color=colour,
+            markersize=size,
+            markerfacecolor=colour if percent == 0 else "white",
+            markeredgewidth=0.9,
+            zorder=5,
+        )
+
+
+def learning(training: Mapping[str, Array]) -> str:
+    """Episode length and cycles walked against the number of training samples."""
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, 2.0), layout="constrained")
+        panels = figure.subplots(1, 3, sharex=True)
+        million = training["samples"] / 1e6
+        for axes, column, title in zip(
+            panels,
+            ("episode_length", "cycles", "episode_reward"),
+            ("Episode length, actions", "Gait cycles per episode", "Episode reward"),
+            strict=True,
+        ):
+            axes.plot(million, training[column], color="#404040", linewidth=1.0)
+            axes.set_title(title)
+            axes.set_xlabel("samples, millions")
+            axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
+        return _svg(figure, "learning")
+
+
+def error_bars(metrics: Json) -> str:
+    """RMSE of every sagittal curve and force before and after identification, both sides."""
+    groups = (
+        ("angles", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint angle RMSE, °"),
+        ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
+        ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
+    )
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, 2.1), layout="constrained")
+        panels = figure.subplots(1, 3)
+        for axes, (kind, names, title) in zip(panels, groups, strict=True):
+            keys = [f"{name}_{side}" for name in names for side in "rl"]
+            place = np.arange(len(keys)) + 0.35 * (np.arange(len(keys)) // 2)
+            for offset, which, shade in ((-0.2, "nominal", "#b8b8b8"), (0.2, "identified", "")):
+                errors = metrics["walks"][which]["errors"][kind]
+                found = _plain(
+                    [None if errors[key] is None else errors[key]["rmse"] for key in keys]
+                )
+                colours = [shade or COLOURS["right" if key[-1] == "r" else "left"] for key in keys]
+                axes.bar(place + offset, found, 0.38, color=colours)
+            axes.set_xticks(place, [key[-1].upper() for key in keys])
+            axes.tick_params(axis="x", length=0)
+            axes.set_title(title)
+            for index, name in enumerate(names):
+                axes.annotate(
+                    name.split("_")[0],
+                    (place[2 * index : 2 * index + 2].mean(), 0),
+                    xytext=(0, -21),
+                    xycoords=("data", "axes fraction"),
+                    textcoords="offset points",
+                    ha="center",
+                )
+        return _svg(figure, "bars")
+
+
+# --- the walking figure ------------------------------------------------------------------
+
+_LINES: Final = {
+    "right": ("thigh_r", "shank_r", "foot_r", "heel_r", "toes_r", "toe_tip_r"),
+    "left": ("thigh_l", "shank_l", "foot_l", "heel_l", "toes_l", "toe_tip_l"),
+    "right arm": ("upper_arm_r", "forearm_r", "hand_r"),
+    "left arm": ("upper_arm_l", "forearm_l", "hand_l"),
+    "trunk": ("pelvis", "torso", "shoulders", "head"),
+}
+_HEAD_HEIGHT = 0.24
+"""m from the shoulders to the middle of the head, in the picture only."""
+_HEAD_RADIUS = 0.1
+
+
+def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
+    """Points of a stick figure.
+
+    Parameters
+    ----------
+    positions : (T, 31).
+
+    Returns
+    -------
+    By name, (T, K, 3) m, world: legs with heel and toe tip, arms, trunk up to the head's middle.
+    """
+    frames = segment_frames(model, positions)
+    points = {name: frames[:, index, :3, 3] for index, name in enumerate(SEGMENTS)}
+
+    def fixed(segment: str, place: Array) -> Array:
+        pose = frames[:, SEGMENTS.index(segment)]
+        return np.asarray(pose[:, :3, :3] @ place + pose[:, :3, 3])
+
+    for side in "rl":
+        for name, segment, end in (("heel", "foot", np.argmin), ("toe_tip", "toes", np.argmax)):
+            spheres = [s for s in model.spheres if s.segment == f"{segment}_{side}"]
+            extreme = spheres[int(end([s.position[0] for s in spheres]))]
+            sole = extreme.position - np.array([0.0, extreme.position[1], extreme.radius])
+            points[f"{name}_{side}"] = fixed(segment + f"_{side}", sole)
+        # the fingertips are about twice as far from the elbow as the mass of forearm and hand
+        forearm = f"forearm_{side}"
+        points[f"hand_{side}"] = fixed(forearm, 2.0 * model[forearm].centre_of_mass)
+    points["shoulders"] = 0.5 * (points["upper_arm_r"] + points["upper_arm_l"])
+    up = frames[:, SEGMENTS.index("torso"), :3, 2]
+    points["head"] = points["shoulders"] + _HEAD_HEIGHT * up
+    return {name: np.stack([points[p] for p in line], axis=1) for name, line in _LINES.items()}
+
+
+def _colour(line: str) -> str:
+    side = line.split()[0]
+    return COLOURS["right"] if side == "right" else COLOURS["left"] if side == "left" else "#404040"
+
+
+def animated_walk(figures: Mapping[str, Mapping[str, Array]], *, seconds: float) -> str:
+    """Walking stick figures from the right and from behind, as an animated SVG document.
+
+    Parameters
+    ----------
+    figures : `stick_figure` of "reference" (grey) and, if there is one, of "simulation".
+    seconds : duration of one gait cycle.
+    """
+    scale, floor = 150.0, 285.0
+    views = (("from the right", 0, 1.0, 160.0), ("from behind", 1, -1.0, 400.0))
+    parts = [
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 520 320" width="520" height="320" '
+        'font-family="Georgia, serif" font-size="12" fill="none" stroke-linecap="round" '
+        'stroke-linejoin="round">'
+    ]
+    for title, axis, sign, middle in views:
+        parts.append(
+            f'<path d="M{middle - 115:g} {floor:g}h230" stroke="#b0b0b0"/>'
+            f'<text x="{middle:g}" y="308" text-anchor="middle" fill="#606060">{title}</text>'
+        )
+        for which, lines in figures.items():
+            grey = which == "reference"
+            width = 7 if grey else 2.2
+            for name, points in lines.items():
+                x = middle + sign * scale * points[..., axis]
+                z = floor - scale * points[..., 2]
+                colour = RECORD_SHADE if grey else _colour(name)
+                parts.append(_animated_line(x, z, colour, width, seconds))
+                if name == "trunk":
+                    parts.append(_animated_head(x[:, -1], z[:, -1], colour, width, scale, seconds))
+    parts.append("</svg>")
+    return "".join(parts)
+
+
+def _animate(attribute: str, values: Sequence[str], seconds: float) -> str:
+    return (
+        f'<animate attributeName="{attribute}" dur="{seconds:.3f}s" repeatCount="indefinite" '
+        f'values="{";".join(values)}"/>'
+    )
+
+
+def _animated_line(x: Array, z: Array, colour: str, width: float, seconds: float) -> str:
+    frames = [
+        " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*frame, strict=True))
+        for frame in zip(x, z, strict=True)
+    ]
+    return (
+        f'<polyline stroke="{colour}" stroke-width="{width:g}" points="{frames[0]}">'
+        f"{_animate('points', frames, seconds)}</polyline>"
+    )
+
+
+def _animated_head(
+    x: Array, z: Array, colour: str, width: float, scale: float, seconds: float
+) -> str:
+    across, down = [f"{value:.1f}" for value in x], [f"{value:.1f}" for value in z]
+    return (
+        f'<circle r="{_HEAD_RADIUS * scale:g}" cx="{across[0]}" cy="{down[0]}" fill="white" '
+        f'stroke="{colour}" stroke-width="{width:g}">'
+        f"{_animate('cx', across, seconds)}{_animate('cy', down, seconds)}</circle>"
+    )
+
+
+def still_walk(figures: Mapping[str, Mapping[str, Array]], phases: Array) -> str:
+    """Frames of the walk beside each other, from the right; arguments as `animated_walk`.
+
+    Parameters
+    ----------
+    phases : (T,) of the right gait cycle, of the frames of `figures`.
+    """
+    shown = np.linspace(0, len(phases) - 1, 9).round().astype(int)
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, 1.75), layout="constrained")
+        axes = figure.subplots()
+        for place, frame in enumerate(shown):
+            for which, lines in figures.items():
+                grey = which == "reference"
+                for name, points in lines.items():
+                    colour = RECORD_SHADE if grey else _colour(name)
+                    width = 3.2 if grey else 1.0
+                    x, z = points[frame, :, 0] + 0.9 * place, points[frame, :, 2]
+                    axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)
+                    if name == "trunk":
+                        angle = np.linspace(0, 2 * np.pi, 33)
+                        axes.fill(
+                            x[-1] + _HEAD_RADIUS * np.cos(angle),
+                            z[-1] + _HEAD_RADIUS * np.sin(angle),
+                            facecolor="white",
+                            edgecolor=colour,
+                            linewidth=width,
+                            zorder=1 if grey else 2,
+                        )
+            axes.text(0.9 * place, -0.17, f"{100 * phases[frame]:.0f} %", ha="center", va="center")
+        axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
+        axes.set_aspect("equal")
+        axes.axis("off")
+        return _svg(figure, "stills")

@@ -1,0 +1,422 @@
+"""The report of a run folder: one template, as self-contained HTML and as PDF."""
+
+import base64
+import csv
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import matplotlib
+import numpy as np
+import weasyprint
+from markupsafe import Markup
+from numpy.typing import NDArray
+from weasyprint.text.fonts import FontConfiguration
+from weasyprint.urls import URLFetcher
+
+from gaitval.artefacts import read_arrays, read_json, replacing, write_text
+from gaitval.data.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.comparison import (
+    FORCES,
+    JOINT_ANGLES,
+    JOINT_MOMENTS,
+    PELVIS_ANGLES,
+)
+from gaitval.metrics.validation import check_metrics
+from gaitval.reporting import figures
+from gaitval.scaling.urdf import read_urdf
+from gaitval.simulation.rollout import Rollout
+
+Array = NDArray[np.float64]
+Json = Mapping[str, Any]
+
+PICTURE_FRAMES = 33
+"""Frames of one gait cycle in the walking figure, the last one equal to the first."""
+
+FAILED_SHOWN = 6
+"""Failed targets that the tolerance table names; all of them are in the table of errors."""
+
+_TRAINING_COLUMNS = (
+    "samples",
+    "wall_seconds",
+    "episode_length",
+    "episode_reward",
+    "cycles",
+    "learning_rate",
+    "log_std",
+    "approx_kl",
+)
+
+_SPATIOTEMPORAL = {
+    "walking_speed": "Walking speed",
+    "cadence": "Cadence",
+    "stride_time_right": "Stride time, right",
+    "stride_time_left": "Stride time, left",
+    "stance_fraction_right": "Stance, right",
+    "stance_fraction_left": "Stance, left",
+    "double_support_fraction": "Double support",
+    "step_length_right": "Step length, right",
+    "step_length_left": "Step length, left",
+    "step_width": "Step width",
+}
+
+_FONTS = {
+    ("normal", "normal"): "STIXGeneral.ttf",
+    ("bold", "normal"): "STIXGeneralBol.ttf",
+    ("normal", "italic"): "STIXGeneralItalic.ttf",
+    ("bold", "italic"): "STIXGeneralBolIta.ttf",
+}
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """Fixed-point text with a true minus sign; a dash for what was not measured."""
+    if value is None or not np.isfinite(value):
+        return "–"
+    text = f"{value:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def _unit(unit: str) -> str:
+    """A unit as it follows a number."""
+    return {"deg": "°", "1": ""}.get(unit, f" {unit}")
+
+
+def _limit(row: Json) -> str:
+    sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[row["limit"]]
+    return f"{sign} {row['tolerance']:g}{_unit(row['unit'])}"
+
+
+def _worst(rows: Sequence[Json]) -> Json:
+    """The row that is furthest on the wrong side of its tolerance; one not measured, if any."""
+    unmeasured = [row for row in rows if row["value"] is None]
+    if unmeasured:
+        return unmeasured[0]
+    sign = -1.0 if rows[0]["limit"] == "at_least" else 1.0
+    return max(rows, key=lambda row: sign * row["value"])
+
+
+def _target(target: str) -> str:
+    """A measure's target in words: "left knee flexion"."""
+    name, side = target[:-2], {"_r": "right", "_l": "left"}.get(target[-2:])
+    if side is None or name not in figures.NAMES:
+        return "" if target == "walk" else target
+    return f"{side} {figures.NAMES[name].lower()}"
+
+
+def _failed_text(rows: Sequence[Json]) -> str:
+    """The failed targets with their values, the first ones of many."""
+    failed = [
+        f"{_target(row['target'])}: "
+        + ("not measured" if row["value"] is None else f"{row['value']:.3g}")
+        for row in rows
+        if not row["passed"] and row["target"] != "walk"
+    ]
+    more = len(failed) - FAILED_SHOWN
+    return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+
+
+def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
+    """One entry a tolerance, failed ones first, with how many targets passed and the worst one."""
+    entries = []
+    for _, group in groupby(metrics["tolerances"], key=lambda row: str(row["id"])):
+        rows = list(group)
+        if rows[0]["role"] != role:
+            continue
+        worst = _worst(rows)
+        entries.append(
+            {
+                **rows[0],
+                "limit_text": _limit(rows[0]),
+                "passed": all(row["passed"] for row in rows),
+                "count": len(rows),
+                "count_passed": sum(row["passed"] for row in rows),
+                "worst": "not measured"
+                if worst["value"] is None
+                else f"{worst['value']:.3g}{_unit(worst['unit'])}",
+                "worst_target": _target(worst["target"]),
+                "failed": _failed_text(rows),
+            }
+        )
+    return sorted(entries, key=lambda entry: bool(entry["passed"]))
+
+
+def _error_table(metrics: Json) -> list[dict[str, Any]]:
+    """Rows of every curve and side; the RMSE before identification beside them."""
+    groups = (
+        ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
+        ("moments", JOINT_MOMENTS, 2),
+        ("forces", FORCES, 1),
+    )
+    walks = metrics["walks"]
+    tables = []
+    for kind, names, digits in groups:
+        rows = []
+        for name in names:
+            for side in ("right", "left"):
+                key = f"{name}_{side[0]}"
+                rows.append(
+                    {
+                        "name": figures.NAMES[name],
+                        "side": side,
+                        "error": walks[metrics["final"]]["errors"][kind][key],
+                        "before": walks["nominal"]["errors"][kind][key],
+                    }
+                )
+        tables.append(
+            {"kind": kind, "unit": metrics["units"][kind], "digits": digits, "rows": rows}
+        )
+    return tables
+
+
+def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
+    """Rows of mu, with places between the bounds as percentages for the drawing."""
+    if identification is None:
+        return None
+    rows = []
+    keys = ("names", "nominal", "identified", "standard_deviation", "lower", "upper", "on_bound")
+    for values in zip(*(identification[key] for key in keys), strict=True):
+        row = dict(zip(keys, values, strict=True))
+        width = row["upper"] - row["lower"]
+
+        def place(value: float, row: Json = row, width: float = width) -> float:
+            share = (value - row["lower"]) / width if width > 0 else 0.5
+            return 100.0 * min(1.0, max(0.0, share))
+
+        low, high = (
+            place(row["identified"] + sign * row["standard_deviation"]) for sign in (-1.0, 1.0)
+        )
+        row |= {
+            "name": str(row["names"]).replace("_", " "),
+            "nominal_place": place(row["nominal"]),
+            "identified_place": place(row["identified"]),
+            "spread_place": low,
+            "spread_width": high - low,
+        }
+        rows.append(row)
+    return rows
+
+
+def _csv(path: Path) -> list[dict[str, str]] | None:
+    """Rows of a table as text; None where there is no such file."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return [
+                {key: value or "" for key, value in row.items() if key}
+                for row in csv.DictReader(file)
+            ]
+    except FileNotFoundError:
+        return None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ArtefactError(
+            f"{path}: not readable as CSV ({error}). Delete it and run its stage again."
+        ) from None
+
+
+def _number_or_none(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _scaling(path: Path) -> list[dict[str, Any]] | None:
+    rows = _csv(path)
+    if rows is None:
+        return None
+    measured = ("right_m", "left_m", "length_m", "mass_kg", "factor")
+    missing = [name for name in ("segment", *measured, "source") if rows and name not in rows[0]]
+    if missing:
+        raise ArtefactError(
+            f"{path}: the columns {', '.join(missing)} are missing. "
+            "Delete it and run `gaitval scale` again."
+        )
+    return [{**row, **{key: _number_or_none(row[key]) for key in measured}} for row in rows]
+
+
+def _training(path: Path) -> dict[str, Array] | None:
+    """Columns of the learning curve; None without the file or before its first row."""
+    rows = _csv(path)
+    if not rows:
+        return None
+    missing = [name for name in _TRAINING_COLUMNS if name not in rows[0]]
+    if missing:
+        raise ArtefactError(
+            f"{path}: the columns {', '.join(missing)} are missing. "
+            "Delete it and run `gaitval train` again."
+        )
+    return {
+        name: np.array([_number_or_none(row[name]) for row in rows], dtype=float)
+        for name in _TRAINING_COLUMNS
+    }
+
+
+def _last_cycle(path: Path) -> Array | None:
+    """Positions (PICTURE_FRAMES, 31) of the last whole cycle of a walk by its reference phase."""
+    walk = Rollout.load(path)
+    start = np.floor(walk.phase[-1]) - 1.0
+    if start < walk.phase[0]:
+        return None
+    phase = start + np.linspace(0.0, 1.0, PICTURE_FRAMES)
+    return np.column_stack([np.interp(phase, walk.phase, column) for column in walk.positions.T])
+
+
+def _on_the_spot(positions: Array) -> Array:
+    """The cycle as on a treadmill: without its travel, middle of the pelvis's path at zero."""
+    still = positions.copy()
+    for axis in (3, 4):
+        still[:, axis] -= np.linspace(0, still[-1, axis] - still[0, axis], len(still))
+        still[:, axis] -= 0.5 * (still[:-1, axis].max() + still[:-1, axis].min())
+    return still
+
+
+def _picture(folder: Path, final: str) -> dict[str, Any] | None:
+    """Animated and still pictures of the walk; None without a model or reference motion."""
+    if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
+        return None
+    model = read_urdf(folder / "model.urdf")
+    names = ("phase", "positions", "stride_time", "speed")
+    reference = read_arrays(folder / "reference.npz", names)
+    stride_time = float(reference["stride_time"])
+    phase = np.linspace(0.0, 1.0, PICTURE_FRAMES)
+    closed = reference["positions"][[*range(len(reference["phase"])), 0]]
+    closed[-1, 3] += float(reference["speed"]) * stride_time
+    at = np.append(reference["phase"], 1.0)
+    positions = {
+        "reference": np.column_stack([np.interp(phase, at, column) for column in closed.T])
+    }
+    walks = sorted((folder / "rollouts").glob(f"{final}_*.npz"))
+    simulated = _last_cycle(walks[0]) if walks else None
+    if simulated is not None:
+        positions["simulation"] = simulated
+    sticks = {
+        which: figures.stick_figure(model, _on_the_spot(cycle))
+        for which, cycle in positions.items()
+    }
+    animation = figures.animated_walk(sticks, seconds=stride_time)
+    return {
+        "animation": "data:image/svg+xml;base64,"
+        + base64.b64encode(animation.encode()).decode("ascii"),
+        "stills": Markup(figures.still_walk(sticks, phase)),
+        "simulated": simulated is not None,
+    }
+
+
+def _provenance(folder: Path) -> dict[str, Any] | None:
+    path = folder / "provenance.json"
+    if not path.exists():
+        return None
+    found = read_json(path)
+    if not isinstance(found, dict):
+        raise ArtefactError(f"{path}: not an object. Delete it and run `gaitval subject` again.")
+    return found
+
+
+def _drawings(metrics: Json, training: Mapping[str, Array] | None) -> dict[str, Markup]:
+    # figures hold no text from outside, so their markup is ours
+    drawings = {
+        "sagittal_angles": figures.curves(
+            metrics,
+            "angles",
+            ("hip_flexion", "knee_angle", "ankle_angle"),
+            figure_name="sagittal",
+        ),
+        "other_angles": figures.curves(
+            metrics,
+            "angles",
+            ("hip_adduction", "hip_rotation", "subtalar_angle"),
+            figure_name="other",
+        ),
+        "pelvis_angles": figures.curves(metrics, "angles", PELVIS_ANGLES, figure_name="pelvis"),
+        "moments": figures.curves(
+            metrics,
+            "moments",
+            ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction"),
+            figure_name="moments",
+        ),
+        "forces": figures.curves(metrics, "forces", FORCES, figure_name="forces"),
+        "torque_loop": figures.torque_loop(metrics),
+    }
+    if metrics["final"] == "identified":
+        drawings["error_bars"] = figures.error_bars(metrics)
+    if training is not None:
+        drawings["learning"] = figures.learning(training)
+    return {name: Markup(svg) for name, svg in drawings.items()}
+
+
+def _resource(name: str) -> str:
+    return resources.files("gaitval.reporting").joinpath(name).read_text("utf-8")
+
+
+def _font_faces() -> str:
+    """CSS that embeds the font of the figures, which ships with matplotlib."""
+    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    faces = []
+    for (weight, style), name in _FONTS.items():
+        data = base64.b64encode((folder / name).read_bytes()).decode("ascii")
+        faces.append(
+            f'@font-face {{ font-family: "Report"; font-weight: {weight}; font-style: {style}; '
+            f'src: url("data:font/ttf;base64,{data}"); }}'
+        )
+    return "\n".join(faces)
+
+
+def _context(folder: Path) -> dict[str, Any]:
+    """Everything the template tells, read from the run folder."""
+    subject = load_subject(str(folder / "subject.toml"))
+    metrics = read_json(folder / "metrics.json")
+    check_metrics(metrics, str(folder / "metrics.json"))
+    training = _training(folder / "policy" / "training.csv")
+    walk = metrics["walks"][metrics["final"]]
+    return {
+        "subject": subject,
+        "metrics": metrics,
+        "method": metrics["method"],
+        "walk": walk,
+        "nominal": metrics["walks"]["nominal"],
+        "identified": metrics["final"] == "identified",
+        "identification": metrics["identification"],
+        "acceptance": _tolerances(metrics, "acceptance"),
+        "context_tolerances": _tolerances(metrics, "context"),
+        "error_tables": _error_table(metrics),
+        "parameters": _parameters(metrics["identification"]),
+        "spatiotemporal": [
+            {**row, "label": _SPATIOTEMPORAL[row["name"]]} for row in walk["spatiotemporal"]
+        ],
+        "scaling": _scaling(folder / "scaling.csv"),
+        "training": training,
+        "picture": _picture(folder, metrics["final"]),
+        "provenance": _provenance(folder),
+        "drawings": _drawings(metrics, training),
+        "css": Markup(_resource("report.css")),
+    }
+
+
+def write_report(folder: Path) -> None:
+    """Write `report.html` and `report.pdf` of a run folder.
+
+    The HTML needs no other file and no script; the PDF comes from the same template. A section
+    whose input is missing says so.
+
+    Raises
+    ------
+    ArtefactError : `metrics.json` is missing, or an input is damaged.
+    SubjectError : `subject.toml` cannot be used.
+    """
+    context = _context(folder)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["number"] = number
+    template = environment.from_string(_resource("report.html.j2"))
+    write_text(folder / "report.html", template.render(context, medium="screen"))
+    # nothing but what the page carries: no file and no network, whatever the inputs say
+    fetcher = URLFetcher(allowed_protocols=("data",))
+    fonts = FontConfiguration()
+    document = weasyprint.HTML(string=template.render(context, medium="print"), url_fetcher=fetcher)
+    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
+    with replacing(folder / "report.pdf") as temporary:
+        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)

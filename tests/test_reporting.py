@@ -1,0 +1,324 @@
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from synthetic_walk import perfect_walk, sharp_filter
+
+from gaitval.artefacts import write_json
+from gaitval.coordinates import SIDES
+from gaitval.data.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.kinematics.reference import build_reference
+from gaitval.metrics.validation import validate
+from gaitval.reporting import figures
+from gaitval.reporting.report import number, write_report
+from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.urdf import write_urdf
+
+HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
+PHASES = (0.0, 0.5)
+
+
+def _imperfect(walk, seed: int, size: float):
+    """The walk with smooth errors that differ from cycle to cycle."""
+    random = np.random.default_rng(seed)
+    phase = walk.phase[:, None]
+
+    def wander(columns: int) -> np.ndarray:
+        shift = random.uniform(0, 2 * np.pi, (2, columns))
+        within = np.sin(2 * np.pi * phase + shift[0])
+        return within + 0.4 * np.sin(2 * np.pi * 0.37 * phase + shift[1])
+
+    positions = walk.positions.copy()
+    positions[:, 6:] += np.deg2rad(3.0 * size) * wander(25)
+    ground = walk.ground_reaction * (1 + 0.08 * size * wander(1))[..., None]
+    return replace(
+        walk,
+        positions=positions,
+        moments=walk.moments + 8.0 * size * wander(25),
+        ground_reaction=ground,
+    )
+
+
+def _identification() -> dict:
+    names = [
+        *("damping", "friction", "foot_length", "shank_length", "thigh_length"),
+        *(f"{joint}_{axis}" for joint in ("ankle", "hip", "knee") for axis in "xyz"),
+    ]
+    nominal = [0.5, 0.8, 1.0, 1.0, 1.0, *[0.0] * 9]
+    half = [0.5, 0.2, 0.05, 0.03, 0.03, *[0.01] * 9]
+    share = np.linspace(-0.9, 1.0, 14)
+    return {
+        "names": names,
+        "nominal": nominal,
+        "identified": [n + h * s for n, h, s in zip(nominal, half, share, strict=True)],
+        "standard_deviation": [0.2 * h for h in half],
+        "lower": [n - h for n, h in zip(nominal, half, strict=True)],
+        "upper": [n + h for n, h in zip(nominal, half, strict=True)],
+        "on_bound": [bool(s == 1.0) for s in share],
+        "reward_nominal": 1400.0,
+        "reward_identified": 1520.5,
+        "epsilon_nominal": None,
+        "epsilon_identified": None,
+        "history": [{"generation": 0, "best": 1400.0, "sigma": 0.2}],
+        "rounds": [],
+    }
+
+
+def _training_rows() -> str:
+    text = io.StringIO()
+    columns = "samples wall_seconds episode_length episode_reward cycles learning_rate log_std"
+    writer = csv.writer(text)
+    writer.writerow([*columns.split(), "approx_kl"])
+    for step in range(1, 40):
+        walked = 300 / (1 + np.exp(5 - step / 4))
+        writer.writerow(
+            [step * 50_000, step * 45, walked, walked * 0.7, walked / 33, 3e-4, -1, 0.02]
+        )
+    return text.getvalue()
+
+
+def build_run(folder, *, source: str | None = None, identified: bool = True) -> None:
+    """A run folder as the earlier stages leave it, but for walks made from the record."""
+    subject = load_subject("S05")
+    if source is not None:
+        subject = subject.model_copy(update={"source": source, "citation": source})
+    (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
+    record = subject.record()
+    body = scale_subject(subject)
+    write_urdf(body.model, folder / "model.urdf")
+    body.frame().to_csv(folder / "scaling.csv", index=False)
+    build_reference(record, body.model).save(folder / "reference.npz")
+    configuration = sharp_filter(
+        cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
+    )
+    walks = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
+    made = {}
+    for seed, (which, size) in enumerate(walks.items()):
+        made[which] = []
+        for phase in PHASES:
+            perfect = perfect_walk(record, cycles=9.0, start_phase=phase)
+            walk = _imperfect(perfect, seed, size)
+            walk.positions[:, 3] = perfect.positions[:, 3]
+            walk.save(folder / "rollouts" / f"{which}_{100 * phase:02.0f}.npz")
+            made[which].append(walk)
+    metrics = validate(
+        subject,
+        record,
+        body.model.mass,
+        made["nominal"],
+        made.get("identified", []),
+        configuration,
+        identification=_identification() if identified else None,
+    )
+    write_json(folder / "metrics.json", metrics)
+    (folder / "policy").mkdir()
+    (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")
+    write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})
+
+
+class _Page(HTMLParser):
+    """Tags and attributes of a page; balanced as far as HTML asks for it."""
+
+    VOID = frozenset({"meta", "img", "br", "link", "hr", "path", "use"})
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.links: list[str] = []
+        self.identifiers: list[str] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        for name, value in attributes:
+            if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
+                self.links.append(value)
+            if name == "id":
+                self.identifiers.append(value)
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in self.VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    build_run(folder)
+    write_report(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def html(run_folder) -> str:
+    return (run_folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(html) -> _Page:
+    return _Page(html)
+
+
+@pytest.fixture(scope="module")
+def metrics(run_folder) -> dict:
+    return json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_is_whole_and_needs_nothing_else(page, html):
+    assert page.open == []
+    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    assert all(link.startswith(("#", "data:image/svg+xml;base64,")) for link in page.links)
+    assert "@import" not in html
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
+    assert len(page.identifiers) == len(set(page.identifiers))
+    targets = [link[1:] for link in page.links if link.startswith("#")]
+    assert set(targets) <= set(page.identifiers)
+
+
+def test_every_section_is_there(page):
+    for heading in (
+        *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
+        *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
+        *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
+        "Provenance",
+    ):
+        assert heading in page.text
+    assert "Not shown" not in page.text
+    assert page.tags.count("svg") == 8
+    assert "compliant" not in page.text.lower()
+
+
+def test_failures_come_first_and_are_named(page, metrics):
+    assert metrics["summary"]["refused"] > 0
+    verdicts = re.findall(r"passed|FAILED", page.text[: page.text.index("Judged is")])
+    verdicts = verdicts[verdicts.index("FAILED") :]
+    assert verdicts == sorted(verdicts)  # capitals sort first
+    assert "acceptance criteria failed" in page.text
+
+
+def test_the_numbers_are_those_of_the_metrics(page, metrics):
+    text = " ".join(page.text.split())
+    walk = metrics["walks"]["identified"]
+    assert number(walk["epsilon"]["total"], 3) in text
+    assert number(metrics["walks"]["nominal"]["epsilon"]["total"], 3) in text
+    assert number(walk["errors"]["forces"]["vertical_l"]["peak_error"], 1) in text
+    assert number(metrics["record"]["mean_vertical_force"], 3) in text
+    assert "under the subject's weight" in text
+    assert "on a bound" in text
+    assert "unverified" in text
+
+
+def test_equal_runs_give_equal_figures(metrics):
+    names = ("hip_flexion", "knee_angle", "ankle_angle")
+    first, second = (figures.curves(metrics, "angles", names, figure_name="one") for _ in range(2))
+    assert first == second
+    ElementTree.fromstring(first)
+
+
+def test_the_pdf_has_pages(run_folder):
+    pdf = (run_folder / "report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF-")
+    assert pdf.rstrip().endswith(b"%%EOF")
+    assert len(pdf) > 50_000
+
+
+def test_hostile_text_stays_text(tmp_path):
+    build_run(tmp_path, source=HOSTILE, identified=False)
+    write_report(tmp_path)
+    page = _Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "script" not in page.tags
+    assert all("evil" not in link for link in page.links)
+    assert "{{ 7 * 7 }}" in page.text
+    assert "alert('x')" in page.text
+    # the same run has no identification
+    assert "No identified body parameters were simulated" in page.text
+    assert "Not shown: identification.json" in page.text
+
+
+def test_damaged_inputs_are_named(run_folder, tmp_path):
+    for name in ("subject.toml", "metrics.json"):
+        (tmp_path / name).write_bytes((run_folder / name).read_bytes())
+    (tmp_path / "scaling.csv").write_text("segment,length_m\nthigh,0.4\n", encoding="utf-8")
+    with pytest.raises(ArtefactError, match=r"scaling\.csv: the columns right_m"):
+        write_report(tmp_path)
+    (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ArtefactError, match="not of the schema"):
+        write_report(tmp_path)
+
+
+def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
+    subject = load_subject("S05")
+    record = subject.record()
+    fallen = replace(perfect_walk(record, cycles=0.4), fell=np.array([1.0]))
+    configuration = sharp_filter(start_phases=(0.0,))
+    metrics = validate(subject, record, subject.mass_kg, [fallen], [fallen], configuration)
+    write_json(tmp_path / "metrics.json", metrics)
+    (tmp_path / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
+    write_report(tmp_path)
+    text = _Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
+    assert "no complete gait cycle" in text
+    assert "not measured" in text
+    assert "fell" in text
+    for what in ("reference motion", "scaling.csv", "policy/training.csv", "provenance.json"):
+        assert re.search(f"Not shown: [^.]*{what}", text)
+
+
+def test_there_is_no_report_without_metrics(run_folder, tmp_path):
+    (tmp_path / "subject.toml").write_bytes((run_folder / "subject.toml").read_bytes())
+    with pytest.raises(ArtefactError, match=r"metrics\.json: no such file"):
+        write_report(tmp_path)
+
+
+def test_the_stick_figure_stands_where_the_model_stands():
+    model = scale_subject(load_subject("S05")).model
+    upright = np.zeros((1, 31))
+    bent = np.zeros((1, 31))
+    bent[0, 9] = np.pi / 2  # right knee
+    figure = figures.stick_figure(model, np.vstack([upright, bent]))
+    hip, knee, ankle = figure["right"][0, :3]
+    assert hip[2] - knee[2] == pytest.approx(-model["shank_r"].joint_position[2], abs=1e-9)
+    assert figure["right"][1, 2, 0] < knee[0] - 0.2  # the shank points backwards
+    for side, sign in zip(SIDES, (-1, 1), strict=True):
+        assert sign * figure[side][0, 0, 1] > 0
+        heel, tip = figure[side][0, 3], figure[side][0, 5]
+        assert tip[0] - heel[0] > 0.15
+        assert heel[2] < ankle[2]
+    assert figure["trunk"][0, -1, 2] > figure["right arm"][0, 0, 2]
+
+
+def test_the_animation_is_one_svg_document_that_repeats_with_the_stride():
+    model = scale_subject(load_subject("S05")).model
+    sticks = {"reference": figures.stick_figure(model, np.zeros((3, 31)))}
+    root = ElementTree.fromstring(figures.animated_walk(sticks, seconds=1.105))
+    animations = root.findall(".//{http://www.w3.org/2000/svg}animate")
+    assert len(animations) == 2 * (5 + 2)
+    assert {a.get("dur") for a in animations} == {"1.105s"}
+    assert all(a.get("values").count(";") == 2 for a in animations)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(-1.25, 1, "−1.2"), (-0.001, 2, "0.00"), (None, 2, "–"), (float("nan"), 1, "–"), (3, 0, "3")],
+)
+def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text):
+    assert number(value, digits) == text
