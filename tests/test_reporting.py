@@ -62,11 +62,11 @@ def _identification() -> dict:
         "lower": [n - h for n, h in zip(nominal, half, strict=True)],
         "upper": [n + h for n, h in zip(nominal, half, strict=True)],
         "on_bound": [bool(s == 1.0) for s in share],
-        "reward_nominal": 1400.0,
-        "reward_identified": 1520.5,
+        "reward_nominal": 0.8123,
+        "reward_identified": 0.8471,
         "epsilon_nominal": None,
         "epsilon_identified": None,
-        "history": [{"generation": 0, "best": 1400.0, "sigma": 0.2}],
+        "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
         "rounds": [],
     }
 
