@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import Contact
-from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.data.record import GaitRecord, PeriodicCurve
 from gaitval.kinematics.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
 from gaitval.scaling.model import SEGMENTS, BodyModel
@@ -99,8 +99,8 @@ class ReferenceMotion:
     def load(cls, path: Path) -> "ReferenceMotion":
         """Read what `save` wrote. Raises ArtefactError where the file is missing or damaged."""
         arrays = read_arrays(path, tuple(f.name for f in fields(cls)))
-        scalars = {name: float(arrays.pop(name)) for name in ("stride_time", "speed")}
-        return cls(**arrays, **scalars)
+        stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
+        return cls(**arrays, stride_time=stride_time, speed=speed)
 
 
 def _side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
@@ -109,14 +109,16 @@ def _side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
 
 def pelvis_rotation(tilt: Array, list_right: Array, rotation_right: Array) -> Array:
     """Pelvis orientation (N, 3, 3), pelvis to world, of its Cardan angles in rad: anterior tilt,
-    right side up, right side forward, in this order (the record's)."""
+    right side up, right side forward, in this order (the record's).
+    """
     angles = np.column_stack([tilt, -list_right, rotation_right])
     return np.asarray(Rotation.from_euler("YXZ", angles).as_matrix())
 
 
 def pelvis_angles(rotation: Array) -> Array:
     """Tilt, list (right side up +) and rotation (right side forward +) (N, 3) in rad; the
-    inverse of `pelvis_rotation`."""
+    inverse of `pelvis_rotation`.
+    """
     angles = Rotation.from_matrix(rotation).as_euler("YXZ")
     return np.asarray(angles * np.array([1.0, -1.0, 1.0]))
 
@@ -153,10 +155,11 @@ def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
     )
 
 
-def _toe_extension(record: GaitRecord, suffix: str, phase: Array) -> PeriodicCurve:
+def _toe_extension(record: GaitRecord, side: Side, phase: Array) -> PeriodicCurve:
     """Toes flat on the ground while the heel is up in stance (pitch of the foot negative), then
-    lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike."""
-    side = "right" if suffix == "r" else "left"
+    lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike.
+    """
+    suffix = side[0]
     pitch = (
         record.angles[f"hip_flexion_{suffix}"](phase)
         - record.angles[f"knee_angle_{suffix}"](phase)
@@ -184,7 +187,7 @@ def _joint_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
         at = _side_phase(record, side, phase)
         for name in _RECORDED:
             put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
-        put(f"mtp_angle_{suffix}", _toe_extension(record, suffix, phase), at)
+        put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase), at)
         put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-ARM_SWING,), (0.0,)), at)
         put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
         put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)

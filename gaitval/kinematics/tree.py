@@ -95,20 +95,11 @@ def rotation_vector(matrix: Array) -> Array:
     cosine = min(1.0, max(-1.0, cosine))
     angle = np.arccos(cosine)
     factor = 0.5 + angle**2 / 12.0 if angle < 1e-4 else 0.5 * angle / np.sin(angle)
-    return factor * np.array(
-        [
-            matrix[2, 1] - matrix[1, 2],
-            matrix[0, 2] - matrix[2, 0],
-            matrix[1, 0] - matrix[0, 1],
-        ]
-    )
-
-
-@numba.njit(cache=True)
-def _multiply(left: Array, right: Array, out: Array) -> None:
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
+    vector = np.empty(3)
+    vector[0] = factor * (matrix[2, 1] - matrix[1, 2])
+    vector[1] = factor * (matrix[0, 2] - matrix[2, 0])
+    vector[2] = factor * (matrix[1, 0] - matrix[0, 1])
+    return vector
 
 
 @numba.njit(cache=True)
@@ -230,7 +221,8 @@ def whole_body_centre_of_mass(
                 + rotation[s, i, 1] * centre_of_mass[s, 1]
                 + rotation[s, i, 2] * centre_of_mass[s, 2]
             )
-    return total / mass.sum()
+    total /= mass.sum()
+    return total
 
 
 @numba.njit(cache=True)
@@ -248,7 +240,8 @@ def whole_body_velocity(
         total[0] += mass[s] * (linear[s, 0] + angular[s, 1] * r[2] - angular[s, 2] * r[1])
         total[1] += mass[s] * (linear[s, 1] + angular[s, 2] * r[0] - angular[s, 0] * r[2])
         total[2] += mass[s] * (linear[s, 2] + angular[s, 0] * r[1] - angular[s, 1] * r[0])
-    return total / mass.sum()
+    total /= mass.sum()
+    return total
 
 
 def segment_frames(model: BodyModel, positions: Array) -> Array:

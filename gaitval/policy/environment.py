@@ -30,8 +30,7 @@ from gaitval.simulation.walker import Recording, Walker, WalkingTask
 
 Array = NDArray[np.float64]
 
-PAPER_SIZE = 71
-EXTENDED_SIZE = 124
+OBSERVATION_SIZES = {"paper": 71, "extended": 124}
 REWARD_TERMS = (
     "joint_positions",
     "joint_velocities",
@@ -50,7 +49,8 @@ _VELOCITY_SCALE = 0.1
 
 def _mirror() -> tuple[NDArray[np.int64], Array]:
     """Order (124,) and signs (124,) that turn an extended observation into its mirror image at
-    the sagittal plane. The last 25 are the mirror of an action."""
+    the sagittal plane. The last 25 are the mirror of an action.
+    """
     joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
     joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
     polar, axial = [1, -1, 1], [-1, 1, -1]
@@ -81,13 +81,14 @@ def _mirror() -> tuple[NDArray[np.int64], Array]:
 
 
 _MIRROR_ORDER, _MIRROR_SIGNS = _mirror()
-_ACTION_ORDER = _MIRROR_ORDER[-25:] - (EXTENDED_SIZE - 25)
+_ACTION_ORDER = _MIRROR_ORDER[-25:] - (OBSERVATION_SIZES["extended"] - 25)
 _ACTION_SIGNS = _MIRROR_SIGNS[-25:]
 
 
 class _Targets(NamedTuple):
     """Reference over one cycle for observation and reward, first sample repeated at the end;
-    without the forward travel."""
+    without the forward travel.
+    """
 
     positions: Array  # (N + 1, 31)
     velocities: Array  # (N + 1, 31)
@@ -162,7 +163,8 @@ def _angular_velocity_of_body(
             total[i, i] += mass[s] * square
             for j in range(3):
                 total[i, j] -= mass[s] * place[i] * place[j]
-    return np.linalg.solve(total, momentum)
+    solution: Array = np.linalg.solve(total, momentum)
+    return solution
 
 
 @numba.njit(cache=True)
@@ -289,7 +291,8 @@ def _measure(
 @numba.njit(cache=True)
 def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> None:
     """Terms (8,) of the reward, in the order of `REWARD_TERMS`: weights (8,) over their sum
-    times exp(-sharpness (7,) x squared error); the last is the torque cost."""
+    times exp(-sharpness (7,) x squared error); the last is the torque cost.
+    """
     total = np.sum(weights[:7])
     for i in range(7):
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
@@ -331,7 +334,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.difficulty = 1.0
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
-        size = EXTENDED_SIZE if self._extended else PAPER_SIZE
+        size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
         self.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
@@ -356,7 +359,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _random_parameters(self) -> Array:
         drawn = self.np_random.uniform(self._lower, self._upper)
-        return np.asarray(self._nominal + self.difficulty * (drawn - self._nominal))
+        return np.asarray(self._nominal + self.difficulty * (drawn - self._nominal), dtype=float)
 
     def _random_push(self, phase: float) -> tuple[float, float, float] | None:
         if self.np_random.uniform() >= self.constants.push_probability:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from safetensors.torch import load_file, save_file
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
@@ -120,7 +119,7 @@ class _Watch(BaseCallback):
             "episode_reward": round(float(returns.mean()), 4),
             "cycles": round(float(cycles.mean()), 3),
             "learning_rate": values.get("train/learning_rate", float("nan")),
-            "log_std": float(self.model.policy.log_std.detach().mean()),
+            "log_std": float(self.model.policy.state_dict()["log_std"].mean()),
             "approx_kl": values.get("train/approx_kl", float("nan")),
             "difficulty": self.difficulty,
             **{
@@ -154,6 +153,7 @@ class _Watch(BaseCallback):
         """Write all that training needs to go on, and the log."""
         normalise = self.model.get_vec_normalize_env()
         assert normalise is not None
+        assert isinstance(self.model, PPO)
         tensors = _all_tensors(self.model, normalise)
         with replacing(self.folder / _CHECKPOINT) as temporary:
             save_file(tensors, temporary, {"samples": str(self.model.num_timesteps)})
@@ -290,7 +290,7 @@ def train(
     folder.mkdir(parents=True, exist_ok=True)
     training = task.configuration.training
     seed = task.configuration.seed
-    torch.set_num_threads(max(1, training.workers))
+    torch.set_num_threads(1)  # two threads wait for each other longer than they compute
     resumed = checkpoint_samples(folder, total=samples)
     tensors: dict[str, torch.Tensor] | None = None
     if resumed:

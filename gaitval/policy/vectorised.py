@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from gaitval.policy.environment import REWARD_TERMS, WalkingEnvironment
+from gaitval.policy.environment import OBSERVATION_SIZES, REWARD_TERMS, WalkingEnvironment
 from gaitval.simulation.walker import WalkingTask
 
 Layout = dict[str, tuple[tuple[int, ...], str]]
@@ -103,7 +103,7 @@ class WalkingVecEnv(VecEnv):
     def __init__(self, task: WalkingTask, *, count: int, workers: int) -> None:
         single = WalkingEnvironment(task)
         super().__init__(count, single.observation_space, single.action_space)
-        layout = _layout(count, single.observation_space.shape[0])
+        layout = _layout(count, OBSERVATION_SIZES[task.configuration.environment.observation])
         self._memory = SharedMemory(create=True, size=_size(layout))
         self._views = _views(self._memory, layout)
         context = mp.get_context("spawn")

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.kinematics.tree import forward, whole_body_centre_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.scaling.model import SEGMENTS
-from gaitval.kinematics.tree import forward, whole_body_centre_of_mass
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Recording, WalkingTask
 
@@ -115,7 +115,7 @@ def walk(
     rows = slice(0, recording.rows)
     positions = recording.positions[rows]
     return Rollout(
-        time=walker.physics_step * np.arange(1, recording.rows + 1),
+        time=walker.physics_step * np.arange(1.0, recording.rows + 1.0),
         phase=recording.phase[rows],
         positions=positions,
         velocities=recording.velocities[rows],

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from gaitval.configuration import Contact
 from gaitval.kinematics.tree import (
-    FIRST_DOF,
     DOF_COUNT,
+    FIRST_DOF,
     PARENT,
     Tree,
     forward,
@@ -61,7 +61,9 @@ def contact_law(contact: Contact, friction: float) -> ContactLaw:
 
 
 @numba.njit(cache=True)
-def sphere_force(law: ContactLaw, radius: float, height: float, velocity: Array, out: Array) -> None:
+def sphere_force(
+    law: ContactLaw, radius: float, height: float, velocity: Array, out: Array
+) -> None:
     """Force of the ground on one sphere.
 
     Parameters

@@ -96,7 +96,8 @@ class HumanSkeleton:
 
     def set_servo(self, stiffness: NDArray[np.float64], damping: NDArray[np.float64]) -> None:
         """Springs (25,) Nm/rad about zero and dampers (25,) Nms/rad of the joints, which DART
-        integrates implicitly; the servo's targets enter as forces."""
+        integrates implicitly; the servo's targets enter as forces.
+        """
         for dof, k, d in zip(self.skeleton.getDofs()[len(ROOT) :], stiffness, damping, strict=True):
             dof.setSpringStiffness(k)
             dof.setRestPosition(0.0)

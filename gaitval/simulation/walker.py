@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from gaitval.configuration import Configuration, Servo
 from gaitval.coordinates import ACTUATED, ROOT
+from gaitval.data.record import GaitRecord
 from gaitval.kinematics.reference import ReferenceMotion, build_reference
 from gaitval.kinematics.tree import Tree, tree_arrays
-from gaitval.data.record import GaitRecord
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.simulation.contact import contact_law, ground_forces, ContactLaw
+from gaitval.simulation.contact import ContactLaw, contact_law, ground_forces
 from gaitval.simulation.skeleton import GRAVITY, HumanSkeleton
 
 Array = NDArray[np.float64]
@@ -51,7 +51,9 @@ class WalkingTask:
     configuration: Configuration
 
     @classmethod
-    def of(cls, model: BodyModel, record: GaitRecord, configuration: Configuration) -> "WalkingTask":
+    def of(
+        cls, model: BodyModel, record: GaitRecord, configuration: Configuration
+    ) -> "WalkingTask":
         """Task with the reference motion of a record on a model."""
         return cls(
             model, record, build_reference(record, model, configuration.contact), configuration
@@ -66,7 +68,8 @@ def servo_stiffness(servo: Servo, mass: float) -> Array:
 
 class ReferenceTables(NamedTuple):
     """Reference of the actuated coordinates, sampled over one cycle with the first sample
-    repeated at its end: (N + 1, 25) positions rad, velocities rad/s, moments Nm."""
+    repeated at its end: (N + 1, 25) positions rad, velocities rad/s, moments Nm.
+    """
 
     positions: Array
     velocities: Array
@@ -209,9 +212,7 @@ class Walker:
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0
 
-    def step(
-        self, offset: Array, root_force: Array, recording: Recording | None = None
-    ) -> None:
+    def step(self, offset: Array, root_force: Array, recording: Recording | None = None) -> None:
         """Advance by one action.
 
         The offset of the joint targets moves linearly from the last action's to this one's, so
