@@ -59,7 +59,8 @@ settings of its run folder; `subject` starts from the defaults.
 Exit codes: 0 done, 1 accuracy lost (check), 2 input that cannot be used, 130 interrupted.
 """
 
-output = Console()
+# Tables are not squeezed into 80 columns where there is no terminal.
+output = Console(width=None if sys.stdout.isatty() else 120)
 messages = Console(stderr=True)
 
 

@@ -573,6 +573,7 @@ def simulate_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS),
             "walks": [validation.start_phases, validation.settling_cycles, validation.cycles],
         },
+        workspace="rollouts",  # so that no walk of other start phases stays
     )
 
 
@@ -621,6 +622,7 @@ def report_stage(run: Run) -> Stage:
         inputs=(
             "subject.toml",
             "configuration.toml",
+            "model.urdf",
             "scaling.csv",
             "reference.npz",
             "policy/training.csv",

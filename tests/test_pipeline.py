@@ -404,6 +404,20 @@ def test_scratch_trains_again_after_a_start_from_a_stored_policy(
     assert not (run.folder / "start").exists()
 
 
+def test_walks_from_other_start_phases_do_not_stay(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run_subject(opened("identification.rounds=1"))
+    run = opened("identification.rounds=1", "validation.start_phases=[0.0, 0.5]")
+    run_subject(run)
+    assert sorted(path.name for path in (run.folder / "rollouts").iterdir()) == [
+        "identified_00.npz",
+        "identified_50.npz",
+        "nominal_00.npz",
+        "nominal_50.npz",
+    ]
+
+
 def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
     opened()
     with (
