@@ -73,7 +73,7 @@ def sphere_force(
     out : (3,) N out, world.
     """
     x = radius - height
-    if x < -0.02:  # the smooth form has faded below 1e-5 of its value at the ground
+    if x < -0.02:  # the smooth form has faded to 2e-4 of its value at the ground
         out[:] = 0.0
         return
     v = -velocity[2]
