@@ -207,7 +207,7 @@ def identify(
 
     def progress(generation: int, best: float) -> None:
         if on_progress is not None:
-            on_progress({"samples": generation, "total": settings.generations, "reward": best})
+            on_progress({"generation": generation, "total": settings.generations, "reward": best})
 
     with WalkingPool(task, workers=configuration.training.workers) as pool:
 

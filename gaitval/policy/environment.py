@@ -163,8 +163,7 @@ def _angular_velocity_of_body(
             total[i, i] += mass[s] * square
             for j in range(3):
                 total[i, j] -= mass[s] * place[i] * place[j]
-    solution: Array = np.linalg.solve(total, momentum)
-    return solution
+    return np.linalg.solve(total, momentum).astype(np.float64)
 
 
 @numba.njit(cache=True)

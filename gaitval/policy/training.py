@@ -274,6 +274,9 @@ def train(
 ) -> Policy:
     """Train a policy, or go on from the checkpoint in `folder` of a training that was cut off.
 
+    The checkpoint stays when training is done, so a caller that is killed before it has stored
+    the policy loses nothing; empty `folder` to train anew.
+
     Parameters
     ----------
     folder : receives `training.csv`, TensorBoard logs and checkpoints.
@@ -325,6 +328,4 @@ def train(
         policy = _policy(task, ppo, normalise, subject)
     finally:
         environments.close()
-    (folder / _CHECKPOINT_STATE).unlink(missing_ok=True)
-    (folder / _CHECKPOINT).unlink(missing_ok=True)
     return policy
