@@ -13,7 +13,7 @@ from gaitval.coordinates import ACTUATED, COORDINATES, ROOT
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
 from gaitval.policy.storage import NETWORK, Policy
-from gaitval.scaling.model import SEGMENTS, BodyModel
+from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.scaling.urdf import model_hash, write_urdf
 from gaitval.simulation.walker import WalkingTask
 
@@ -155,3 +155,34 @@ def random_policy(task: WalkingTask, *, scale: float, seed: int = 0, units: int 
 
 ROOT_ROWS = slice(0, len(ROOT))
 JOINT_ROWS = slice(len(ROOT), len(COORDINATES))
+
+
+def rigid_sled(mass: float) -> BodyModel:
+    """A plate on twelve contact spheres whose joints carry next to nothing: one rigid body that
+    goes through the whole simulation. Its origin is `SLED_HEIGHT` above its lowest points."""
+    segments = [
+        Segment(
+            name=name,
+            joint_position=np.zeros(3),
+            mass=mass if name == "pelvis" else 1e-3,
+            centre_of_mass=np.zeros(3),
+            inertia=(1.0 if name == "pelvis" else 1e-5) * np.eye(3),
+        )
+        for name in SEGMENTS
+    ]
+    places = [(x, y, -0.02) for x in (-0.3, -0.1, 0.1, 0.3) for y in (-0.2, 0.0, 0.2)]
+    spheres = [
+        ContactSphere(f"sphere_{i}", "pelvis", np.array(place), SLED_RADIUS)
+        for i, place in enumerate(places)
+    ]
+    return BodyModel("sled", tuple(segments), tuple(spheres))
+
+
+SLED_RADIUS = 0.032
+SLED_HEIGHT = 0.02 + SLED_RADIUS
+
+
+def task_of(model: BodyModel, task: WalkingTask, q: np.ndarray, **sections: Any) -> WalkingTask:
+    """A task to hold the pose `q` with another body; `sections` as in `changed`."""
+    held = replace(task, model=model, reference=constant_reference(model, q))
+    return changed(held, **sections)
