@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint baseline check wheel clean
+.PHONY: help setup subject test lint baseline tables check wheel clean
 
 help: ## This list
 	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
@@ -35,7 +35,11 @@ lint: setup ## ruff and mypy --strict
 	@$(BIN)/mypy --strict gaitval
 
 baseline: setup ## Make the finished run of subject S its stored baseline (policy, mu, metrics)
-	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT))
+	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)
+	@$(BIN)/python scripts/accuracy_tables.py
+
+tables: setup ## Write the accuracy tables of both READMEs from the stored baselines
+	@$(BIN)/python scripts/accuracy_tables.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline/metrics.json

@@ -71,9 +71,9 @@ class Environment(Section):
     mirror: bool = True
     """In the second half of the right gait cycle the policy sees and acts as in a mirror, so it
     learns one step for both legs (extended observation only; the reference keeps its sides)."""
-    physics_step: Positive = 0.001
+    physics_step: Positive = 0.002
     """s."""
-    steps_per_action: int = Field(30, ge=1)
+    steps_per_action: int = Field(15, ge=1)
     """Physics steps for one action."""
     action_scale: Positive = 0.2
     """Offset of a joint target for an action of 1, rad."""
@@ -89,7 +89,7 @@ class Environment(Section):
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
-    push_probability: Fraction = 0.0
+    push_probability: Fraction = 0.2
     """Share of training episodes with a push."""
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
@@ -106,19 +106,19 @@ class Reward(Section):
     """
 
     joint_positions: float = Field(5.0, ge=0)
-    joint_positions_sharpness: Positive = 2.0
+    joint_positions_sharpness: Positive = 5.0
     """1/rad², on the sum over the 25 coordinates."""
     joint_velocities: float = Field(1.0, ge=0)
     joint_velocities_sharpness: Positive = 0.02
     """s²/rad²."""
     centre_of_mass: float = Field(2.0, ge=0)
-    centre_of_mass_sharpness: Positive = 10.0
+    centre_of_mass_sharpness: Positive = 20.0
     """1/m²."""
     pelvis_rotation: float = Field(1.0, ge=0)
     pelvis_rotation_sharpness: Positive = 10.0
     """1/rad²."""
     end_effectors: float = Field(2.0, ge=0)
-    end_effectors_sharpness: Positive = 20.0
+    end_effectors_sharpness: Positive = 30.0
     """1/m², on the sum over feet and hands."""
     ground_reaction: float = Field(1.0, ge=0)
     ground_reaction_sharpness: Positive = 8.0

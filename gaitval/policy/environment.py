@@ -46,6 +46,10 @@ _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
 _VELOCITY_SCALE = 0.1
 """Joint velocities are observed in tens of rad/s, so that they weigh like the angles."""
 
+_LARGEST_STATE = 1e3
+"""rad, m, rad/s, m/s: a number beyond it is no movement, and would spoil the running statistics
+of a whole training."""
+
 
 def _mirror() -> tuple[NDArray[np.int64], Array]:
     """Order (124,) and signs (124,) that turn an extended observation into its mirror image at
@@ -468,15 +472,18 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._push_now()
         self.walker.step(self.constants.action_scale * clipped, self._root_force, recording)
         self._steps += 1
-        self._measure(clipped)
-        mass = self.task.model.mass
-        effort = float(self.walker.mean_square_moments.sum()) / mass**2
-        _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
-        fell = not (  # so that a state that is not a number ends the episode too
-            self._errors[7] < self.constants.height_tolerance
-            and self._errors[8] < self.constants.rotation_tolerance
-            and self._errors[9] < self.constants.drift_tolerance
-        )
+        if np.abs(self.walker.state).max() < _LARGEST_STATE:
+            self._measure(clipped)
+            effort = float(self.walker.mean_square_moments.sum()) / self.task.model.mass**2
+            _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
+            fell = not (
+                self._errors[7] < self.constants.height_tolerance
+                and self._errors[8] < self.constants.rotation_tolerance
+                and self._errors[9] < self.constants.drift_tolerance
+            )
+        else:  # it blew up, perhaps to no number at all: the last observation stands
+            self._terms[:] = 0.0
+            fell = True
         info = {
             "errors": self._errors.copy(),
             "reward_terms": self._terms.copy(),

@@ -6,6 +6,14 @@ OpenSim's smooth sphere-half-space force (Serrancolí et al. 2019; simbody's
     fh = 4/3 k sqrt(R k) (sqrt(x² + cf))^1.5 (1/2 + 1/2 tanh(bd x))
     fn = fh (1 + 1.5 c v) (1/2 + 1/2 tanh(bv (v + 2 / (3 c))))
     ff = fn [min(vs/vt, 1) (μd + 2 (μs - μd) / (1 + (vs/vt)²)) + μv vs],  vs = sqrt(|vt|² + cf)
+
+At small slip the friction acts like a damper of μ fn / vt, some 3 kNs/m under a whole body, on a
+foot of less than a kilogram: taken at the velocity before a step it chatters unless the step is
+below 0.25 ms. The forces are therefore linearly implicit in the velocity: with the slope
+κ = ∂f/∂v of a foot's contact and the mass m that it moves, the velocity at the end of the step is
+v + (h/m) (f - f'), where f' is the force of the step before, whose effect is in v. Hence
+f = (f(v) + a f') / (1 + a) with a = h κ / m. A constant force is left as it is, and the law is met
+exactly as h goes to 0 (docs/architecture.md has the measured convergence).
 """
 
 from typing import NamedTuple
@@ -63,7 +71,7 @@ def contact_law(contact: Contact, friction: float) -> ContactLaw:
 @numba.njit(cache=True)
 def sphere_force(
     law: ContactLaw, radius: float, height: float, velocity: Array, out: Array
-) -> None:
+) -> tuple[float, float]:
     """Force of the ground on one sphere.
 
     Parameters
@@ -71,11 +79,15 @@ def sphere_force(
     radius, height : m, of the sphere and of its centre above the ground.
     velocity : (3,) m/s, of the sphere's lowest point, world.
     out : (3,) N out, world.
+
+    Returns
+    -------
+    slopes of the normal force in the penetration rate and of friction in the slip, Ns/m.
     """
     x = radius - height
     if x < -0.02:  # the smooth form has faded to 2e-4 of its value at the ground
         out[:] = 0.0
-        return
+        return 0.0, 0.0
     v = -velocity[2]
     k = 0.5 * law.stiffness ** (2.0 / 3.0)
     fh = (
@@ -95,6 +107,7 @@ def sphere_force(
     out[0] = -ff * velocity[0] / slip
     out[1] = -ff * velocity[1] / slip
     out[2] = fn
+    return 1.5 * c * fh, ff / slip
 
 
 @numba.njit(cache=True)
@@ -103,6 +116,8 @@ def ground_forces(
     law: ContactLaw,
     q: Array,
     qd: Array,
+    lag: Array,
+    memory: Array,
     generalised: Array,
     feet: Array,
 ) -> None:
@@ -111,6 +126,9 @@ def ground_forces(
     Parameters
     ----------
     q, qd : (31,) positions and velocities.
+    lag : (2,) m/(Ns): physics step over the mass that the right and the left foot's contact
+        moves; zeros for the plain law.
+    memory : (K, 3) in and out, N: the spheres' forces of the step before, and of this one.
     generalised : (31,) in and out: the ground's generalised forces are added.
     feet : (2, 6) out: right and left foot, force N and moment Nm about the world origin.
     """
@@ -121,43 +139,47 @@ def ground_forces(
     angular = np.empty((LEG_SEGMENTS, 3))
     linear = np.empty((LEG_SEGMENTS, 3))
     velocities(origin, axes, qd, angular, linear, LEG_SEGMENTS)
-    wrench = np.zeros((LEG_SEGMENTS, 6))  # force, moment about the world origin
-    velocity = np.empty(3)
-    force = np.empty(3)
-    feet[:] = 0.0
     spheres = tree.sphere_segment.shape[0]
+    arm = np.empty((spheres, 3))
+    force = np.zeros((spheres, 3))
+    slope = np.zeros((2, 2))  # right and left foot; normal force and friction
+    velocity = np.empty(3)
     for n in range(spheres):
         s = tree.sphere_segment[n]
         p = tree.sphere_position[n]
-        r0 = rotation[s, 0, 0] * p[0] + rotation[s, 0, 1] * p[1] + rotation[s, 0, 2] * p[2]
-        r1 = rotation[s, 1, 0] * p[0] + rotation[s, 1, 1] * p[1] + rotation[s, 1, 2] * p[2]
-        r2 = rotation[s, 2, 0] * p[0] + rotation[s, 2, 1] * p[1] + rotation[s, 2, 2] * p[2]
-        radius = tree.sphere_radius[n]
-        height = origin[s, 2] + r2
-        if height > radius + 0.02:
-            continue
-        # The force acts in the middle of the overlap, as in OpenSim: half the penetration deep.
-        z = 0.5 * (height - radius)
-        arm = z - origin[s, 2]
-        velocity[0] = linear[s, 0] + angular[s, 1] * arm - angular[s, 2] * r1
-        velocity[1] = linear[s, 1] + angular[s, 2] * r0 - angular[s, 0] * arm
-        velocity[2] = linear[s, 2] + angular[s, 0] * r1 - angular[s, 1] * r0
-        sphere_force(law, radius, height, velocity, force)
-        x = origin[s, 0] + r0
-        y = origin[s, 1] + r1
-        m0 = y * force[2] - z * force[1]
-        m1 = z * force[0] - x * force[2]
-        m2 = x * force[1] - y * force[0]
-        side = 0 if n < spheres // 2 else 1
         for i in range(3):
-            wrench[s, i] += force[i]
-            feet[side, i] += force[i]
-        wrench[s, 3] += m0
-        wrench[s, 4] += m1
-        wrench[s, 5] += m2
-        feet[side, 3] += m0
-        feet[side, 4] += m1
-        feet[side, 5] += m2
+            arm[n, i] = (
+                rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
+            )
+        radius = tree.sphere_radius[n]
+        height = origin[s, 2] + arm[n, 2]
+        # The force acts in the middle of the overlap, as in OpenSim: half the penetration deep.
+        arm[n, 2] = 0.5 * (height - radius) - origin[s, 2]
+        r, w = arm[n], angular[s]
+        velocity[0] = linear[s, 0] + w[1] * r[2] - w[2] * r[1]
+        velocity[1] = linear[s, 1] + w[2] * r[0] - w[0] * r[2]
+        velocity[2] = linear[s, 2] + w[0] * r[1] - w[1] * r[0]
+        normal, friction = sphere_force(law, radius, height, velocity, force[n])
+        side = 0 if n < spheres // 2 else 1
+        slope[side, 0] += normal
+        slope[side, 1] += friction
+    wrench = np.zeros((LEG_SEGMENTS, 6))  # force, moment about the world origin
+    feet[:] = 0.0
+    for n in range(spheres):
+        s = tree.sphere_segment[n]
+        side = 0 if n < spheres // 2 else 1
+        across, along = lag[side] * slope[side, 0], lag[side] * slope[side, 1]
+        for i in range(3):
+            a = across if i == 2 else along
+            memory[n, i] = (force[n, i] + a * memory[n, i]) / (1.0 + a)
+        f = memory[n]
+        x, y, z = origin[s, 0] + arm[n, 0], origin[s, 1] + arm[n, 1], origin[s, 2] + arm[n, 2]
+        moment = (y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0])
+        for i in range(3):
+            wrench[s, i] += f[i]
+            wrench[s, 3 + i] += moment[i]
+            feet[side, i] += f[i]
+            feet[side, 3 + i] += moment[i]
     for s in range(LEG_SEGMENTS - 1, 0, -1):
         f = wrench[s]
         if f[0] == 0.0 and f[1] == 0.0 and f[2] == 0.0:

@@ -99,6 +99,8 @@ def generalised_forces(
     state: Array,
     phase: float,
     offset: Array,
+    lag: Array,
+    memory: Array,
     root_force: Array,
     forces: Array,
     command: Array,
@@ -112,6 +114,7 @@ def generalised_forces(
     state : (2, 31) positions and velocities.
     phase : of the right gait cycle.
     offset : (25,) rad, the action's offset of the joint targets.
+    lag, memory : as `contact.ground_forces`.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
     forces : (31,) out, for `setForces`.
     command : (25,) out, Nm, the servo's share of them.
@@ -129,7 +132,7 @@ def generalised_forces(
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
-    ground_forces(tree, law, state[0], state[1], forces, feet)
+    ground_forces(tree, law, state[0], state[1], lag, memory, forces, feet)
 
 
 @numba.njit(cache=True)
@@ -187,6 +190,10 @@ class Walker:
         self._forces = np.zeros(31)
         self._command = np.zeros(25)
         self._feet = np.zeros((2, 6))
+        # A foot's contact moves the foot, its toes and about as much of the shank.
+        moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
+        self._lag = np.full(2, self.physics_step / moved_mass)
+        self._memory = np.zeros((len(task.model.spheres), 3))
         self.set_parameters(nominal_parameters())
 
     def set_parameters(self, mu: Array) -> None:
@@ -208,6 +215,7 @@ class Walker:
         self.skeleton.setVelocities(velocities)
         self.phase = float(phase)
         self.offset[:] = 0.0
+        self._memory[:] = 0.0
         self.mean_ground_reaction[:] = 0.0
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0
@@ -241,6 +249,8 @@ class Walker:
                 state,
                 self.phase,
                 self.offset,
+                self._lag,
+                self._memory,
                 root_force,
                 forces,
                 command,

@@ -1,0 +1,62 @@
+"""The committed policies still walk as well as their stored metrics say."""
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
+
+
+def _check(baseline, *options):
+    command = [sys.executable, "-m", "gaitval", "check"]
+    return subprocess.run(
+        [*command, "--baseline", baseline / "metrics.json", *options],
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_subject_5_has_a_baseline():
+    assert "S05" in [path.parent.name for path in BASELINES]
+
+
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
+def test_stored_policy_keeps_its_accuracy(baseline, tmp_path):
+    junit = tmp_path / "accuracy.xml"
+    done = _check(baseline, "--junit", junit)
+    assert done.returncode == 0, done.stdout + done.stderr
+    suite = ElementTree.parse(junit).getroot()
+    assert len(list(suite.iter("testcase"))) > 30
+    assert not list(suite.iter("failure"))
+
+
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
+def test_lost_accuracy_fails_the_check(baseline, tmp_path):
+    """The same policy against a baseline that claims to be a degree better than it is."""
+    copy = tmp_path / "baseline"
+    for path in baseline.rglob("*"):
+        if path.is_file():
+            (copy / path.relative_to(baseline)).parent.mkdir(parents=True, exist_ok=True)
+            (copy / path.relative_to(baseline)).write_bytes(path.read_bytes())
+    metrics = json.loads((copy / "metrics.json").read_text())
+    claimed = next(row for row in metrics["measures"] if row["target"] == "knee_angle_r")
+    claimed["value"] -= 1.0
+    (copy / "metrics.json").write_text(json.dumps(metrics))
+    done = _check(copy)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "knee_angle_r" in done.stdout
+
+
+def test_accuracy_tables_say_what_the_baselines_say():
+    done = subprocess.run(
+        [sys.executable, "scripts/accuracy_tables.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
