@@ -9,7 +9,8 @@ import dartpy
 import numpy as np
 
 from gaitval.configuration import Configuration
-from gaitval.coordinates import ACTUATED, COORDINATES, ROOT
+from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
+from gaitval.data.record import GaitRecord, PeriodicCurve
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
 from gaitval.policy.storage import NETWORK, Policy
@@ -158,15 +159,17 @@ JOINT_ROWS = slice(len(ROOT), len(COORDINATES))
 
 
 def rigid_sled(mass: float) -> BodyModel:
-    """A plate on twelve contact spheres whose joints carry next to nothing: one rigid body that
-    goes through the whole simulation. Its origin is `SLED_HEIGHT` above its lowest points."""
+    """A plate on twelve contact spheres. All mass lies at its middle, half of it in the pelvis
+    and a quarter in each foot, so that every foot's contact moves half of the sled and all goes
+    through the whole simulation. Its origin is `SLED_HEIGHT` above its lowest points."""
+    share = {"pelvis": 0.5, "foot_r": 0.25, "foot_l": 0.25}
     segments = [
         Segment(
             name=name,
             joint_position=np.zeros(3),
-            mass=mass if name == "pelvis" else 1e-3,
+            mass=mass * share.get(name, 1e-6),
             centre_of_mass=np.zeros(3),
-            inertia=(1.0 if name == "pelvis" else 1e-5) * np.eye(3),
+            inertia=(1.0 if name == "pelvis" else 1e-3) * np.eye(3),
         )
         for name in SEGMENTS
     ]
@@ -186,3 +189,66 @@ def task_of(model: BodyModel, task: WalkingTask, q: np.ndarray, **sections: Any)
     """A task to hold the pose `q` with another body; `sections` as in `changed`."""
     held = replace(task, model=model, reference=constant_reference(model, q))
     return changed(held, **sections)
+
+
+def mirror_image(values: np.ndarray) -> np.ndarray:
+    """Positions, velocities or generalised forces (…, 31) seen in the mirror y → -y."""
+    signs = np.ones(31)
+    signs[[0, 2, 4]] = -1.0  # turning about x and z, place to the left
+    signs[[COORDINATES.index(name) for name in ("lumbar_bending", "lumbar_rotation")]] = -1.0
+    twins = [COORDINATES.index(mirrored(name)) for name in COORDINATES]
+    return (signs * values)[..., twins]
+
+
+def symmetric(model: BodyModel, record: GaitRecord) -> tuple[BodyModel, GaitRecord]:
+    """A person whose left is the mirror image of the right, half a cycle later."""
+    flip = np.array([1.0, -1.0, 1.0])
+    middle = np.array([1.0, 0.0, 1.0])
+
+    def from_right(curves: Mapping[str, PeriodicCurve]) -> dict[str, PeriodicCurve]:
+        return {name: curves[name[:-1] + "r"] for name in curves}
+
+    forward_force, left_force, up_force = record.forces["right"]
+    mirrored_force = PeriodicCurve(
+        -left_force.mean,
+        tuple(-c for c in left_force.cosine),
+        tuple(-s for s in left_force.sine),
+    )
+    record = replace(
+        record,
+        left_phase=0.5,
+        angles=from_right(record.angles),
+        moments=from_right(record.moments),
+        stance_fraction=dict.fromkeys(SIDES, record.stance_fraction["right"]),
+        forces={
+            "right": record.forces["right"],
+            "left": (forward_force, mirrored_force, up_force),
+        },
+    )
+
+    def half(segment: Segment) -> Segment:
+        if segment.name.endswith("_r"):
+            return segment
+        if segment.name.endswith("_l"):
+            twin = model[mirrored(segment.name)]
+            return Segment(
+                segment.name,
+                twin.joint_position * flip,
+                twin.mass,
+                twin.centre_of_mass * flip,
+                twin.inertia * np.outer(flip, flip),
+            )
+        return replace(
+            segment,
+            joint_position=segment.joint_position * middle,
+            centre_of_mass=segment.centre_of_mass * middle,
+            inertia=0.5 * segment.inertia * (1.0 + np.outer(flip, flip)),
+        )
+
+    right = [sphere for sphere in model.spheres if sphere.segment.endswith("_r")]
+    left = [
+        ContactSphere(mirrored(s.name), mirrored(s.segment), s.position * flip, s.radius)
+        for s in right
+    ]
+    segments = tuple(half(segment) for segment in model.segments)
+    return replace(model, segments=segments, spheres=(*right, *left)), record

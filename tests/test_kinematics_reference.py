@@ -1,13 +1,14 @@
 """The reference motion: periodic, consistent with itself, with Newton and with the record."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from simulation_fixtures import mirror_image, symmetric
 
 from gaitval.configuration import Contact
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, mirrored
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.data.subject import BUILTIN, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.kinematics.reference import (
@@ -18,7 +19,7 @@ from gaitval.kinematics.reference import (
     pelvis_rotation,
 )
 from gaitval.kinematics.tree import segment_frames, tree_arrays
-from gaitval.scaling.model import SEGMENTS, ContactSphere, Segment
+from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.scaling import scale_subject
 
 GRAVITY = 9.81
@@ -312,73 +313,12 @@ def test_a_symmetric_person_walks_symmetrically(task):
     """With the right side's curves on the left, half a cycle later, and a body that is its own
     mirror image, the motion half a cycle later is the mirror image."""
 
-    def from_right(curves):
-        return {name: curves[name[:-1] + "r"] for name in curves}
-
-    def is_right(name):
-        return name.endswith("_r")
-
-    record, model = task.record, task.model
-    flip = np.array([1.0, -1.0, 1.0])
-    record = replace(
-        record,
-        left_phase=0.5,
-        angles=from_right(record.angles),
-        moments=from_right(record.moments),
-        stance_fraction=dict.fromkeys(SIDES, record.stance_fraction["right"]),
-        forces={
-            "right": record.forces["right"],
-            "left": (
-                record.forces["right"][0],
-                replace(
-                    record.forces["right"][1],
-                    mean=-record.forces["right"][1].mean,
-                    cosine=tuple(-c for c in record.forces["right"][1].cosine),
-                    sine=tuple(-s for s in record.forces["right"][1].sine),
-                ),
-                record.forces["right"][2],
-            ),
-        },
-    )
-    segments = []
-    for segment in model.segments:
-        twin = model[mirrored(segment.name)]
-        if segment.name.endswith("_l"):
-            segments.append(
-                Segment(
-                    segment.name,
-                    twin.joint_position * flip,
-                    twin.mass,
-                    twin.centre_of_mass * flip,
-                    twin.inertia * np.outer(flip, flip),
-                )
-            )
-        else:
-            middle = not is_right(segment.name)
-            segments.append(
-                replace(
-                    segment,
-                    joint_position=segment.joint_position * ([1, 0, 1] if middle else 1),
-                    centre_of_mass=segment.centre_of_mass * ([1, 0, 1] if middle else 1),
-                )
-            )
-    right = [s for s in model.spheres if is_right(s.segment)]
-    left = [
-        ContactSphere(mirrored(s.name), mirrored(s.segment), s.position * flip, s.radius)
-        for s in right
-    ]
-    model = replace(model, segments=tuple(segments), spheres=(*right, *left))
-
+    model, record = symmetric(task.model, task.record)
     reference = build_reference(record, model)
     half = len(reference.phase) // 2
-    signs = np.ones(31)
-    signs[[0, 2, 4]] = -1.0  # rotations about x and z, and the place to the left
-    signs[[COORDINATES.index(name) for name in ("lumbar_bending", "lumbar_rotation")]] = -1.0
-    twins = [COORDINATES.index(mirrored(name)) for name in COORDINATES]
-    positions = periodic_positions(reference)
-    for values in (positions, reference.velocities):
+    for values in (periodic_positions(reference), reference.velocities):
         later = np.roll(values, -half, axis=0)
-        np.testing.assert_allclose(later, values[:, twins] * signs, atol=1e-9)
+        np.testing.assert_allclose(later, mirror_image(values), atol=1e-9)
 
 
 # ---- Files. ----

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulation_fixtures import random_state
+from simulation_fixtures import mirror_image, random_state
 
 from gaitval.configuration import Contact
-from gaitval.coordinates import COORDINATES, mirrored
+from gaitval.coordinates import COORDINATES
 from gaitval.kinematics.tree import segment_frames, tree_arrays
 from gaitval.scaling.model import SEGMENTS
 from gaitval.simulation.contact import contact_law, ground_forces, sphere_force
@@ -38,6 +38,10 @@ def force(law, height, velocity=(0.0, 0.0, 0.0)):
     out = np.full(3, np.nan)
     sphere_force(law, R, height, np.array(velocity, dtype=float), out)
     return out
+
+
+def slopes(law, height, velocity=(0.0, 0.0, 0.0)):
+    return sphere_force(law, R, height, np.array(velocity, dtype=float), np.empty(3))
 
 
 # ---- One sphere. ----
@@ -146,7 +150,21 @@ def test_no_jump_where_the_slip_reaches_the_transition_velocity():
     np.testing.assert_allclose(below, above, rtol=1e-7)
 
 
+def test_slopes_are_those_of_the_force_at_rest():
+    """Of the normal force in the penetration rate, and of friction in the slip; the smoothing of
+    the release is over where a foot rests."""
+    normal, friction = slopes(LAW, R - 0.01)
+    h = 1e-6
+    down, up = (force(LAW, R - 0.01, (0.0, 0.0, v))[2] for v in (-h, h))
+    assert normal == pytest.approx((down - up) / (2 * h), rel=1e-5)
+    right, left = (force(LAW, R - 0.01, (v, 0.0, 0.0))[0] for v in (h, -h))
+    assert friction == pytest.approx((left - right) / (2 * h), rel=1e-5)
+    assert slopes(LAW, R + 0.03) == (0.0, 0.0)
+
+
 # ---- Twelve spheres on two feet. ----
+
+PLAIN = np.zeros(2)
 
 
 def on_the_ground(task, seed):
@@ -169,10 +187,12 @@ def sphere_place(task, q, sphere):
     return (frame @ [*sphere.position, 1.0])[:3]
 
 
-def ground(task, q, qd, law=LAW):
+def ground(task, q, qd, lag=PLAIN, memory=None):
+    """Generalised forces, feet and the spheres' forces; the plain law unless there is a lag."""
     generalised, feet = np.zeros(31), np.zeros((2, 6))
-    ground_forces(tree_arrays(task.model), law, q, qd, generalised, feet)
-    return generalised, feet
+    memory = np.zeros((12, 3)) if memory is None else memory.copy()
+    ground_forces(tree_arrays(task.model), LAW, q, qd, lag, memory, generalised, feet)
+    return generalised, feet, memory
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -195,7 +215,7 @@ def test_generalised_forces_are_those_of_darts_jacobians(task, peer, seed):
         feet[side] += [*pushed, *np.cross(point, pushed)]
         loaded += 1
     assert loaded >= 1
-    seen, seen_feet = ground(task, q, qd)
+    seen, seen_feet, _ = ground(task, q, qd)
     scale = np.abs(feet).max()
     np.testing.assert_allclose(seen, expected, atol=1e-11 * scale)
     np.testing.assert_allclose(seen_feet, feet, atol=1e-11 * scale)
@@ -203,16 +223,16 @@ def test_generalised_forces_are_those_of_darts_jacobians(task, peer, seed):
 
 def test_forces_are_added_to_what_is_there(task):
     q, qd = on_the_ground(task, 0)
-    alone, _ = ground(task, q, qd)
+    alone, _, memory = ground(task, q, qd)
     generalised, feet = np.arange(31.0), np.full((2, 6), np.nan)
-    ground_forces(tree_arrays(task.model), LAW, q, qd, generalised, feet)
+    ground_forces(tree_arrays(task.model), LAW, q, qd, PLAIN, memory, generalised, feet)
     np.testing.assert_allclose(generalised, alone + np.arange(31.0), atol=1e-9)
     assert np.isfinite(feet).all()
 
 
 def test_the_pelvis_feels_the_whole_force(task):
     q, qd = on_the_ground(task, 1)
-    generalised, feet = ground(task, q, qd)
+    generalised, feet, _ = ground(task, q, qd)
     total = feet.sum(axis=0)
     np.testing.assert_allclose(generalised[3:6], total[:3], rtol=1e-12)
     moment = total[3:] - np.cross(q[3:6], total[:3])
@@ -224,13 +244,9 @@ def test_the_pelvis_feels_the_whole_force(task):
 def test_right_and_left_are_mirror_images(task):
     """Subject 5's scaled model is symmetric: a mirrored state gives mirrored forces."""
     q, qd = on_the_ground(task, 2)
-    signs = np.ones(31)
-    signs[[0, 2, 4]] = -1.0  # pseudovector of turning, place to the left
-    signs[[COORDINATES.index(name) for name in ("lumbar_bending", "lumbar_rotation")]] = -1.0
-    twins = [COORDINATES.index(mirrored(name)) for name in COORDINATES]
-    generalised, feet = ground(task, q, qd)
-    other, other_feet = ground(task, (signs * q)[twins], (signs * qd)[twins])
-    np.testing.assert_allclose(other, (signs * generalised)[twins], atol=1e-8)
+    generalised, feet, _ = ground(task, q, qd)
+    other, other_feet, _ = ground(task, mirror_image(q), mirror_image(qd))
+    np.testing.assert_allclose(other, mirror_image(generalised), atol=1e-8)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     np.testing.assert_allclose(other_feet[::-1], feet * flip, atol=1e-8)
     assert np.abs(feet[0] - feet[1]).max() > 1.0
@@ -239,6 +255,60 @@ def test_right_and_left_are_mirror_images(task):
 def test_a_body_in_the_air_is_left_alone(task):
     q, qd = random_state(3)
     q[5] += 5.0
-    generalised, feet = ground(task, q, qd)
+    generalised, feet, _ = ground(task, q, qd)
     assert not generalised.any()
     assert not feet.any()
+
+
+# ---- Linearly implicit in the velocity. ----
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_forces_with_a_lag_are_the_stated_mean_of_now_and_before(task, peer, seed):
+    """f = (f(v) + a f') / (1 + a), a = lag x the slopes of all spheres of the foot, normal force
+    and friction apart; generalised forces and feet are of these forces."""
+    q, qd = on_the_ground(task, seed)
+    lag = np.array([1e-3, 2e-3])
+    before = np.random.default_rng(seed).uniform(-50.0, 50.0, (12, 3))
+    _, _, plain = ground(task, q, qd)
+    generalised, feet, after = ground(task, q, qd, lag, before)
+    peer.set(q, qd)
+    slope, expected_forces = np.zeros((2, 2)), np.zeros(31)
+    points, sides = [], []
+    for sphere in task.model.spheres:
+        centre = sphere_place(task, q, sphere)
+        point = np.array([centre[0], centre[1], 0.5 * (centre[2] - sphere.radius)])
+        jacobian = peer.point_jacobian(sphere.segment, point)
+        sides.append(0 if sphere.segment.endswith("_r") else 1)
+        slope[sides[-1]] += slopes(LAW, centre[2], jacobian @ qd)
+        points.append((point, jacobian))
+    a = (lag[:, None] * slope)[sides]
+    weights = a[:, [1, 1, 0]]
+    expected = (plain + weights * before) / (1.0 + weights)
+    np.testing.assert_allclose(after, expected, atol=1e-9)
+    for (_, jacobian), pushed in zip(points, expected, strict=True):
+        expected_forces += jacobian.T @ pushed
+    np.testing.assert_allclose(generalised, expected_forces, atol=1e-9)
+    for side in (0, 1):
+        total = sum(f for f, s in zip(expected, sides, strict=True) if s == side)
+        np.testing.assert_allclose(feet[side, :3], total, atol=1e-9)
+
+
+def test_a_constant_force_is_left_as_it_is(task):
+    q, qd = on_the_ground(task, 1)
+    _, _, plain = ground(task, q, qd)
+    lag = np.full(2, 1e-3)
+    _, _, same = ground(task, q, qd, lag, plain)
+    np.testing.assert_allclose(same, plain, atol=1e-10)
+    memory = np.zeros((12, 3))
+    for _ in range(200):  # from nothing it is reached too
+        _, _, memory = ground(task, q, qd, lag, memory)
+    np.testing.assert_allclose(memory, plain, atol=1e-8)
+
+
+def test_a_foot_in_the_air_forgets_its_force(task):
+    q, qd = random_state(3)
+    q[5] += 5.0
+    _, feet, memory = ground(task, q, qd, np.full(2, 1e-3), np.full((12, 3), 100.0))
+    assert not feet.any()
+    assert not memory.any()

@@ -84,10 +84,21 @@ def test_a_standing_body_presses_with_its_weight_and_nothing_else(task):
     assert np.abs(left[:2]).max() < 0.1
     assert right[2] == pytest.approx(left[2], abs=0.1)
     # At rest the knees carry what statics asks of them: no moment but gravity's.
-    forces = np.zeros(31)
-    ground_forces(walker.tree, walker.law, *walker.state, forces, np.zeros((2, 6)))
+    forces, _ = ground(walker, walker.state[:1], walker.state[1:], plain=True)[0]
     gravity = walker.skeleton.getGravityForces()
     np.testing.assert_allclose(walker.mean_moments, (gravity - forces)[JOINT_ROWS], atol=1e-3)
+
+
+def ground(walker, positions, velocities, *, plain=False):
+    """Generalised forces (31,) and feet (2, 6) of the ground at each of the states; the plain law,
+    or one step after the other as in the walker."""
+    memory, results = np.zeros((12, 3)), []
+    lag = np.zeros(2) if plain else walker._lag
+    for q, qd in zip(positions, velocities, strict=True):
+        generalised, feet = np.zeros(31), np.zeros((2, 6))
+        ground_forces(walker.tree, walker.law, q, qd, lag, memory, generalised, feet)
+        results.append((generalised, feet))
+    return results
 
 
 # ---- A sled: sliding and bouncing. ----
@@ -129,7 +140,7 @@ def test_a_sled_is_slowed_by_friction_times_load(task, friction, direction):
     recording = Recording(50)
     walker.step(NO_OFFSET, NO_FORCE, recording)
 
-    force = recording.feet[:, :, :3].sum(axis=1)
+    force = recording.feet[3:, :, :3].sum(axis=1)  # the first steps come from no force
     speed = recording.velocities[:, 3:5] @ ahead
     assert speed.min() > 1.0
     # Smoothing leaves cf / (2 v²) < 1e-5 of the friction. The plate tilts a little under it, and
@@ -198,7 +209,7 @@ def test_a_bounce_loses_the_energy_that_the_dissipation_says(task, dissipation, 
         for step in (4e-4, 2e-4)
     ]
     assert abs(errors[1]) < 0.01
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.2)
 
 
 def test_restitution_is_one_less_dissipation_times_speed(task):
@@ -242,10 +253,8 @@ def recorded(task):
 
 def test_the_recorded_foot_forces_are_those_of_the_state_before_the_step(recorded):
     walker, recording, q, qd = recorded
-    feet = np.zeros((2, 6))
-    for t in range(0, recording.rows, 7):
-        ground_forces(walker.tree, walker.law, q[t], qd[t], np.zeros(31), feet)
-        np.testing.assert_array_equal(recording.feet[t], feet)
+    for t, (_, feet) in enumerate(ground(walker, q[:-1], qd[:-1])):
+        np.testing.assert_allclose(recording.feet[t], feet, atol=1e-9)
     assert recording.feet[:, 0, 2].max() > 0.5 * walker.weight
     assert recording.feet[:, 1, 2].max() > 0.5 * walker.weight
 
@@ -287,10 +296,8 @@ def test_recorded_moments_are_those_of_inverse_dynamics(recorded, peer):
     implicit springs, dampers, feed-forward and all; at the pelvis nothing but the push, so no
     hidden hand holds it (its moment rows are the balance of angular momentum)."""
     walker, recording, q, qd = recorded
-    for t in range(recording.rows):
-        ground = np.zeros(31)
-        ground_forces(walker.tree, walker.law, q[t], qd[t], ground, np.zeros((2, 6)))
-        acted = inverse_dynamics(peer, q[t], qd[t], qd[t + 1], walker.physics_step) - ground
+    for t, (contact, _) in enumerate(ground(walker, q[:-1], qd[:-1])):
+        acted = inverse_dynamics(peer, q[t], qd[t], qd[t + 1], walker.physics_step) - contact
         scale = np.abs(recording.moments[t]).max()
         np.testing.assert_allclose(acted[JOINT_ROWS], recording.moments[t], atol=1e-8 * scale)
         np.testing.assert_allclose(acted[ROOT_ROWS], recording.root_force[t], atol=1e-8 * scale)
@@ -317,6 +324,30 @@ def test_without_a_push_nothing_holds_the_pelvis(task):
         cycles=0.4,
     )
     np.testing.assert_array_equal(rollout.root_force, np.zeros_like(rollout.root_force))
+
+
+def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
+    """Linearly implicit contact lags behind the law by a share that falls with the step: half
+    the step, at most 0.55 of the distance; at the default step 5 % of the body weight."""
+    distances = []
+    row, seconds = 200, 0.36
+    for step in (0.002, 0.001, 0.0005):
+        steps = round(seconds / 12 / step)
+        finer = changed(task, environment={"physics_step": step, "steps_per_action": steps})
+        walker = Walker(finer)
+        walker.reset(task.reference.positions[row], task.reference.velocities[row], row / 1024)
+        start = walker.state.copy()
+        recording = Recording(12 * steps)
+        for _ in range(12):
+            walker.step(NO_OFFSET, NO_FORCE, recording)
+        q = np.vstack([start[:1], recording.positions[:-1]])
+        qd = np.vstack([start[1:], recording.velocities[:-1]])
+        law = np.array([feet for _, feet in ground(walker, q, qd, plain=True)])
+        distance = (recording.feet - law)[..., :3] / walker.weight
+        distances.append(np.sqrt(np.mean(distance**2)))
+    assert distances[0] < 0.05
+    assert distances[1] < 0.55 * distances[0]
+    assert distances[2] < 0.55 * distances[1]
 
 
 # ---- The servo. ----
@@ -482,10 +513,12 @@ def rollout(task):
 
 def test_a_rollout_holds_every_physics_step(task, rollout):
     steps = len(rollout.time)
-    actions = np.ceil(0.4 * task.reference.stride_time / 0.03)
-    assert steps == actions * 30
-    np.testing.assert_allclose(np.diff(rollout.time), 0.001, rtol=1e-9)
-    assert rollout.time[0] == pytest.approx(0.001)
+    constants = task.configuration.environment
+    seconds = constants.physics_step * constants.steps_per_action
+    actions = np.ceil(0.4 * task.reference.stride_time / seconds)
+    assert steps == actions * constants.steps_per_action
+    np.testing.assert_allclose(np.diff(rollout.time), constants.physics_step, rtol=1e-9)
+    assert rollout.time[0] == pytest.approx(constants.physics_step)
     np.testing.assert_allclose(
         rollout.phase, 0.25 + rollout.time / task.reference.stride_time, rtol=1e-12
     )
