@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
 from gaitval.artefacts import read_json, replacing, write_json
-from gaitval.errors import PolicyError
+from gaitval.errors import ArtefactError, PolicyError
 
 FORMAT = 1
 NETWORK = (
@@ -82,7 +82,10 @@ def load_policy(
     path = folder / "policy.safetensors"
     if not path.exists():
         raise PolicyError(f"{path}: there is no policy here. Train one with `gaitval train`.")
-    about = read_json(folder / "policy.json")
+    try:
+        about = read_json(folder / "policy.json")
+    except ArtefactError as error:
+        raise PolicyError(str(error)) from None
     if not isinstance(about, dict) or about.pop("format", None) != FORMAT:
         raise PolicyError(
             f"{folder / 'policy.json'}: not a policy description of format {FORMAT}. "

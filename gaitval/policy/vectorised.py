@@ -5,8 +5,10 @@ the physics. Each worker process steps its share of the environments; actions, o
 results lie in shared memory.
 """
 
+import contextlib
 import multiprocessing as mp
 import os
+import traceback
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
@@ -55,13 +57,16 @@ def _work(
     memory_name: str,
     pipe: Connection,
 ) -> None:
-    """Body of a worker process; obeys ("seed", s), ("reset",), ("step",), ("difficulty", d)."""
+    """Body of a worker process; obeys ("seed", s), ("reset",), ("step",), ("difficulty", d).
+
+    Answers None, or the traceback of what went wrong.
+    """
     memory = SharedMemory(memory_name)
     views = _views(memory, layout)
-    environments = {i: WalkingEnvironment(task) for i in share}
-    seeds: dict[int, int | None] = dict.fromkeys(share)
-    pipe.send("ready")
     try:
+        environments = {i: WalkingEnvironment(task) for i in share}
+        seeds: dict[int, int | None] = dict.fromkeys(share)
+        pipe.send(None)
         while True:
             message, value = pipe.recv()
             if message == "step":
@@ -85,9 +90,11 @@ def _work(
             elif message == "difficulty":
                 for environment in environments.values():
                     environment.difficulty = value
-            pipe.send(message)
-    except (EOFError, KeyboardInterrupt):
+            pipe.send(None)
+    except (EOFError, BrokenPipeError, KeyboardInterrupt):
         pass  # the trainer has closed its end or was interrupted, which it reports itself
+    except Exception:
+        pipe.send(traceback.format_exc())
     finally:
         del views
         memory.close()
@@ -127,18 +134,27 @@ class WalkingVecEnv(VecEnv):
             theirs.close()
             self._pipes.append(ours)
             self._processes.append(process)
-        for pipe in self._pipes:
-            pipe.recv()
+        try:
+            self._all_done()
+        except BaseException:
+            self.close()
+            raise
         self._lengths = np.zeros(count, dtype=int)
         self._returns = np.zeros(count)
 
     def _tell(self, message: str, value: Any = None) -> None:
         for pipe in self._pipes:
-            pipe.send((message, value))
+            with contextlib.suppress(BrokenPipeError):  # `_all_done` says that the worker ended
+                pipe.send((message, value))
 
     def _all_done(self) -> None:
         for pipe in self._pipes:
-            pipe.recv()
+            try:
+                problem = pipe.recv()
+            except (EOFError, ConnectionResetError):
+                problem = "it was killed, perhaps because the machine ran out of memory."
+            if problem is not None:
+                raise RuntimeError(f"A worker process of the walking environments ended: {problem}")
 
     def set_difficulty(self, difficulty: float) -> None:
         """Set `WalkingEnvironment.difficulty` everywhere."""
