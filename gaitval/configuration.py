@@ -29,10 +29,12 @@ class Section(BaseModel):
 class Contact(Section):
     """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
 
-    Published set: Falisse et al. 2022 (PredSim), E 1 MPa, c 2 s/m, 0.8/0.8/0.5, 0.2 m/s.
+    Friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s), stiffness and
+    dissipation by the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the
+    foot sinks 12 mm, which the recorded swing does not clear.
     """
 
-    stiffness: Positive = 1e6
+    stiffness: Positive = 3_067_776.0
     """Plane strain modulus E, Pa."""
     dissipation: Positive = 2.0
     """Hunt-Crossley dissipation c, s/m."""
@@ -85,11 +87,11 @@ class Environment(Section):
     """An episode ends when the pelvis is this far from its reference height, m."""
     rotation_tolerance: Positive = 0.7
     """... or turned this far from its reference, rad."""
-    drift_tolerance: Positive = 0.5
+    drift_tolerance: Positive = 0.8
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
-    push_probability: Fraction = 0.2
+    push_probability: Fraction = 0.1
     """Share of training episodes with a push."""
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
@@ -112,17 +114,19 @@ class Reward(Section):
     joint_velocities_sharpness: Positive = 0.02
     """s²/rad²."""
     centre_of_mass: float = Field(2.0, ge=0)
-    centre_of_mass_sharpness: Positive = 20.0
+    centre_of_mass_sharpness: Positive = 40.0
     """1/m²."""
     pelvis_rotation: float = Field(1.0, ge=0)
     pelvis_rotation_sharpness: Positive = 10.0
     """1/rad²."""
     end_effectors: float = Field(2.0, ge=0)
-    end_effectors_sharpness: Positive = 30.0
+    end_effectors_sharpness: Positive = 40.0
     """1/m², on the sum over feet and hands."""
     ground_reaction: float = Field(1.0, ge=0)
     ground_reaction_sharpness: Positive = 8.0
-    """1/(body weight)², on the sum over both feet of the mean force during the action."""
+    """1/(body weight)², on the sum over both feet of the mean force during the action, fore-aft
+    weighted twice and sideways three times, for these forces are a fifth and a tenth of the
+    vertical one."""
     joint_moments: float = Field(1.0, ge=0)
     joint_moments_sharpness: Positive = 1.0
     """1/(Nm/kg)², on the sum over the coordinates whose moment the record has."""
@@ -149,7 +153,7 @@ class Randomisation(Section):
 class Training(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(3_000_000, ge=1)
+    samples: int = Field(4_000_000, ge=1)
     """Environment steps of the first training."""
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
@@ -171,7 +175,12 @@ class Training(Section):
     warm_learning_rate_factor: Positive = 0.3
     """Share of `learning_rate` that a warm start begins with."""
     initial_log_std: float = -1.0
-    difficulty_ramp: tuple[Fraction, Fraction] = (0.4, 0.8)
+    """Logarithm of the standard deviation of actions: kept through the first
+    `exploration_hold` of the training, then lowered linearly to `final_log_std`, for small
+    errors are not seen under large noise."""
+    final_log_std: float = -2.3
+    exploration_hold: Fraction = 0.25
+    difficulty_ramp: tuple[Fraction, Fraction] = (0.5, 0.9)
     """Parts of the training between which the randomisation of mu and pushes grows from nothing
     to all of its range."""
     hidden_units: int = Field(128, ge=1)

@@ -204,8 +204,8 @@ def test_a_name_that_xacro_could_evaluate_is_refused(model, tmp_path):
         ('<mass value="8', '<mass value="-8', "link pelvis: mass -8"),
         ('<mass value="8', '<mass value="nan" was="8', "link pelvis: numbers that are not finite"),
         ('<inertia ixx="0.0', '<inertia ixx="9.0', "link pelvis: principal moments"),
-        ('<sphere radius="0.032"/>', '<box size="1 1 1"/>', "link foot_r: a <collision>"),
-        ('<sphere radius="0.032"/>', '<sphere radius="0"/>', "contact_heel_r: position or radius"),
+        ('<sphere radius="0.02"/>', '<box size="1 1 1"/>', "link foot_r: a <collision>"),
+        ('<sphere radius="0.02"/>', '<sphere radius="0"/>', "contact_heel_r: position or radius"),
         ("</robot>", "", "not XML"),
         ("<robot", "<!DOCTYPE robot><robot", "document type"),
         (

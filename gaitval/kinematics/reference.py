@@ -41,7 +41,7 @@ ARM_ABDUCTION = np.deg2rad(8.0)
 """Keeps the arms clear of the hips; convention."""
 TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
 """Largest toe extension of the reference in late stance; convention."""
-TOE_EXTENSION_SWING = np.deg2rad(15.0)
+TOE_EXTENSION_SWING = np.deg2rad(30.0)
 """Toe extension of the reference in swing, for clearance; convention."""
 
 TRANSLATION_HARMONICS = 8

@@ -43,6 +43,9 @@ REWARD_TERMS = (
 )
 _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
 
+_FORCE_WEIGHTS = np.array([2.0, 3.0, 1.0])
+"""Of forward, sideways and vertical ground reaction in the reward."""
+
 _VELOCITY_SCALE = 0.1
 """Joint velocities are observed in tens of rad/s, so that they weigh like the angles."""
 
@@ -254,7 +257,7 @@ def _measure(
     errors[4] = np.sum(effector * effector)
     errors[5] = 0.0
     for i in range(6):
-        errors[5] += (ground[i // 3, i % 3] - grf_ref[i]) ** 2
+        errors[5] += (_FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] - grf_ref[i])) ** 2
     errors[6] = 0.0
     for i in range(25):
         errors[6] += targets.has_moment[i] * (moments[i] - moment_ref[i]) ** 2

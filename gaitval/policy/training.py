@@ -49,6 +49,15 @@ def _difficulty(training: Training, samples: int, total: int) -> float:
     return float(np.clip((samples / total - start) / max(end - start, 1e-9), 0.0, 1.0))
 
 
+def _log_std(training: Training, samples: int, total: int, warm: bool) -> float:
+    """Logarithm of the actions' standard deviation at this point of a training."""
+    if warm:
+        return training.final_log_std
+    hold = training.exploration_hold
+    part = float(np.clip((samples / total - hold) / max(1.0 - hold, 1e-9), 0.0, 1.0))
+    return training.initial_log_std + part * (training.final_log_std - training.initial_log_std)
+
+
 def _log_rows(path: Path, samples: int) -> list[dict[str, str]]:
     """Rows of a training log up to a checkpoint."""
     if not path.exists():
@@ -107,6 +116,8 @@ class _Watch(BaseCallback):
         done = self.model.num_timesteps
         self.difficulty = 1.0 if self.warm else _difficulty(self.training, done, self.total)
         self.environments.set_difficulty(self.difficulty)
+        deviation = self.model.policy.get_parameter("log_std")
+        deviation.data.fill_(_log_std(self.training, done, self.total, self.warm))
 
     def _report(self) -> None:
         lengths, returns, cycles = np.array(self.episodes or [(0, 0.0, 0.0)]).T
@@ -231,6 +242,7 @@ def _make(
         seed=seed,
         device="cpu",
     )
+    ppo.policy.get_parameter("log_std").requires_grad_(False)  # follows a schedule, see _log_std
     return ppo, normalise
 
 

@@ -50,8 +50,8 @@ PLAUSIBLE_TILT = (-15.0, 40.0)
 """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
 about 12 +- 6."""
 
-SPHERE_RADIUS = 0.032
-"""Radius of the contact spheres, m (Falisse et al. 2022)."""
+SPHERE_RADIUS = 0.020
+"""Radius of the contact spheres, m; see `_spheres`."""
 
 SPHERES = {
     "heel": ("foot", 0.0019, -0.0038),
@@ -479,7 +479,8 @@ def _spheres(lengths: _Lengths) -> tuple[ContactSphere, ...]:
     """The published spheres under this foot: their outline from heel to toes is the foot's,
     and they are spread in proportion to the width across the metatarsal heads.
 
-    The radius stays, since the stiffness of the contact was published with it.
+    The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
+    points 20° up comes down 5 mm, about 2 % of the cycle, later than the recorded force does.
     """
     forward = np.array([place[1] for place in SPHERES.values()])
     lateral = np.array([place[2] for place in SPHERES.values()])
