@@ -3,6 +3,10 @@
 Lower-limb joints and pelvis orientation come from the record; the rest is derived or a
 convention of this project, because the record has no markers above the pelvis or on the toes:
 
+* hip flexion, knee and ankle: the record, plus small constant offsets (about 2°, kept in the
+  motion) with which both feet are on the ground together in double support: without them the
+  leading heel of a model scaled from markers comes down 3-5 % of the cycle after the recorded
+  force does. The comparison with the record is always with the record as it is;
 * pelvis translation: the centre of mass moves as the recorded ground reaction says (Newton's
   second law, integrated as a periodic series), the pelvis follows from the model's centre of
   mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
@@ -16,8 +20,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, least_squares
 from scipy.spatial.transform import Rotation
+from scipy.special import logsumexp
 
 from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import Contact
@@ -41,10 +46,19 @@ ARM_ABDUCTION = np.deg2rad(8.0)
 """Keeps the arms clear of the hips; convention."""
 TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
 """Largest toe extension of the reference in late stance; convention."""
+TOE_ROLL = 1.3
+"""Toe extension over the pitch of the foot as the heel rises: above 1, so that the ball and not
+the tip of the toes is pressed deepest; convention."""
 TOE_EXTENSION_SWING = np.deg2rad(30.0)
 """Toe extension of the reference in swing, for clearance; convention."""
 
 TRANSLATION_HARMONICS = 8
+OFFSET_JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Coordinates that may be offset for the feet to meet the ground."""
+OFFSET_SCALE = np.deg2rad(1.5)
+"""Offset that weighs as much as a gap of `GAP_SCALE`: marker-based angles have this error."""
+GAP_SCALE = 0.002
+"""m, between the soles of both feet in double support, or heel and ball of the flat foot."""
 FLAT_FOOT = (0.15, 0.40)
 """Phases of a side's own cycle between which its foot is flat on the ground."""
 ACCELERATION_SCALE = 0.3
@@ -78,6 +92,7 @@ class ReferenceMotion:
     ground_reaction : (N, 2, 3) body weights, recorded, right and left foot.
     centre_of_mass : (N, 3) m, ĉ.
     end_effectors : (N, 4, 3) m, ê: joint origin of feet and forearms, world.
+    offsets : (25,) rad, what `positions` has been given beyond the record.
     stride_time : s.  speed : m/s.
     """
 
@@ -88,6 +103,7 @@ class ReferenceMotion:
     ground_reaction: Array
     centre_of_mass: Array
     end_effectors: Array
+    offsets: Array
     stride_time: float
     speed: float
 
@@ -155,7 +171,9 @@ def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
     )
 
 
-def _toe_extension(record: GaitRecord, side: Side, phase: Array) -> PeriodicCurve:
+def _toe_extension(
+    record: GaitRecord, side: Side, phase: Array, offsets: dict[str, float]
+) -> PeriodicCurve:
     """Toes flat on the ground while the heel is up in stance (pitch of the foot negative), then
     lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike.
     """
@@ -165,16 +183,22 @@ def _toe_extension(record: GaitRecord, side: Side, phase: Array) -> PeriodicCurv
         - record.angles[f"knee_angle_{suffix}"](phase)
         + record.angles[f"ankle_angle_{suffix}"](phase)
         - record.angles[f"pelvis_tilt_{suffix}"](phase)
+        + offsets.get(f"hip_flexion_{suffix}", 0.0)
+        - offsets.get(f"knee_angle_{suffix}", 0.0)
+        + offsets.get(f"ankle_angle_{suffix}", 0.0)
     )
     toe_off = record.stance_fraction[side]
     lowering = np.clip((phase - toe_off) / (0.85 - toe_off), 0.0, 1.0)
     limit = TOE_EXTENSION_LIMIT + lowering * (TOE_EXTENSION_SWING - TOE_EXTENSION_LIMIT)
-    extension = np.where(phase < toe_off, np.clip(-pitch, 0.0, limit), limit)
+    rolled = np.clip(-TOE_ROLL * pitch, 0.0, limit)
+    extension = np.where(phase < toe_off, rolled, limit)
     extension = np.where(phase < 0.2, 0.0, extension) * np.clip((0.98 - phase) / 0.08, 0.0, 1.0)
     return _smooth(extension, 10)
 
 
-def _joint_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
+def _joint_curves(
+    record: GaitRecord, phase: Array, offsets: dict[str, float]
+) -> tuple[Array, Array]:
     """Actuated coordinates but the lumbar ones (N, 25) and their rates per unit phase."""
     value, rate = np.zeros((len(phase), len(ACTUATED))), np.zeros((len(phase), len(ACTUATED)))
 
@@ -187,11 +211,59 @@ def _joint_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
         at = _side_phase(record, side, phase)
         for name in _RECORDED:
             put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
-        put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase), at)
+        put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
         put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-ARM_SWING,), (0.0,)), at)
         put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
         put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+    for name, offset in offsets.items():
+        value[:, ACTUATED.index(name)] += offset
     return value, rate
+
+
+def _sole_heights(tree: Tree, frames: Array) -> Array:
+    """Height (T, 12) m of the lowest point of every sphere, of frames (T, 14, 4, 4)."""
+    segments = frames[:, tree.sphere_segment]
+    centres = np.einsum("tkij,kj->tki", segments[..., :3, :3], tree.sphere_position)
+    return np.asarray(centres[..., 2] + segments[..., 2, 3] - tree.sphere_radius)
+
+
+def _lowest(heights: Array) -> Array:
+    """Smooth minimum (T,) over the spheres of a foot (T, 6), to about 3 mm."""
+    return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
+
+
+def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
+    """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the feet to meet
+    the ground: soles at one height in double support, heel and ball of the flat foot too.
+    """
+    tree = tree_arrays(model)
+    phase = np.arange(100) / 100
+    own = {side: np.mod(_side_phase(record, side, phase), 1.0) for side in SIDES}
+    both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
+    flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
+    names = [f"{joint}_{side[0]}" for joint in OFFSET_JOINTS for side in SIDES]
+    angles, _ = _pelvis_curves(record, phase)
+    positions = np.zeros((len(phase), ROOT_DOFS + len(ACTUATED)))
+    rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    kinds = [sphere.name.split("_")[1] for sphere in model.spheres]
+
+    def residuals(values: Array) -> Array:
+        offsets = dict(zip(names, values, strict=True))
+        positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets)[0]
+        heights = _sole_heights(tree, segment_frames(model, positions))
+        half = heights.shape[1] // 2
+        feet = {"right": slice(0, half), "left": slice(half, None)}
+        gap = _lowest(heights[:, feet["right"]]) - _lowest(heights[:, feet["left"]])
+        parts = [gap[both] / np.sqrt(both.sum())]
+        for side in SIDES:
+            foot, kind = heights[flat[side], feet[side]], np.array(kinds[feet[side]])
+            pitch = foot[:, kind == "heel"][:, 0] - foot[:, kind == "ball"].mean(axis=1)
+            parts.append(pitch / np.sqrt(flat[side].sum()))
+        return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
+
+    solution = least_squares(residuals, np.zeros(len(names)))
+    return dict(zip(names, map(float, solution.x), strict=True))
 
 
 def _lumbar(rotation: Array) -> Array:
@@ -250,12 +322,9 @@ def _pelvis_translation(
     return np.asarray(_series(phase, 0) @ solution)
 
 
-def _standing_height(tree: Tree, contact: Contact, positions: Array, frames: Array) -> float:
+def _standing_height(tree: Tree, contact: Contact, frames: Array) -> float:
     """Height to add so that the mean static contact force over the cycle is one body weight."""
-    centres = np.einsum(
-        "tkij,kj->tki", frames[:, tree.sphere_segment][..., :3, :3], tree.sphere_position
-    )
-    heights = centres[..., 2] + frames[:, tree.sphere_segment][..., 2, 3] - tree.sphere_radius
+    heights = _sole_heights(tree, frames)
     weight = tree.mass.sum() * 9.81
     k = 0.5 * contact.stiffness ** (2.0 / 3.0)
 
@@ -282,7 +351,8 @@ def build_reference(
     tree = tree_arrays(model)
     phase = np.arange(SAMPLES) / SAMPLES
     time = record.stride_time
-    joint, joint_rate = _joint_curves(record, phase)
+    offsets = _ground_offsets(record, model)
+    joint, joint_rate = _joint_curves(record, phase, offsets)
     angles, angle_rates = _pelvis_curves(record, phase)
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
@@ -308,7 +378,7 @@ def build_reference(
     travel[:, 0] = record.speed * time * phase
     positions[:, 3:6] = translation + travel
     frames[..., :3, 3] += positions[:, None, 3:6]
-    lift = _standing_height(tree, contact, positions, frames)
+    lift = _standing_height(tree, contact, frames)
     positions[:, 5] += lift
     frames[..., 2, 3] += lift
 
@@ -331,6 +401,7 @@ def build_reference(
         ground_reaction=ground_reaction,
         centre_of_mass=_centre_of_mass(tree, frames),
         end_effectors=frames[:, effectors][..., :3, 3],
+        offsets=np.array([offsets.get(name, 0.0) for name in ACTUATED]),
         stride_time=time,
         speed=record.speed,
     )

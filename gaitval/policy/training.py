@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from gaitval.artefacts import read_json, replacing, versions, write_json, write_text
 from gaitval.configuration import Training
-from gaitval.errors import PolicyError
+from gaitval.errors import ArtefactError, PolicyError
 from gaitval.policy.environment import REWARD_TERMS
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 from gaitval.policy.vectorised import WalkingVecEnv
@@ -268,11 +268,13 @@ def _policy(task: WalkingTask, ppo: PPO, normalise: VecNormalize, subject: str) 
 
 def checkpoint_samples(folder: Path, *, total: int) -> int:
     """Samples of an unfinished training in `folder` that `train` would go on from; else 0."""
+    if not (Path(folder) / _CHECKPOINT).exists():
+        return 0
     try:
         state = read_json(Path(folder) / _CHECKPOINT_STATE)
-    except Exception:
+        return int(state["samples"]) if state["total"] == total else 0
+    except (ArtefactError, KeyError, TypeError, ValueError):
         return 0
-    return int(state["samples"]) if state.get("total") == total else 0
 
 
 def train(
