@@ -238,7 +238,8 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     """
     tree = tree_arrays(model)
     phase = np.arange(100) / 100
-    own = {side: np.mod(_side_phase(record, side, phase), 1.0) for side in SIDES}
+    # Rounded, so that a sample at the edge of stance counts alike on both sides.
+    own = {side: np.mod(_side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
     both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
     flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
     names = [f"{joint}_{side[0]}" for joint in OFFSET_JOINTS for side in SIDES]
@@ -262,7 +263,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
             parts.append(pitch / np.sqrt(flat[side].sum()))
         return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
 
-    solution = least_squares(residuals, np.zeros(len(names)))
+    solution = least_squares(residuals, np.zeros(len(names)), ftol=1e-14, xtol=1e-14, gtol=1e-14)
     return dict(zip(names, map(float, solution.x), strict=True))
 
 
