@@ -56,7 +56,7 @@ Each stage reads and writes files of a run folder (reports/S05), is skipped when
 that it reads has changed, and resumes after Ctrl-C or a kill. A stage alone keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 accuracy lost (check), 2 input that cannot be used, 130 interrupted.
+Exit codes: 0 done, 1 a tolerance failed (validate, check), 2 input that cannot be used, 130 interrupted.
 """
 
 # Tables are not squeezed into 80 columns where there is no terminal.
@@ -505,11 +505,19 @@ def validate(
 ) -> None:
     """Compare the walks with the record and with tolerances: metrics.json.
 
-    Prints what passed and what failed; a failure is a result, so the exit code is 0. To hold
-    a policy to the accuracy it had, use `gaitval check`.
+    Prints what passed and what failed; exit code 1 where a tolerance that decides the verdict
+    is failed. To hold a policy to the accuracy it had, use `gaitval check`.
     """
     folder = _stage("validate", subject, out, config, settings, force)
-    _print_tolerances(read_json(folder / "metrics.json"))
+    metrics = read_json(folder / "metrics.json")
+    _print_tolerances(metrics)
+    refused = metrics["summary"]["refused"]
+    if refused:
+        raise ToleranceError(
+            f"{refused} of {refused + metrics['summary']['accepted']} acceptance tolerances are "
+            f"failed (table above). All is stored in {folder / 'metrics.json'}; `gaitval report` "
+            "shows the curves."
+        )
 
 
 @_command("gaitval report 5")
