@@ -229,7 +229,7 @@ def virtual_subject(task, mu):
 
 def test_a_planted_mu_is_found_again(task, bounds):
     """Damping, friction and three lengths, far from nominal: found within 10 % of their ranges
-    in 60 generations of short walks (7 % is the worst of the seeds tried). The planted
+    in 60 generations of short walks (3.4 % is the worst of six tried). The planted
     parameters are the greatest of the objective: their reward is the 1 of a perfect walk."""
     lower, upper = (bound[:5] for bound in bounds)
     planted = NOMINAL.copy()
@@ -312,7 +312,7 @@ def test_an_identification_reports_what_it_did(quick, bounds, tmp_path):
     assert all(deviation > 0.0 for deviation in result.standard_deviation)
     assert result.reward_identified >= result.reward_nominal
     assert [row["generation"] for row in result.history] == [1, 2]
-    assert [(p["samples"], p["total"]) for p in progress] == [(1, 2), (2, 2)]
+    assert [(p["generation"], p["total"]) for p in progress] == [(1, 2), (2, 2)]
     assert list(tmp_path.iterdir()) == []  # the state of the search is not left behind
     stored = json.loads(json.dumps(result.as_dict()))
     assert stored["identified"] == list(result.identified)
