@@ -8,7 +8,7 @@ from typing import Any
 import dartpy
 import numpy as np
 
-from gaitval.configuration import Configuration
+from gaitval.configuration import Configuration, Contact
 from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
 from gaitval.data.record import GaitRecord, PeriodicCurve
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
@@ -19,6 +19,15 @@ from gaitval.scaling.urdf import model_hash, write_urdf
 from gaitval.simulation.walker import WalkingTask
 
 GRAVITY = 9.81
+
+PREDSIM = Contact(
+    stiffness=1e6,
+    dissipation=2.0,
+    dynamic_to_static=1.0,
+    viscous_friction=0.5,
+    transition_velocity=0.2,
+)
+"""Published by Falisse et al. 2022 for spheres of 32 mm; whatever the default is."""
 
 
 def random_state(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -127,6 +136,7 @@ def constant_reference(model: BodyModel, q: np.ndarray) -> ReferenceMotion:
         ground_reaction=np.zeros((count, 2, 3)),
         centre_of_mass=np.tile(com, (count, 1)),
         end_effectors=np.tile(effectors, (count, 1, 1)),
+        offsets=np.zeros(25),
         stride_time=1.0,
         speed=0.0,
     )

@@ -35,11 +35,14 @@ EASY = {
         "final_learning_rate": 3e-4,
         "hidden_units": 64,
         "initial_log_std": -1.0,
-        "difficulty_ramp": (1.0, 1.0),
+        "final_log_std": -1.0,
+        "difficulty_ramp": (0.0, 0.001),
         "checkpoint_seconds": 1e-6,
     },
 }
-"""No pushes, the nominal body, a high learning rate: what can be learnt in 32 updates."""
+"""No pushes, no noise at the start, a high learning rate: what can be learnt in 40 updates."""
+
+UPDATES, SAMPLES = 40, 40 * 16 * 64
 
 TINY = {**EASY, "training": {**EASY["training"], "environments": 4, "hidden_units": 8}}
 UPDATE = 4 * 64
@@ -65,7 +68,7 @@ def trained(task, tmp_path_factory):
     policy = train(
         changed(task, **EASY),
         folder,
-        samples=32 * 16 * 64,
+        samples=SAMPLES,
         subject="S05",
         on_progress=lambda values: progress.append(dict(values)),
     )
@@ -87,8 +90,8 @@ def steps_walked(task, policy):
 
 
 def test_a_short_training_raises_the_episode_length(trained):
-    """The mean of the last 100 episodes against the first 100 (which 4 updates complete): 25 to
-    44 % longer with the eight seeds tried; 15 % must be reached."""
+    """The mean of the last 100 episodes against the first 100 (which 5 updates complete):
+    35 to 42 % longer with the five seeds tried."""
     _, folder, _ = trained
     rows = rows_of(folder)
     before, after = (float(rows[i]["episode_length"]) for i in (4, -1))
@@ -97,14 +100,14 @@ def test_a_short_training_raises_the_episode_length(trained):
 
 
 def test_the_learnt_policy_walks_longer_than_the_servo_alone(task, trained):
-    """Without the noise of exploration, against actions of zero from the same starts: 21 to 36 %
-    further with the eight seeds tried."""
+    """Without the noise of exploration, against actions of zero from the same starts: 32
+    to 67 % further with the five seeds tried."""
     policy, _, _ = trained
     easy = changed(task, **EASY)
     learnt, alone = (
         steps_walked(easy, each).mean() for each in (policy, random_policy(easy, scale=0.0))
     )
-    assert learnt > 1.1 * alone
+    assert learnt > 1.15 * alone
 
 
 def test_the_policy_says_what_it_is_for(task, trained):
@@ -115,7 +118,7 @@ def test_the_policy_says_what_it_is_for(task, trained):
     assert about["model_hash"] == model_hash(task.model)
     assert about["observation"] == "extended"
     assert about["action_scale"] == task.configuration.environment.action_scale
-    assert about["samples"] == 32 * 16 * 64
+    assert about["samples"] == SAMPLES
     assert about["seed"] == easy.configuration.seed
     assert about["configuration"] == easy.configuration.model_dump(mode="json")
     assert {"torch", "stable-baselines3", "dartpy"} <= set(about["versions"])
@@ -126,53 +129,55 @@ def test_the_log_has_a_row_for_each_update(trained):
     _, folder, progress = trained
     rows = rows_of(folder)
     assert tuple(rows[0]) == LOG_COLUMNS
-    assert [int(row["samples"]) for row in rows] == [(i + 1) * 1024 for i in range(32)]
+    assert [int(row["samples"]) for row in rows] == [(i + 1) * 1024 for i in range(UPDATES)]
     wall = [float(row["wall_seconds"]) for row in rows]
     assert wall == sorted(wall)
     rates = [float(row["learning_rate"]) for row in rows]
     assert rates == sorted(rates, reverse=True)
-    # Linear in what remains: 31/32 of the way down from the first rate at the first update.
-    assert rates[0] == pytest.approx(3e-4 + 31 / 32 * (2e-3 - 3e-4), rel=1e-6)
+    # Linear in what remains after the samples of the update.
+    remaining = 1 - 1 / UPDATES
+    assert rates[0] == pytest.approx(3e-4 + remaining * (2e-3 - 3e-4), rel=1e-6)
     assert rates[-1] == pytest.approx(3e-4, rel=1e-6)
-    assert {row["difficulty"] for row in rows} == {"0.0"}
+    assert [float(row["difficulty"]) for row in rows] == [0.0] + [1.0] * (UPDATES - 1)
     terms = [sum(float(row[name]) for name in LOG_COLUMNS[9:]) for row in rows]
     assert all(0.0 < term < 1.0 for term in terms)
     assert any((folder / "tensorboard").iterdir())
 
     assert [values["samples"] for values in progress] == [int(row["samples"]) for row in rows]
-    assert {values["total"] for values in progress} == {32 * 1024}
+    assert {values["total"] for values in progress} == {SAMPLES}
     assert all({"reward", "cycles"} <= set(values) for values in progress)
 
 
 def test_a_finished_training_is_not_repeated(task, trained):
     """The checkpoint stays until the caller has stored the policy: asking again gives it."""
     policy, folder, _ = trained
-    assert checkpoint_samples(folder, total=32 * 1024) == 32 * 1024
+    assert checkpoint_samples(folder, total=SAMPLES) == SAMPLES
     progress = []
     again = train(
-        changed(task, **EASY), folder, samples=32 * 1024, subject="S05", on_progress=progress.append
+        changed(task, **EASY), folder, samples=SAMPLES, subject="S05", on_progress=progress.append
     )
     assert progress == []
     assert again.about == policy.about
     for name, value in policy.tensors.items():
         np.testing.assert_array_equal(again.tensors[name], value)
-    assert len(rows_of(folder)) == 32
+    assert len(rows_of(folder)) == UPDATES
 
 
 def test_a_warm_start_goes_on_where_the_policy_stands(task, trained, tmp_path):
-    """Also after a stay in files: the first episodes are those of a trained policy, although the
-    body is drawn from all of its range from the beginning."""
+    """Also after a stay in files: the first 4096 samples are those of a trained policy, 36 to 45 %
+    longer episodes than those of a new one with the five seeds tried."""
     policy, folder, _ = trained
     save_policy(policy, tmp_path / "policy")
     stored = load_policy(tmp_path / "policy")
     easy = changed(task, **EASY)
     warm = train(easy, tmp_path / "warm", samples=4 * 1024, start=stored)
     rows, scratch = rows_of(tmp_path / "warm"), rows_of(folder)
-    assert float(rows[0]["episode_reward"]) > 1.1 * float(scratch[0]["episode_reward"])
+    for name in ("episode_length", "episode_reward"):
+        assert float(rows[3][name]) > 1.1 * float(scratch[3][name])
     assert float(rows[0]["difficulty"]) == 1.0
     assert float(rows[0]["learning_rate"]) < 0.5 * float(scratch[0]["learning_rate"])
     # The statistics of observations go on counting: all samples, and 1e-4 to begin with.
-    count = (32 + 4) * 1024 + 2 * 16  # one observation more at each reset
+    count = (UPDATES + 4) * 1024 + 2 * 16  # one observation more at each reset
     assert warm.tensors["observation_count"][0] == pytest.approx(count, abs=1.0)
     assert np.abs(warm.tensors["action_net.bias"] - stored.tensors["action_net.bias"]).max() > 0.0
 

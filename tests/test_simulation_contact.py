@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulation_fixtures import mirror_image, random_state
+from simulation_fixtures import PREDSIM, mirror_image, random_state
 
 from gaitval.configuration import Contact
 from gaitval.coordinates import COORDINATES
@@ -13,7 +13,7 @@ from gaitval.scaling.model import SEGMENTS
 from gaitval.simulation.contact import contact_law, ground_forces, sphere_force
 
 R = 0.032
-LAW = contact_law(Contact(), 0.8)
+LAW = contact_law(PREDSIM, 0.8)
 SMOOTHING, PENETRATION_SLOPE, RATE_SLOPE = 1e-5, 300.0, 50.0  # cf, bd, bv as published
 
 
@@ -40,8 +40,8 @@ def force(law, height, velocity=(0.0, 0.0, 0.0)):
     return out
 
 
-def slopes(law, height, velocity=(0.0, 0.0, 0.0)):
-    return sphere_force(law, R, height, np.array(velocity, dtype=float), np.empty(3))
+def slopes(law, height, velocity=(0.0, 0.0, 0.0), radius=R):
+    return sphere_force(law, radius, height, np.array(velocity, dtype=float), np.empty(3))
 
 
 # ---- One sphere. ----
@@ -168,18 +168,14 @@ PLAIN = np.zeros(2)
 
 
 def on_the_ground(task, seed):
-    """A random posture whose lowest sphere is 22 mm deep and moves like a foot that strikes."""
+    """A random posture whose lowest sphere is 15 mm deep and moves like a foot that strikes."""
     q, qd = random_state(seed)
     q[:3] *= 0.2
     q[6:] *= 0.3
     qd *= 0.3
-    q[5] += 0.01 - lowest(task, q)
+    soles = [sphere_place(task, q, sphere)[2] - sphere.radius for sphere in task.model.spheres]
+    q[5] -= 0.015 + min(soles)
     return q, qd
-
-
-def lowest(task, q):
-    """Height of the lowest sphere's centre, m."""
-    return min(sphere_place(task, q, sphere)[2] for sphere in task.model.spheres)
 
 
 def sphere_place(task, q, sphere):
@@ -209,7 +205,7 @@ def test_generalised_forces_are_those_of_darts_jacobians(task, peer, seed):
             continue
         point = np.array([centre[0], centre[1], -0.5 * depth])
         jacobian = peer.point_jacobian(sphere.segment, point)
-        pushed = published(Contact(), 0.8, sphere.radius, centre[2], jacobian @ qd)
+        pushed = published(PREDSIM, 0.8, sphere.radius, centre[2], jacobian @ qd)
         expected += jacobian.T @ pushed
         side = 0 if sphere.segment.endswith("_r") else 1
         feet[side] += [*pushed, *np.cross(point, pushed)]
@@ -280,7 +276,7 @@ def test_forces_with_a_lag_are_the_stated_mean_of_now_and_before(task, peer, see
         point = np.array([centre[0], centre[1], 0.5 * (centre[2] - sphere.radius)])
         jacobian = peer.point_jacobian(sphere.segment, point)
         sides.append(0 if sphere.segment.endswith("_r") else 1)
-        slope[sides[-1]] += slopes(LAW, centre[2], jacobian @ qd)
+        slope[sides[-1]] += slopes(LAW, centre[2], jacobian @ qd, sphere.radius)
         points.append((point, jacobian))
     a = (lag[:, None] * slope)[sides]
     weights = a[:, [1, 1, 0]]

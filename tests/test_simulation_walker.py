@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from simulation_fixtures import (
     GRAVITY,
     JOINT_ROWS,
+    PREDSIM,
     ROOT_ROWS,
     SLED_HEIGHT,
     SLED_RADIUS,
@@ -53,8 +54,8 @@ def static_depth(load: float, radius: float, contact: Contact) -> float:
 def test_a_standing_body_presses_with_its_weight_and_nothing_else(task):
     """Straight legs, leaning 8 degrees so that the centre of mass is over the middle of the feet.
 
-    The spheres under both feet are as stiff in tilting as Σ k x² ≈ 400 Nm/rad, less than the
-    m g h ≈ 530 Nm/rad that the weight tilts with: locked joints alone topple slowly, like a person
+    The ground under both feet resists tilting with Σ k x², some hundred Nm/rad, about the
+    m g h ≈ 530 Nm/rad that the weight tilts with: locked joints alone hardly stand, like a person
     on a mattress. So stiff joints, and ankles that press against the tilt of the pelvis. This
     comes to rest exactly: after 9 s nothing moves faster than 1e-7 m/s.
     """
@@ -65,8 +66,9 @@ def test_a_standing_body_presses_with_its_weight_and_nothing_else(task):
     frames, tree = kinematics(task.model, q, np.zeros(31)), tree_arrays(task.model)
     rotation, origin = (frames[name][tree.sphere_segment] for name in ("rotation", "origin"))
     centres = np.einsum("kij,kj->ki", rotation, tree.sphere_position) + origin
-    weight = task.model.mass * GRAVITY
-    q[5] = 0.032 - centres[:, 2].min() - static_depth(weight / 12, 0.032, Contact())
+    weight, radius = task.model.mass * GRAVITY, tree.sphere_radius[0]
+    contact = task.configuration.contact
+    q[5] = radius - centres[:, 2].min() - static_depth(weight / 12, radius, contact)
     stiff = dict.fromkeys(("hip", "knee", "ankle", "subtalar", "lumbar"), 3000.0)
     standing = task_of(task.model, task, q, servo={**stiff, "toe": 1000.0, "shoulder": 500.0})
     walker = Walker(standing)
@@ -109,13 +111,14 @@ SLED_WEIGHT = SLED.mass * GRAVITY
 
 def sled(task, q, *, contact=None, step=0.001, steps=1):
     environment = {"physics_step": step, "steps_per_action": steps}
-    return Walker(task_of(SLED, task, q, contact=contact or {}, environment=environment))
+    contact = PREDSIM.model_dump() | (contact or {})
+    return Walker(task_of(SLED, task, q, contact=contact, environment=environment))
 
 
 def resting(task, **contact):
     """A sled at rest on the ground."""
     q = np.zeros(31)
-    q[5] = SLED_HEIGHT - static_depth(SLED_WEIGHT / 12, SLED_RADIUS, Contact(**contact))
+    q[5] = SLED_HEIGHT - static_depth(SLED_WEIGHT / 12, SLED_RADIUS, PREDSIM)
     walker = sled(task, q, contact=contact, steps=50)
     walker.reset(q, np.zeros(31), 0.0)
     for _ in range(40):
@@ -157,8 +160,7 @@ def test_a_sled_is_slowed_by_friction_times_load(task, friction, direction):
 def bounce_speed(dissipation: float, speed: float, height: float) -> float:
     """Speed with which a body on twelve spheres passes `height` upwards after it passed it
     downwards with `speed`; the published law integrated by an adaptive method, not by ours."""
-    contact = Contact(dissipation=dissipation)
-    k = 0.5 * contact.stiffness ** (2 / 3)
+    k = 0.5 * PREDSIM.stiffness ** (2 / 3)
 
     def acceleration(z, v):
         x, rate = -z, -v
@@ -220,7 +222,7 @@ def test_restitution_is_one_less_dissipation_times_speed(task):
         assert restitution == pytest.approx(1.0 - dissipation * 4.0, abs=0.01)
 
 
-def test_default_dissipation_lets_a_dropped_body_settle(task):
+def test_the_published_dissipation_lets_a_dropped_body_settle(task):
     """With c = 2 s/m a foot does not bounce: after half a second the weight rests."""
     q = np.zeros(31)
     q[5] = SLED_HEIGHT + 0.05
@@ -328,7 +330,8 @@ def test_without_a_push_nothing_holds_the_pelvis(task):
 
 def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
     """Linearly implicit contact lags behind the law by a share that falls with the step: half
-    the step, at most 0.55 of the distance; at the default step 5 % of the body weight."""
+    the step, at most 0.55 of the distance; at the default step it is under 10 % of the body
+    weight, root mean square, in the first 0.4 s from a reset, where the forces start from none."""
     distances = []
     row, seconds = 200, 0.36
     for step in (0.002, 0.001, 0.0005):
@@ -345,7 +348,7 @@ def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
         law = np.array([feet for _, feet in ground(walker, q, qd, plain=True)])
         distance = (recording.feet - law)[..., :3] / walker.weight
         distances.append(np.sqrt(np.mean(distance**2)))
-    assert distances[0] < 0.05
+    assert distances[0] < 0.1
     assert distances[1] < 0.55 * distances[0]
     assert distances[2] < 0.55 * distances[1]
 
