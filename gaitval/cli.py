@@ -56,7 +56,8 @@ Each stage reads and writes files of a run folder (reports/S05), is skipped when
 that it reads has changed, and resumes after Ctrl-C or a kill. A stage alone keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 a tolerance failed (validate, check), 2 input that cannot be used, 130 interrupted.
+Exit codes: 0 done, 1 a tolerance failed (validate, check), 2 input that cannot be used,
+130 interrupted.
 """
 
 # Tables are not squeezed into 80 columns where there is no terminal.

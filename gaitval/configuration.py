@@ -153,7 +153,7 @@ class Randomisation(Section):
 class Training(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(4_000_000, ge=1)
+    samples: int = Field(5_000_000, ge=1)
     """Environment steps of the first training."""
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
@@ -205,7 +205,7 @@ class Identification(Section):
     """Weight of the prior: fraction of the mean reward lost at the bound of one parameter."""
     rounds: int = Field(2, ge=1)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
-    kappa: Positive = 1.0
+    kappa: Positive = 0.5
     """Threshold on the normalised error epsilon that ends Algorithm 1."""
 
 

@@ -3,10 +3,12 @@
 Lower-limb joints and pelvis orientation come from the record; the rest is derived or a
 convention of this project, because the record has no markers above the pelvis or on the toes:
 
-* hip flexion, knee and ankle: the record, plus small constant offsets (about 2°, kept in the
-  motion) with which both feet are on the ground together in double support: without them the
-  leading heel of a model scaled from markers comes down 3-5 % of the cycle after the recorded
-  force does. The comparison with the record is always with the record as it is;
+* hips, knees and ankles: the record, plus small constant offsets (2-3°, kept in the motion) that
+  make the motion fit the ground and the recorded forces: both feet are on the ground together in
+  double support (without, the leading heel of a model scaled from markers comes down 3-5 % of the
+  cycle after the recorded force does), and the flat foot is so far to the side that the recorded
+  force on it points to the centre of mass (without, the steps are too narrow for that force). The
+  comparison with the record is always with the record as it is;
 * pelvis translation: the centre of mass moves as the recorded ground reaction says (Newton's
   second law, integrated as a periodic series), the pelvis follows from the model's centre of
   mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
@@ -53,12 +55,15 @@ TOE_EXTENSION_SWING = np.deg2rad(30.0)
 """Toe extension of the reference in swing, for clearance; convention."""
 
 TRANSLATION_HARMONICS = 8
-OFFSET_JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
-"""Coordinates that may be offset for the feet to meet the ground."""
+OFFSET_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
+"""Coordinates that may be offset."""
 OFFSET_SCALE = np.deg2rad(1.5)
 """Offset that weighs as much as a gap of `GAP_SCALE`: marker-based angles have this error."""
 GAP_SCALE = 0.002
-"""m, between the soles of both feet in double support, or heel and ball of the flat foot."""
+"""m, between the soles of both feet in double support, or across the sole of the flat foot."""
+BALANCE_SCALE = 0.010
+"""m, between the middle of the flat foot and where the recorded force line through the centre of
+mass meets the ground; the centre of pressure may well be this far from the middle."""
 FLAT_FOOT = (0.15, 0.40)
 """Phases of a side's own cycle between which its foot is flat on the ground."""
 ACCELERATION_SCALE = 0.3
@@ -227,14 +232,22 @@ def _sole_heights(tree: Tree, frames: Array) -> Array:
     return np.asarray(centres[..., 2] + segments[..., 2, 3] - tree.sphere_radius)
 
 
+def _sole_middle(tree: Tree, frames: Array, foot: slice) -> Array:
+    """Lateral position (T,) m of the mean of a foot's spheres, of frames (T, 14, 4, 4)."""
+    segments = frames[:, tree.sphere_segment[foot]]
+    lateral = np.einsum("tkj,kj->tk", segments[..., 1, :3], tree.sphere_position[foot])
+    return np.asarray((lateral + segments[..., 1, 3]).mean(axis=1))
+
+
 def _lowest(heights: Array) -> Array:
     """Smooth minimum (T,) over the spheres of a foot (T, 6), to about 3 mm."""
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
 def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
-    """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the feet to meet
-    the ground: soles at one height in double support, heel and ball of the flat foot too.
+    """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the motion to fit
+    the ground (soles at one height in double support, the flat foot level) and the direction of
+    the recorded force on the flat foot, seen from behind.
     """
     tree = tree_arrays(model)
     phase = np.arange(100) / 100
@@ -247,20 +260,36 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     positions = np.zeros((len(phase), ROOT_DOFS + len(ACTUATED)))
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
-    kinds = [sphere.name.split("_")[1] for sphere in model.spheres]
+    names_of_spheres = [sphere.name for sphere in model.spheres]
+    slope = {}  # sideways over vertical force on the flat foot
+    for side in SIDES:
+        force = record.ground_reaction(side, own[side][flat[side]])
+        slope[side] = force[:, 1] / force[:, 2]
 
     def residuals(values: Array) -> Array:
         offsets = dict(zip(names, values, strict=True))
         positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets)[0]
-        heights = _sole_heights(tree, segment_frames(model, positions))
+        frames = segment_frames(model, positions)
+        heights = _sole_heights(tree, frames)
+        centre = _centre_of_mass(tree, frames)
         half = heights.shape[1] // 2
         feet = {"right": slice(0, half), "left": slice(half, None)}
         gap = _lowest(heights[:, feet["right"]]) - _lowest(heights[:, feet["left"]])
         parts = [gap[both] / np.sqrt(both.sum())]
         for side in SIDES:
-            foot, kind = heights[flat[side], feet[side]], np.array(kinds[feet[side]])
-            pitch = foot[:, kind == "heel"][:, 0] - foot[:, kind == "ball"].mean(axis=1)
-            parts.append(pitch / np.sqrt(flat[side].sum()))
+            sphere = {
+                name: heights[flat[side], names_of_spheres.index(f"contact_{name}_{side[0]}")]
+                for name in ("heel", "ball_medial", "ball_lateral")
+            }
+            ball = 0.5 * (sphere["ball_medial"] + sphere["ball_lateral"])
+            count = np.sqrt(flat[side].sum())
+            parts.append((sphere["heel"] - ball) / count)
+            parts.append((sphere["ball_medial"] - sphere["ball_lateral"]) / count)
+            com = centre[flat[side]]
+            height = com[:, 2] - _lowest(heights[flat[side], feet[side]])
+            middle = _sole_middle(tree, frames[flat[side]], feet[side])
+            miss = middle - (com[:, 1] - height * slope[side])
+            parts.append(miss / count * GAP_SCALE / BALANCE_SCALE)
         return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
 
     solution = least_squares(residuals, np.zeros(len(names)), ftol=1e-14, xtol=1e-14, gtol=1e-14)

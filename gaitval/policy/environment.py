@@ -246,7 +246,9 @@ def _measure(
     for e in range(4):
         for i in range(3):
             effector[3 * e + i] = origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
-        effector[3 * e] -= travel
+        # Where the pelvis is, is an error of its own.
+        effector[3 * e] -= travel + q[3] - q_ref[3]
+        effector[3 * e + 1] -= q[4] - q_ref[4]
     _at(targets.ground_reaction, phase - half_action, grf_ref)
     _at(targets.moments, phase - half_action, moment_ref)
 
