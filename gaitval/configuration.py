@@ -214,7 +214,7 @@ class Validation(Section):
 
     start_phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
     """Each walk is started at one of these; the first one is compared, all must not fall."""
-    cycles: int = Field(22, ge=2)
+    cycles: int = Field(24, ge=2)
     """Right gait cycles of each walk after the settling ones."""
     settling_cycles: int = Field(3, ge=0)
     """Cycles left out at the start of each walk."""

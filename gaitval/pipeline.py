@@ -13,10 +13,11 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 import fcntl
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -483,7 +484,11 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
         best = min(numbers, key=lambda number: round_epsilon(run, number))
         source = run.folder / f"rounds/{best}"
-        _copy(source / "policy", run.folder / "policy", (*POLICY_FILES, "training.csv"))
+        _copy(source / "policy", run.folder / "policy", POLICY_FILES)
+        _join_logs(
+            [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
+            run.folder / "policy" / "training.csv",
+        )
         write_json(
             run.folder / "identification.json",
             {
@@ -515,6 +520,17 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             "identification.json",
         ),
     )
+
+
+def _join_logs(logs: Sequence[Path], target: Path) -> None:
+    """One log of several trainings that went on from each other."""
+    import pandas as pd
+
+    parts = [pd.read_csv(log) for log in logs]
+    for before, part in pairwise(parts):
+        part[["samples", "wall_seconds"]] += before[["samples", "wall_seconds"]].iloc[-1]
+    with replacing(target) as temporary:
+        pd.concat(parts).to_csv(temporary, index=False)
 
 
 def round_epsilon(run: Run, round_number: int) -> float:

@@ -255,6 +255,9 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
                         write_json(run.folder / output, {"nominal": None, "identified": error})
                     elif output.endswith("identification.json"):
                         write_json(run.folder / output, {"names": ["damping"]})
+                    elif output.endswith("training.csv"):
+                        rows = "samples,wall_seconds,cycles\n10,1.5,2\n20,3.0,4\n"
+                        write_text(run.folder / output, rows)
                     else:
                         text = json.dumps({"stage": original.name, "values": original.values})
                         write_text(run.folder / output, text)
@@ -318,6 +321,19 @@ def test_the_round_with_the_smallest_epsilon_is_chosen(
     identification = json.loads((run.folder / "identification.json").read_text())
     assert identification["chosen_round"] == 2
     assert identification["epsilon_identified"] == {"total": 2.0}
+
+
+def test_the_log_goes_on_over_the_rounds(opened: Opener, stand_ins: list[float | None]) -> None:
+    stand_ins[:] = [3.0, 2.0]
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert (run.folder / "policy" / "training.csv").read_text().splitlines() == [
+        "samples,wall_seconds,cycles",
+        "10,1.5,2",
+        "20,3.0,4",
+        "30,4.5,2",
+        "40,6.0,4",
+    ]
 
 
 def test_a_round_that_fell_is_the_last_to_be_chosen(
