@@ -528,7 +528,8 @@ def _join_logs(logs: Sequence[Path], target: Path) -> None:
 
     parts = [pd.read_csv(log) for log in logs]
     for before, part in pairwise(parts):
-        part[["samples", "wall_seconds"]] += before[["samples", "wall_seconds"]].iloc[-1]
+        for name in ("samples", "wall_seconds"):
+            part[name] += before[name].iloc[-1]
     with replacing(target) as temporary:
         pd.concat(parts).to_csv(temporary, index=False)
 
