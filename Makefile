@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint baseline tables check wheel clean
+.PHONY: help setup subject test lint baseline tables check bench wheel clean
 
 help: ## This list
 	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
@@ -43,6 +43,9 @@ tables: setup ## Write the accuracy tables of both READMEs from the stored basel
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline/metrics.json
+
+bench: setup ## Speed against peers, as ratios within one run
+	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
 
 wheel: setup ## Build the wheel into dist/
 	@$(BIN)/python -m build --wheel
