@@ -235,6 +235,12 @@ def children(pid):
     return found
 
 
+def shared_memory(pid):
+    """Files of the shared memory that multiprocessing has given a process."""
+    maps = Path(f"/proc/{pid}/maps").read_text().splitlines()
+    return {Path(line.split()[-1]) for line in maps if "/dev/shm/psm_" in line}
+
+
 def alive(pid):
     try:
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
@@ -258,21 +264,21 @@ def test_a_killed_training_goes_on_from_its_checkpoint(task, tmp_path):
     script, settings = tmp_path / "train.py", tmp_path / "configuration.json"
     script.write_text(textwrap.dedent(SCRIPT))
     settings.write_text(tiny.configuration.model_dump_json())
-    memory = {path.name for path in Path("/dev/shm").iterdir()}
     process = subprocess.Popen(
         [sys.executable, str(script), str(settings), str(folder), str(total)],
         stdout=subprocess.DEVNULL,
     )
     try:
         assert wait(lambda: checkpoint_samples(folder, total=total) >= 3 * UPDATE, 120.0)
-        workers = children(process.pid)
+        workers, memory = children(process.pid), shared_memory(process.pid)
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
     assert process.returncode == -signal.SIGKILL
     assert len(workers) >= 1
+    assert len(memory) == 1
     assert wait(lambda: not any(map(alive, workers)), 20.0)
-    assert wait(lambda: {p.name for p in Path("/dev/shm").iterdir()} <= memory, 20.0)
+    assert wait(lambda: not any(map(Path.exists, memory)), 20.0)
 
     stopped = checkpoint_samples(folder, total=total)
     assert 3 * UPDATE <= stopped < total
