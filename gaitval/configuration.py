@@ -153,7 +153,7 @@ class Randomisation(Section):
 class Training(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(5_000_000, ge=1)
+    samples: int = Field(4_000_000, ge=1)
     """Environment steps of the first training."""
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
@@ -179,8 +179,8 @@ class Training(Section):
     `exploration_hold` of the training, then lowered linearly to `final_log_std`, for small
     errors are not seen under large noise."""
     final_log_std: float = -2.3
-    exploration_hold: Fraction = 0.25
-    difficulty_ramp: tuple[Fraction, Fraction] = (0.5, 0.9)
+    exploration_hold: Fraction = 0.2
+    difficulty_ramp: tuple[Fraction, Fraction] = (0.25, 0.7)
     """Parts of the training between which the randomisation of mu and pushes grows from nothing
     to all of its range."""
     hidden_units: int = Field(128, ge=1)

@@ -31,6 +31,8 @@ from gaitval.simulation.walker import Recording, Walker, WalkingTask
 Array = NDArray[np.float64]
 
 OBSERVATION_SIZES = {"paper": 71, "extended": 124}
+PARAMETERS_OBSERVED = slice(57, 71)
+"""Where mu is in both observations; in the extended one it is scaled to -1 ... 1."""
 REWARD_TERMS = (
     "joint_positions",
     "joint_velocities",
@@ -279,7 +281,7 @@ def _measure(
     if half_cycle and seen >= 0.5:
         seen -= 0.5
     observation[56] = seen
-    observation[57:71] = parameters
+    observation[57:71] = parameters  # PARAMETERS_OBSERVED
     if extended:
         angle = 2.0 * np.pi * seen
         observation[71] = np.sin(angle)

@@ -10,18 +10,21 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from safetensors.torch import load_file, save_file
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
+from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
 from gaitval.artefacts import read_json, replacing, versions, write_json, write_text
 from gaitval.configuration import Training
 from gaitval.errors import ArtefactError, PolicyError
-from gaitval.policy.environment import REWARD_TERMS
+from gaitval.policy.environment import PARAMETERS_OBSERVED, REWARD_TERMS
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 from gaitval.policy.vectorised import WalkingVecEnv
+from gaitval.scaling.parameters import parameter_bounds
 from gaitval.scaling.urdf import model_hash
 from gaitval.simulation.walker import WalkingTask
 
@@ -72,6 +75,24 @@ def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
     writer.writeheader()
     writer.writerows(rows)
     write_text(path, text.getvalue())
+
+
+class _Statistics(RunningMeanStd):
+    """Running mean and variance of observations, but for mu: its scale is known from its bounds.
+
+    A running variance would be almost zero while mu is nominal at the beginning of a training,
+    and throw the policy off when the randomisation of mu begins.
+    """
+
+    def __init__(self, size: int, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> None:
+        super().__init__(shape=(size,))
+        self._known = mean, variance
+        self.mean[PARAMETERS_OBSERVED], self.var[PARAMETERS_OBSERVED] = self._known
+
+    def update_from_moments(self, *moments: Any, **named: Any) -> None:
+        """Take in a batch."""
+        super().update_from_moments(*moments, **named)
+        self.mean[PARAMETERS_OBSERVED], self.var[PARAMETERS_OBSERVED] = self._known
 
 
 class _Watch(BaseCallback):
@@ -216,6 +237,14 @@ def _make(
     normalise = VecNormalize(
         environments, clip_obs=OBSERVATION_CLIP, gamma=training.discount, epsilon=1e-8
     )
+    low, high = parameter_bounds(task.configuration.randomisation)
+    half_range = np.maximum(0.5 * (high - low), 1e-9)
+    extended = task.configuration.environment.observation == "extended"
+    normalise.obs_rms = _Statistics(  # type: ignore[assignment]
+        environments.observation_space.shape[0],  # type: ignore[index]
+        np.zeros(len(low)) if extended else 0.5 * (low + high),
+        np.ones(len(low)) if extended else half_range**2,
+    )
     first = training.learning_rate * (training.warm_learning_rate_factor if warm else 1.0)
 
     def learning_rate(remaining: float) -> float:
@@ -338,6 +367,9 @@ def train(
         )
         remaining = samples - resumed
         if remaining > 0:
+            warm = start is not None
+            difficulty = 1.0 if warm else _difficulty(training, resumed, samples)
+            environments.set_difficulty(difficulty)  # of the first episodes, before any callback
             ppo.learn(remaining, callback=watch, reset_num_timesteps=False)
         policy = _policy(task, ppo, normalise, subject)
     finally:
