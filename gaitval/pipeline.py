@@ -41,6 +41,7 @@ from gaitval.errors import ArtefactError, PolicyError
 
 if TYPE_CHECKING:
     from gaitval.data.subject import Subject
+    from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
 POLICY_FILES = ("policy.safetensors", "policy.json")
@@ -299,7 +300,7 @@ def choose_start(run: Run, *, scratch: bool) -> None:
         load_policy(
             baseline / "policy",
             model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
-            observation=run.configuration.environment.observation,
+            environment=run.configuration.environment,
         )
     except PolicyError as error:
         run.observer.say(f"The stored policy is not used, training from nothing: {error}")
@@ -365,14 +366,14 @@ def train_stage(run: Run, round_number: int) -> Stage:
     earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
 
     def train() -> None:
-        from gaitval.policy.storage import load_policy, save_policy
+        from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
         policy = train(
             _task(run),
             run.folder / here,
             samples=training.refinement_samples if has_start else training.samples,
-            start=load_policy(run.folder / start) if has_start else None,
+            start=_policy(run, start) if has_start else None,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
@@ -400,11 +401,10 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
     def identify() -> None:
         from gaitval.identification.identify import identify
-        from gaitval.policy.storage import load_policy
 
         found = identify(
             _task(run),
-            load_policy(run.folder / policy),
+            _policy(run, policy),
             run.folder / here,
             start=_body_parameters(run.folder / before) if round_number > 1 else None,
             on_progress=lambda values: run.observer.progress(
@@ -438,11 +438,10 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         from gaitval.metrics.comparison import recorded_curves, simulated_curves
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.epsilon import epsilon
-        from gaitval.policy.storage import load_policy
         from gaitval.policy.walking import walk
 
         task = _task(run)
-        policy = load_policy(run.folder / here / "policy")
+        policy = _policy(run, f"{here}/policy")
         errors = {}
         for which in ("nominal", "identified"):
             rollout = walk(
@@ -555,11 +554,10 @@ def simulate_stage(run: Run) -> Stage:
     names = rollout_names(run.configuration)
 
     def simulate() -> None:
-        from gaitval.policy.storage import load_policy
         from gaitval.policy.walking import walk
 
         task = _task(run)
-        policy = load_policy(run.folder / "policy")
+        policy = _policy(run, "policy")
         walks = [
             (_body_parameters(run.folder / "identification.json", which), phase)
             for which in ("nominal", "identified")
@@ -648,6 +646,18 @@ def report_stage(run: Run) -> Stage:
             *rollout_names(run.configuration),
         ),
         outputs=("report.html", "report.pdf"),
+    )
+
+
+def _policy(run: Run, name: str) -> "Policy":
+    """A policy of the run folder, for the body and the settings of this run."""
+    from gaitval.policy.storage import load_policy
+    from gaitval.scaling.urdf import model_hash, read_urdf
+
+    return load_policy(
+        run.folder / name,
+        model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
+        environment=run.configuration.environment,
     )
 
 

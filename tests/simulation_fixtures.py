@@ -159,6 +159,7 @@ def random_policy(task: WalkingTask, *, scale: float, seed: int = 0, units: int 
         "subject": "S05",
         "model_hash": model_hash(task.model),
         "observation": task.configuration.environment.observation,
+        "configuration": task.configuration.model_dump(mode="json"),
         "action_scale": task.configuration.environment.action_scale,
     }
     return Policy(tensors, about)

@@ -13,6 +13,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
+from gaitval.configuration import Environment
 from gaitval.errors import PolicyError
 from gaitval.policy.environment import OBSERVATION_SIZES, WalkingEnvironment
 from gaitval.policy.storage import (
@@ -156,7 +157,7 @@ def test_policies_fit_what_the_environment_observes(task, observation):
 
 
 def test_the_right_policy_is_taken(task, folder):
-    loaded = load_policy(folder, model_hash=model_hash(task.model), observation="extended")
+    loaded = load_policy(folder, model_hash=model_hash(task.model), environment=Environment())
     assert loaded.about["subject"] == "S05"
 
 
@@ -171,10 +172,16 @@ def test_another_model(folder):
 
 
 def test_another_observation(folder):
-    with pytest.raises(
-        PolicyError, match=r"observes 'extended'.*'paper'.*environment\.observation"
-    ):
-        load_policy(folder, observation="paper")
+    with pytest.raises(PolicyError, match=r"environment\.observation = 'extended'.*'paper'"):
+        load_policy(folder, environment=Environment(observation="paper"))
+
+
+def test_other_actions(folder):
+    """Walked with another action scale or without the mirror it would be silently wrong."""
+    with pytest.raises(PolicyError, match=r"environment\.action_scale = 0\.2.*0\.3"):
+        load_policy(folder, environment=Environment(action_scale=0.3))
+    with pytest.raises(PolicyError, match=r"environment\.mirror = True.*False"):
+        load_policy(folder, environment=Environment(mirror=False))
 
 
 @pytest.mark.parametrize("size", [0, 7, 200, -1])

@@ -7,10 +7,10 @@ about the pelvis origin and the force, in world axes.
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED, AXES
 from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
@@ -66,7 +66,7 @@ def tree_arrays(model: BodyModel) -> Tree:
     )
 
 
-@numba.njit(cache=True)
+@njit
 def rotation_matrix(vector: Array) -> Array:
     """Rotation matrix (3, 3) of a rotation vector (3,), by Rodrigues' formula."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
@@ -88,7 +88,7 @@ def rotation_matrix(vector: Array) -> Array:
     return matrix
 
 
-@numba.njit(cache=True)
+@njit
 def rotation_vector(matrix: Array) -> Array:
     """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
     cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)
@@ -102,7 +102,7 @@ def rotation_vector(matrix: Array) -> Array:
     return vector
 
 
-@numba.njit(cache=True)
+@njit
 def _turn(frame: Array, axis: Array, angle: float, out: Array) -> None:
     """out = frame · R(axis, angle) for an axis that is a signed unit vector of x, y or z."""
     c, s = np.cos(angle), np.sin(angle)
@@ -122,7 +122,7 @@ def _turn(frame: Array, axis: Array, angle: float, out: Array) -> None:
         out[row, k] = frame[row, k]
 
 
-@numba.njit(cache=True)
+@njit
 def forward(
     joint_position: Array,
     q: Array,
@@ -172,7 +172,7 @@ def forward(
                 rotation[s, i, j] = frame[i, j]
 
 
-@numba.njit(cache=True)
+@njit
 def velocities(
     origin: Array,
     axes: Array,
@@ -207,7 +207,7 @@ def velocities(
                 angular[s, i] += axes[d, i] * qd[d]
 
 
-@numba.njit(cache=True)
+@njit
 def whole_body_centre_of_mass(
     mass: Array, centre_of_mass: Array, rotation: Array, origin: Array
 ) -> Array:
@@ -225,7 +225,7 @@ def whole_body_centre_of_mass(
     return total
 
 
-@numba.njit(cache=True)
+@njit
 def whole_body_velocity(
     mass: Array,
     centre_of_mass: Array,

@@ -8,10 +8,10 @@ numbers, early termination on the pelvis's height, rotation and drift.
 from typing import Any, NamedTuple
 
 import gymnasium
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.compiled import njit
 from gaitval.configuration import Reward
 from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
@@ -135,7 +135,7 @@ def _targets(reference: ReferenceMotion, mass: float) -> _Targets:
     )
 
 
-@numba.njit(cache=True)
+@njit
 def _at(table: Array, phase: float, out: Array) -> None:
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
@@ -145,7 +145,7 @@ def _at(table: Array, phase: float, out: Array) -> None:
         out[i] = (1.0 - part) * table[row, i] + part * table[row + 1, i]
 
 
-@numba.njit(cache=True)
+@njit
 def _angular_velocity_of_body(
     mass: Array,
     centre_of_mass: Array,
@@ -175,7 +175,7 @@ def _angular_velocity_of_body(
     return np.linalg.solve(total, momentum).astype(np.float64)
 
 
-@numba.njit(cache=True)
+@njit
 def _measure(
     tree: Tree,
     targets: _Targets,
@@ -298,7 +298,7 @@ def _measure(
         observation[99:124] = offset
 
 
-@numba.njit(cache=True)
+@njit
 def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> None:
     """Terms (8,) of the reward, in the order of `REWARD_TERMS`: weights (8,) over their sum
     times exp(-sharpness (7,) x squared error); the last is the torque cost.

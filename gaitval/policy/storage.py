@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
 from gaitval.artefacts import read_json, replacing, write_json
+from gaitval.configuration import Environment
 from gaitval.errors import ArtefactError, PolicyError
 
 FORMAT = 1
@@ -27,6 +28,8 @@ NETWORK = (
 )
 """Tensors of the action network, first layer first (stable-baselines3's names)."""
 NORMALISATION = ("observation_mean", "observation_variance")
+MEANING = ("observation", "mirror", "action_scale", "action_limit")
+"""Settings of the environment that say what a policy's numbers mean."""
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped at this, in training and after."""
 
@@ -65,14 +68,14 @@ def save_policy(policy: Policy, folder: Path) -> None:
 
 
 def load_policy(
-    folder: Path, *, model_hash: str | None = None, observation: str | None = None
+    folder: Path, *, model_hash: str | None = None, environment: Environment | None = None
 ) -> Policy:
     """Read what `save_policy` wrote.
 
     Parameters
     ----------
     model_hash : refuse a policy that was trained for another body model.
-    observation : refuse a policy that observes something else.
+    environment : refuse a policy that was trained to observe or act otherwise.
 
     Raises
     ------
@@ -109,9 +112,14 @@ def load_policy(
             f"the body model {str(about.get('model_hash'))[:12]}, but the model here is "
             f"{model_hash[:12]}. Train a policy for this model, or use the model it was made for."
         )
-    if observation is not None and about.get("observation") != observation:
-        raise PolicyError(
-            f"{folder}: this policy observes {about.get('observation')!r}, but the configuration "
-            f"asks for {observation!r}. Set environment.observation to match it."
-        )
+    if environment is not None:
+        trained = about.get("configuration", {}).get("environment", {})
+        for name in MEANING:
+            seen, wanted = trained.get(name), getattr(environment, name)
+            if seen != wanted:
+                raise PolicyError(
+                    f"{folder}: this policy was trained with environment.{name} = {seen!r}, but "
+                    f"the configuration asks for {wanted!r}. Set it to what the policy was trained "
+                    "with, or train a policy with --scratch."
+                )
     return Policy(tensors, about)

@@ -350,10 +350,11 @@ def train(
             try:
                 _restore(ppo, normalise, tensors)
             except (KeyError, RuntimeError) as error:
+                origin = f"The checkpoint in {folder}" if resumed else "The policy to start from"
                 raise PolicyError(
-                    f"The policy to start from does not fit this task ({error}). It was trained "
-                    "with another observation or network size; set them alike or start from "
-                    "scratch."
+                    f"{origin} does not fit this task ({error}). It was trained "
+                    "with another observation or network size; set them alike, or start from "
+                    "scratch (--scratch, or another --out)."
                 ) from None
         ppo.num_timesteps = resumed
         # A resumed training must not repeat the random numbers of its beginning.

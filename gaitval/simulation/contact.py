@@ -18,10 +18,10 @@ exactly as h goes to 0 (docs/architecture.md has the measured convergence).
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.compiled import njit
 from gaitval.configuration import Contact
 from gaitval.kinematics.tree import (
     DOF_COUNT,
@@ -68,7 +68,7 @@ def contact_law(contact: Contact, friction: float) -> ContactLaw:
     )
 
 
-@numba.njit(cache=True)
+@njit
 def sphere_force(
     law: ContactLaw, radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:
@@ -110,7 +110,7 @@ def sphere_force(
     return 1.5 * c * fh, ff / slip
 
 
-@numba.njit(cache=True)
+@njit
 def ground_forces(
     tree: Tree,
     law: ContactLaw,

@@ -10,10 +10,10 @@ on the state enters as a force, so the torque that acted is known exactly:
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.compiled import njit
 from gaitval.configuration import Configuration, Servo
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.data.record import GaitRecord
@@ -90,7 +90,7 @@ def reference_tables(reference: ReferenceMotion, feed_forward: float) -> Referen
     )
 
 
-@numba.njit(cache=True)
+@njit
 def generalised_forces(
     tree: Tree,
     law: ContactLaw,
@@ -135,7 +135,7 @@ def generalised_forces(
     ground_forces(tree, law, state[0], state[1], lag, memory, forces, feet)
 
 
-@numba.njit(cache=True)
+@njit
 def joint_moments(
     gains: Array, total_damping: Array, command: Array, state: Array, out: Array
 ) -> None:
