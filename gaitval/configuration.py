@@ -96,7 +96,8 @@ class Environment(Section):
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
     push_seconds: Positive = 0.05
-    """Duration of a push, s (the paper's 50 ms)."""
+    """Duration of a push, s (the paper's 50 ms). A push acts through whole actions: 50 ms are
+    30 ms of the full force and 30 ms of two thirds of it, so its impulse is exact."""
 
 
 class Reward(Section):

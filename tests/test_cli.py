@@ -329,6 +329,23 @@ def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None
     assert "S05" in text
 
 
+@pytest.mark.parametrize(("refused", "code"), [(0, 0), (2, 1)])
+def test_validate_exits_with_1_where_a_tolerance_is_failed(
+    refused: int,
+    code: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+) -> None:
+    summary = {"accepted": 9 - refused, "refused": refused}
+    metrics = {"subject": {"identifier": "S05"}, "tolerances": [], "summary": summary}
+    write_json(tmp_path / "metrics.json", metrics)
+    monkeypatch.setattr(cli, "_stage", lambda *_: tmp_path)
+    ended = gaitval("validate", "5")
+    assert ended.exit_code == code
+    assert ("2 of 9 acceptance tolerances are failed" in plain_messages.getvalue()) == bool(code)
+
+
 def test_error_types_have_the_documented_exit_codes() -> None:
     from gaitval import errors
 
