@@ -221,7 +221,8 @@ class Validation(Section):
     """Cycles left out at the start of each walk."""
     filter_frequency: Positive = 10.0
     """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments,
-    Hz, as the record was filtered."""
+    Hz; convention. The recorded mean curves are as smooth as if filtered so, but the cut-off that
+    the dataset's authors used was not found stated."""
 
 
 class Configuration(Section):
