@@ -264,13 +264,13 @@ def open_run(
         yield Run(folder, subject, configuration, observer)
 
 
-def stored_baseline(folder: Path) -> Path | None:
+def stored_baseline(folder: Path, identifier: str) -> Path | None:
     """Stored policy, mu and metrics for a run folder: its own, the checkout's, the package's."""
     package = Path(__file__).parent
     for candidate in (
         folder / "baseline",
-        package.parent / "reports" / folder.name / "baseline",
-        package / "baselines" / folder.name,
+        package.parent / "reports" / identifier / "baseline",
+        package / "baselines" / identifier,
     ):
         if (candidate / "metrics.json").is_file():
             return candidate
@@ -289,7 +289,7 @@ def choose_start(run: Run, *, scratch: bool) -> None:
     shutil.rmtree(start, ignore_errors=True)
     if scratch:
         return
-    baseline = stored_baseline(run.folder)
+    baseline = stored_baseline(run.folder, run.subject.identifier)
     if baseline is None:
         run.observer.say("No stored policy for this subject: training from nothing.")
         return

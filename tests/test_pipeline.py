@@ -268,13 +268,22 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
     for name in (*STAGES, "evaluate"):
         stand_in(f"{name}_stage")
-    monkeypatch.setattr(pipeline, "stored_baseline", lambda folder: None)
+    monkeypatch.setattr(pipeline, "stored_baseline", lambda *_: None)
     return epsilons
 
 
 def ran(run: Run) -> list[str]:
     assert isinstance(run.observer, Listener)
     return run.observer.ran
+
+
+def test_the_stored_policy_is_found_whatever_the_run_folder_is_called(tmp_path: Path) -> None:
+    found = pipeline.stored_baseline(tmp_path / "mine", "S05")
+    assert found is not None
+    assert found.parts[-3:] == ("reports", "S05", "baseline")
+    assert pipeline.stored_baseline(tmp_path / "S05", "someone") is None
+    write_json(tmp_path / "mine" / "baseline" / "metrics.json", {})
+    assert pipeline.stored_baseline(tmp_path / "mine", "S05") == tmp_path / "mine" / "baseline"
 
 
 def test_main_job_runs_every_stage_once_and_then_none(
