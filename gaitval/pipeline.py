@@ -293,15 +293,8 @@ def choose_start(run: Run, *, scratch: bool) -> None:
     if baseline is None:
         run.observer.say("No stored policy for this subject: training from nothing.")
         return
-    from gaitval.policy.storage import load_policy
-    from gaitval.scaling.urdf import model_hash, read_urdf
-
     try:
-        load_policy(
-            baseline / "policy",
-            model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
-            environment=run.configuration.environment,
-        )
+        _policy(run, baseline / "policy")
     except PolicyError as error:
         run.observer.say(f"The stored policy is not used, training from nothing: {error}")
         return
@@ -373,7 +366,7 @@ def train_stage(run: Run, round_number: int) -> Stage:
             _task(run),
             run.folder / here,
             samples=training.refinement_samples if has_start else training.samples,
-            start=_policy(run, start) if has_start else None,
+            start=_policy(run, run.folder / start) if has_start else None,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
@@ -404,12 +397,10 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
         found = identify(
             _task(run),
-            _policy(run, policy),
+            _policy(run, run.folder / policy),
             run.folder / here,
             start=_body_parameters(run.folder / before) if round_number > 1 else None,
-            on_progress=lambda values: run.observer.progress(
-                {"generation" if name == "samples" else name: n for name, n in values.items()}
-            ),
+            on_progress=run.observer.progress,
         )
         write_json(run.folder / here / "identification.json", found.as_dict())
 
@@ -441,7 +432,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         from gaitval.policy.walking import walk
 
         task = _task(run)
-        policy = _policy(run, f"{here}/policy")
+        policy = _policy(run, run.folder / here / "policy")
         errors = {}
         for which in ("nominal", "identified"):
             rollout = walk(
@@ -557,7 +548,7 @@ def simulate_stage(run: Run) -> Stage:
         from gaitval.policy.walking import walk
 
         task = _task(run)
-        policy = _policy(run, "policy")
+        policy = _policy(run, run.folder / "policy")
         walks = [
             (_body_parameters(run.folder / "identification.json", which), phase)
             for which in ("nominal", "identified")
@@ -649,13 +640,13 @@ def report_stage(run: Run) -> Stage:
     )
 
 
-def _policy(run: Run, name: str) -> "Policy":
-    """A policy of the run folder, for the body and the settings of this run."""
+def _policy(run: Run, folder: Path) -> "Policy":
+    """The policy in `folder`, refused where it is not for the body and settings of this run."""
     from gaitval.policy.storage import load_policy
     from gaitval.scaling.urdf import model_hash, read_urdf
 
     return load_policy(
-        run.folder / name,
+        folder,
         model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
         environment=run.configuration.environment,
     )

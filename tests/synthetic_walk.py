@@ -9,7 +9,8 @@ from gaitval.configuration import Configuration, load_configuration
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.data.record import GaitRecord, PeriodicCurve
 from gaitval.kinematics.reference import pelvis_rotation
-from gaitval.metrics.comparison import GRAVITY, JOINT_ANGLES, JOINT_MOMENTS
+from gaitval.kinematics.tree import GRAVITY
+from gaitval.metrics.comparison import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.simulation.rollout import Rollout
 
 MASS = 65.0

@@ -6,9 +6,10 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import DartPeer, random_state
 
 from gaitval.coordinates import AXES, COORDINATES
+from gaitval.kinematics.tree import GRAVITY
 from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, BodyModel
 from gaitval.scaling.parameters import apply_parameters, nominal_parameters
-from gaitval.simulation.skeleton import GRAVITY, HumanSkeleton
+from gaitval.simulation.skeleton import HumanSkeleton
 
 STEP = 0.001
 

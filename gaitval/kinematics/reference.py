@@ -30,7 +30,7 @@ from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import Contact
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.data.record import GaitRecord, PeriodicCurve
-from gaitval.kinematics.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+from gaitval.kinematics.tree import GRAVITY, ROOT_DOFS, Tree, segment_frames, tree_arrays
 from gaitval.scaling.model import SEGMENTS, BodyModel
 
 Array = NDArray[np.float64]
@@ -71,7 +71,7 @@ ACCELERATION_SCALE = 0.3
 SLIDING_SCALE = 0.05
 """m/s: this much sliding of the flat foot."""
 
-_RECORDED = (
+RECORDED_ANGLES = (
     "hip_flexion",
     "hip_adduction",
     "hip_rotation",
@@ -214,7 +214,7 @@ def _joint_curves(
     for side in SIDES:
         suffix = side[0]
         at = _side_phase(record, side, phase)
-        for name in _RECORDED:
+        for name in RECORDED_ANGLES:
             put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
         put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
         put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-ARM_SWING,), (0.0,)), at)
@@ -335,7 +335,7 @@ def _pelvis_translation(
         (record.ground_reaction(side, _side_phase(record, side, phase)) for side in SIDES),
         start=np.zeros((len(phase), 3)),
     )
-    acceleration = 9.81 * (force - force.mean(axis=0))
+    acceleration = GRAVITY * (force - force.mean(axis=0))
     acceleration[:, 2] *= 1.0 / force[:, 2].mean()
     time = record.stride_time
     offset_acceleration = _spectral_rate(_spectral_rate(com_offset)) / time**2
@@ -355,7 +355,7 @@ def _pelvis_translation(
 def _standing_height(tree: Tree, contact: Contact, frames: Array) -> float:
     """Height to add so that the mean static contact force over the cycle is one body weight."""
     heights = _sole_heights(tree, frames)
-    weight = tree.mass.sum() * 9.81
+    weight = tree.mass.sum() * GRAVITY
     k = 0.5 * contact.stiffness ** (2.0 / 3.0)
 
     def excess(lift: float) -> float:

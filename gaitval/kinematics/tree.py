@@ -19,6 +19,9 @@ Index = NDArray[np.int64]
 
 ROOT_DOFS = 6
 
+GRAVITY = 9.81
+"""m/s², along -z (DART's default); a body weight is the model's mass times this."""
+
 _INDEX = {name: i for i, name in enumerate(SEGMENTS)}
 PARENT: Index = np.array([_INDEX[PARENTS[s]] if s in PARENTS else -1 for s in SEGMENTS])
 FIRST_DOF: Index = np.array(

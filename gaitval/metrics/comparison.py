@@ -9,23 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side
 from gaitval.data.record import GaitRecord
-from gaitval.kinematics.reference import pelvis_angles
+from gaitval.kinematics.reference import RECORDED_ANGLES, pelvis_angles
+from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.cycles import SAMPLES, GaitCycles, cut, filtered
 from gaitval.simulation.rollout import Rollout
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81
-"""m/s², DART's default gravity; a body weight is the model's mass times this."""
-
-JOINT_ANGLES = (
-    "hip_flexion",
-    "hip_adduction",
-    "hip_rotation",
-    "knee_angle",
-    "ankle_angle",
-    "subtalar_angle",
-)
+JOINT_ANGLES = RECORDED_ANGLES
 PELVIS_ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 JOINT_MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 FORCES = ("forward", "medial", "vertical")

@@ -16,8 +16,8 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.data.record import GaitRecord
 from gaitval.errors import ArtefactError, ToleranceError
+from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.comparison import (
-    GRAVITY,
     Curves,
     compare_curve,
     recorded_curves,

@@ -26,7 +26,7 @@ from gaitval.kinematics.tree import (
 )
 from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
-from gaitval.simulation.walker import Recording, Walker, WalkingTask
+from gaitval.simulation.walker import Recording, Walker, WalkingTask, closed_cycle
 
 Array = NDArray[np.float64]
 
@@ -120,8 +120,7 @@ def _targets(reference: ReferenceMotion, mass: float) -> _Targets:
     effectors[..., 0] -= travel[:, None]
 
     def closed(values: Array) -> Array:
-        flat = values.reshape(len(values), -1)
-        return np.ascontiguousarray(np.concatenate([flat, flat[:1]]))
+        return closed_cycle(values.reshape(len(values), -1))
 
     return _Targets(
         closed(positions),

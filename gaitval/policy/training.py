@@ -46,8 +46,10 @@ _CHECKPOINT = "checkpoint.safetensors"
 _CHECKPOINT_STATE = "checkpoint.json"
 
 
-def _difficulty(training: Training, samples: int, total: int) -> float:
+def _difficulty(training: Training, samples: int, total: int, warm: bool) -> float:
     """Share of the randomisation at this point of a training: 0, then a ramp, then 1."""
+    if warm:
+        return 1.0
     start, end = training.difficulty_ramp
     return float(np.clip((samples / total - start) / max(end - start, 1e-9), 0.0, 1.0))
 
@@ -61,7 +63,7 @@ def _log_std(training: Training, samples: int, total: int, warm: bool) -> float:
     return training.initial_log_std + part * (training.final_log_std - training.initial_log_std)
 
 
-def _log_rows(path: Path, samples: int) -> list[dict[str, str]]:
+def _log_rows(path: Path, samples: int) -> list[dict[str, Any]]:
     """Rows of a training log up to a checkpoint."""
     if not path.exists():
         return []
@@ -135,7 +137,7 @@ class _Watch(BaseCallback):
         if self.steps:  # the update of the rollout before is done
             self._report()
         done = self.model.num_timesteps
-        self.difficulty = 1.0 if self.warm else _difficulty(self.training, done, self.total)
+        self.difficulty = _difficulty(self.training, done, self.total, self.warm)
         self.environments.set_difficulty(self.difficulty)
         deviation = self.model.policy.get_parameter("log_std")
         deviation.data.fill_(_log_std(self.training, done, self.total, self.warm))
@@ -337,6 +339,7 @@ def train(
     training = task.configuration.training
     seed = task.configuration.seed
     torch.set_num_threads(1)  # two threads wait for each other longer than they compute
+    warm = start is not None
     resumed = checkpoint_samples(folder, total=samples)
     tensors: dict[str, torch.Tensor] | None = None
     if resumed:
@@ -345,7 +348,7 @@ def train(
         tensors = {name: torch.from_numpy(np.array(v)) for name, v in start.tensors.items()}
     environments = WalkingVecEnv(task, count=training.environments, workers=training.workers)
     try:
-        ppo, normalise = _make(task, environments, samples, start is not None, seed)
+        ppo, normalise = _make(task, environments, samples, warm, seed)
         if tensors is not None:
             try:
                 _restore(ppo, normalise, tensors)
@@ -360,17 +363,12 @@ def train(
         # A resumed training must not repeat the random numbers of its beginning.
         environments.seed(int(np.random.SeedSequence([seed, resumed]).generate_state(1)[0] >> 1))
         ppo.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
-        rows: list[dict[str, Any]] = list(_log_rows(folder / "training.csv", resumed))
-        if not resumed:
-            rows = []
-        watch = _Watch(
-            environments, folder, training, samples, start is not None, rows, on_progress
-        )
+        rows = _log_rows(folder / "training.csv", resumed) if resumed else []
+        watch = _Watch(environments, folder, training, samples, warm, rows, on_progress)
         remaining = samples - resumed
         if remaining > 0:
-            warm = start is not None
-            difficulty = 1.0 if warm else _difficulty(training, resumed, samples)
-            environments.set_difficulty(difficulty)  # of the first episodes, before any callback
+            # Of the first episodes, which begin before any callback.
+            environments.set_difficulty(_difficulty(training, resumed, samples, warm))
             ppo.learn(remaining, callback=watch, reset_num_timesteps=False)
         policy = _policy(task, ppo, normalise, subject)
     finally:

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.coordinates import AXES, COORDINATES, ROOT
+from gaitval.kinematics.tree import GRAVITY
 from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, BodyModel, Segment
-
-GRAVITY = 9.81
-"""m/s², along -z; a body weight is the model's mass times this."""
 
 
 def _isometry(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> object:

@@ -18,11 +18,11 @@ from gaitval.configuration import Configuration, Servo
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.data.record import GaitRecord
 from gaitval.kinematics.reference import ReferenceMotion, build_reference
-from gaitval.kinematics.tree import Tree, tree_arrays
+from gaitval.kinematics.tree import GRAVITY, Tree, tree_arrays
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.simulation.contact import ContactLaw, contact_law, ground_forces
-from gaitval.simulation.skeleton import GRAVITY, HumanSkeleton
+from gaitval.simulation.skeleton import HumanSkeleton
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,8 @@ class ReferenceTables(NamedTuple):
     moments: Array
 
 
-def _closed(values: Array) -> Array:
+def closed_cycle(values: Array) -> Array:
+    """Samples (N, …) of one cycle with the first repeated at its end, contiguous."""
     return np.ascontiguousarray(np.concatenate([values, values[:1]]))
 
 
@@ -84,9 +85,9 @@ def reference_tables(reference: ReferenceMotion, feed_forward: float) -> Referen
     """Tables of a reference motion; the moments are weighted with `feed_forward`."""
     actuated = slice(len(ROOT), None)
     return ReferenceTables(
-        _closed(reference.positions[:, actuated]),
-        _closed(reference.velocities[:, actuated]),
-        _closed(feed_forward * reference.moments),
+        closed_cycle(reference.positions[:, actuated]),
+        closed_cycle(reference.velocities[:, actuated]),
+        closed_cycle(feed_forward * reference.moments),
     )
 
 
