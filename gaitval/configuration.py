@@ -225,6 +225,26 @@ class Validation(Section):
     the dataset's authors used was not found stated."""
 
 
+class Processing(Section):
+    """How recorded markers and forces are cleaned before kinematics and dynamics (`import`)."""
+
+    marker_cutoff_hz: Positive = 6.0
+    """Zero-lag Butterworth low-pass of joint angles and positions, as is usual for walking
+    (Winter 2009). The stated cut-off is that of the whole zero-lag filter."""
+    force_cutoff_hz: Positive = 20.0
+    """The same for the ground reaction that is shown and compared: it keeps the impact."""
+    moment_force_cutoff_hz: Positive = 6.0
+    """The same for the forces that inverse dynamics uses: as for the markers, because different
+    cut-offs make impact artefacts in the moments (Kristianslund et al. 2012)."""
+    filter_order: int = Field(4, ge=2, le=8, multiple_of=2)
+    """Order of the zero-lag filter (twice that of each pass)."""
+    force_threshold_n: Positive = 20.0
+    """Vertical force under which a foot is in the air."""
+    largest_gap_s: Positive = 0.1
+    """Longest gap of a marker that a spline fills; with three other markers on the segment it
+    is rebuilt from them up to five times as long."""
+
+
 class Configuration(Section):
     """All sections and the seed of every random number."""
 
@@ -237,6 +257,7 @@ class Configuration(Section):
     training: Training = Training()
     identification: Identification = Identification()
     validation: Validation = Validation()
+    processing: Processing = Processing()
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
