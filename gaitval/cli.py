@@ -396,7 +396,7 @@ def subjects(
             person.identifier,
             person.source,
             person.sex,
-            f"{person.age_years:g}",
+            "" if person.age_years is None else f"{person.age_years:g}",
             f"{person.mass_kg:g}",
             f"{person.height_m:g}",
             f"{person.walking_speed_m_s:g}",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES
+from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES
 from gaitval.data.subject import (
     BUILTIN,
     Subject,
@@ -132,10 +132,10 @@ def test_refused_with_a_hint(values, hints):
 
 def test_every_problem_is_listed():
     message = refusal(
-        changed(height_m=153, sex="x", age_years=None, wieght=3, walking_speed_m_s=4.03)
+        changed(height_m=153, sex="x", leg_length_m=None, wieght=3, walking_speed_m_s=4.03)
     )
     assert "5 problems" in message
-    for part in ("height_m = 153", "sex = 'x'", "age_years: missing", "wieght", "km/h"):
+    for part in ("height_m = 153", "sex = 'x'", "leg_length_m: missing", "wieght", "km/h"):
         assert part in message
 
 
@@ -210,3 +210,16 @@ def test_files_that_are_not_there_or_not_toml(tmp_path):
     path.write_bytes(b"\xff\xfe")
     with pytest.raises(SubjectError, match="not UTF-8"):
         load_subject(path)
+
+
+def test_what_a_laboratory_does_not_measure_may_be_left_out(tmp_path):
+    gait = tomllib.loads(TEXT)["gait"]
+    for name in set(gait["angles"]) - set(REQUIRED_ANGLES):
+        del gait["angles"][name]
+    subject = make_subject(changed(gait=gait, age_years=None), "mine.toml")
+    file = tmp_path / "mine.toml"
+    file.write_text(subject.to_toml())
+    assert load_subject(file) == subject
+    assert set(subject.record().angles) == set(REQUIRED_ANGLES)
+    del gait["angles"]["knee_angle_l"]
+    assert "missing: knee_angle_l" in refusal(changed(gait=gait))

@@ -38,7 +38,24 @@ _SEGMENT_ANGLES = (
 ANGLE_NAMES = tuple(
     f"{name}_{side}" for side in "rl" for name in (*_JOINT_ANGLES, *_SEGMENT_ANGLES)
 )
-"""Keys of `GaitRecord.angles`."""
+"""Keys of `GaitRecord.angles`; only `REQUIRED_ANGLES` are always there."""
+
+REQUIRED_ANGLES = tuple(
+    f"{name}_{side}"
+    for side in "rl"
+    for name in (
+        "hip_flexion",
+        "hip_adduction",
+        "hip_rotation",
+        "knee_angle",
+        "ankle_angle",
+        "subtalar_angle",
+        "pelvis_tilt",
+        "pelvis_list",
+        "pelvis_rotation",
+    )
+)
+"""The angles that every record has: those of the coordinates of the model."""
 
 MOMENT_NAMES = tuple(f"{name}_{side}" for side in "rl" for name in _JOINT_ANGLES)
 """Keys of `GaitRecord.moments`."""
@@ -149,7 +166,8 @@ class GaitRecord:
         `knee_adduction_r`, `knee_rotation_r`, `ankle_angle_r`, `subtalar_angle_r`,
         `ankle_rotation_r`, `pelvis_tilt_r` (anterior tilt +), `pelvis_list_r` (own side up +),
         `pelvis_rotation_r` (own side forward +), `foot_pitch_r` (toes up +), `foot_list_r`,
-        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`.
+        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`; knee adduction and
+        rotation, ankle rotation and the foot's angles may be absent.
     moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above,
         `MOMENT_NAMES`. Of the frontal and transverse ones the source does not
         state the axes (its transverse ankle moment suggests the foot's): compare with care.

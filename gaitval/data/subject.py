@@ -26,7 +26,13 @@ from pydantic import (
 )
 
 from gaitval.coordinates import SIDES
-from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES, GaitRecord, PeriodicCurve
+from gaitval.data.record import (
+    ANGLE_NAMES,
+    MOMENT_NAMES,
+    REQUIRED_ANGLES,
+    GaitRecord,
+    PeriodicCurve,
+)
 from gaitval.errors import SubjectError
 
 GRAVITY: Final = 9.80665
@@ -98,10 +104,12 @@ def _keys_problems(seen: Iterable[str], known: Sequence[str]) -> list[str]:
     return problems
 
 
-def _exactly(seen: Iterable[str], known: Sequence[str]) -> None:
+def _complete(
+    seen: Iterable[str], known: Sequence[str], required: Sequence[str] | None = None
+) -> None:
     seen = list(seen)
     problems = _keys_problems(seen, known)
-    missing = [key for key in known if key not in seen]
+    missing = [key for key in required or known if key not in seen]
     if missing:
         problems.append(f"missing: {', '.join(missing)}.")
     if problems:
@@ -109,12 +117,12 @@ def _exactly(seen: Iterable[str], known: Sequence[str]) -> None:
 
 
 def _angles_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
-    _exactly(curves, ANGLE_NAMES)
+    _complete(curves, ANGLE_NAMES, REQUIRED_ANGLES)
     return curves
 
 
 def _moments_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
-    _exactly(curves, MOMENT_NAMES)
+    _complete(curves, MOMENT_NAMES)
     return curves
 
 
@@ -222,7 +230,7 @@ class Subject(_Part):
     licence: str
     sex: Literal["F", "M"]
     """Chooses the segment tables (de Leva 1996)."""
-    age_years: Number
+    age_years: Number | None = None
     mass_kg: Number
     height_m: Number
     leg_length_m: Number
