@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import SIDES
-from gaitval.data import wbds
+from gaitval.data import mean_curves, wbds
 from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES
 from gaitval.data.subject import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import RecordError
@@ -103,7 +103,7 @@ def test_stance_ends_between_rows():
     vertical[:61] = 1.0
     vertical[60], vertical[61] = 0.05, 0.01
     vertical[100] = 0.08  # the next heel strike
-    assert wbds.stance_fraction(vertical) == pytest.approx(0.605)
+    assert mean_curves.stance_fraction(vertical) == pytest.approx(0.605)
 
 
 def rename(columns):

@@ -37,13 +37,21 @@ from scipy.optimize import minimize_scalar
 
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
-from gaitval.data.record import PeriodicCurve, fit_periodic
+from gaitval.data.mean_curves import (
+    ANGLE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    ROWS,
+    STANCE_THRESHOLD,
+    fit_curve,
+    fit_force,
+    mean_vertical_force,
+    stance_fraction,
+)
+from gaitval.data.record import PeriodicCurve
 from gaitval.data.subject import (
     BUILTIN,
     GRAVITY,
     MARKERS,
-    Curve,
-    Force,
     Forces,
     Gait,
     Printed,
@@ -60,17 +68,6 @@ CITATION: Final = (
 )
 LICENCE: Final = "CC BY 4.0"
 
-ROWS: Final = 101
-"""Rows of a processed file: 0 to 100 % of the gait cycle."""
-
-ANGLE_TOLERANCE: Final = float(np.radians(0.3))
-"""rad. Small beside the 5° above which a change between sessions is detectable (Wilken 2012)."""
-MOMENT_TOLERANCE: Final = 0.02
-"""Nm/kg, about 1 % of the largest moment."""
-FORCE_TOLERANCE: Final = 0.01
-"""Body weights."""
-STANCE_THRESHOLD: Final = 0.03
-"""Body weights of vertical force at which stance ends: 20 N, the usual threshold, at 68 kg."""
 MOMENT_SEAM: Final = (97, 98, 99)
 """Rows where the moments jump, the edge of the authors' filter; left out of the fit."""
 PELVIS_MISMATCH: Final = float(np.radians(2.0))
@@ -346,19 +343,6 @@ def read_kinetics(path: Path) -> Kinetics:
     )
 
 
-def stance_fraction(vertical: Samples) -> float:
-    """Fraction of the cycle until the vertical force falls to `STANCE_THRESHOLD`.
-
-    Parameters
-    ----------
-    vertical : (101,) body weights, zero in swing. Interpolated linearly between rows.
-    """
-    # The rows before the next heel strike belong to it, so they are not searched.
-    last = int(np.flatnonzero(vertical[:90] >= STANCE_THRESHOLD)[-1])
-    above, below = vertical[last], vertical[last + 1]
-    return float(last + (above - STANCE_THRESHOLD) / (above - below)) / 100
-
-
 def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
     """Phase of the right cycle at left heel strike, from the pelvis.
 
@@ -411,41 +395,6 @@ def left_phase_from_force(forces: Mapping[Side, Samples]) -> float:
         options={"xatol": 1e-7},
     )
     return float(best.x)
-
-
-def mean_vertical_force(forces: Mapping[Side, Samples]) -> float:
-    """Mean of right + left vertical force over the gait cycle, body weights."""
-    return float(sum(forces[side][:100, 2].mean() for side in SIDES))
-
-
-def _fit(name: str, phase: Samples, values: Samples, tolerance: float, path: Path) -> Curve:
-    curve, residual = fit_periodic(phase, values, tolerance)
-    if residual > tolerance:
-        raise RecordError(
-            f"{path}: the curve of {name} is left with {residual:.3g} (allowed {tolerance:.3g}) by "
-            f"{len(curve.cosine)} harmonics: it is noisy or jumps. Filter it, or use another trial."
-        )
-    return Curve.fitted((curve, residual))
-
-
-def fit_force(force: Samples, stance: float, path: Path) -> Force:
-    """Fit the stance of one foot's ground reaction.
-
-    Swing is left free: a series that also had to stay at zero there would need over 40
-    harmonics and ring at heel strike and toe-off.
-
-    Parameters
-    ----------
-    force : (101, 3) body weights, forward, left, up.
-    stance : stance fraction.
-    path : the file, for messages.
-    """
-    rows = np.append(np.arange(int(stance * 100) + 1), 100)
-    forward, left, up = (
-        _fit(f"ground reaction {axis}", rows / 100, force[rows, i], FORCE_TOLERANCE, path)
-        for i, axis in enumerate(("forward", "left", "up"))
-    )
-    return Force(forward=forward, left=left, up=up)
 
 
 def _rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
@@ -539,12 +488,12 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
 
     phase = np.arange(ROWS) / (ROWS - 1)
     angles = {
-        name: _fit(name, phase, values, ANGLE_TOLERANCE, angles_path)
+        name: fit_curve(name, phase, values, ANGLE_TOLERANCE, angles_path)
         for name, values in sampled_angles.items()
     }
     trusted = np.delete(np.arange(ROWS), MOMENT_SEAM)
     moments = {
-        name: _fit(name, phase[trusted], values[trusted], MOMENT_TOLERANCE, kinetics_path)
+        name: fit_curve(name, phase[trusted], values[trusted], MOMENT_TOLERANCE, kinetics_path)
         for name, values in kinetics.moments.items()
     }
     stance = {side: stance_fraction(kinetics.forces[side][:, 2]) for side in SIDES}
