@@ -32,6 +32,9 @@ class Plate:
     centre_of_pressure : (T, 3) m; NaN where the plate is not loaded.
     free_moment : (T, 3) Nm, of the plate on the person about the centre of pressure (along the
         vertical); zero where the plate is not loaded.
+    moment : (T, 3) Nm, of the plate on the person about the origin of the axes, also where the
+        plate is not loaded; None where the file gives the centre of pressure only. With it a
+        plate that was not zeroed can be put right, which a centre of pressure does not allow.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Plate:
     force: Array
     centre_of_pressure: Array
     free_moment: Array
+    moment: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,7 @@ class Recording:
                     force=plate.force @ turn,
                     centre_of_pressure=plate.centre_of_pressure @ turn,
                     free_moment=plate.free_moment @ turn,
+                    moment=None if plate.moment is None else plate.moment @ turn,
                 )
                 for plate in self.plates
             ),
