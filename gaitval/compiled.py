@@ -15,6 +15,7 @@ import numba
 SOURCES = (
     "compiled.py",
     "coordinates.py",
+    "kinematics/inverse_dynamics.py",
     "kinematics/tree.py",
     "policy/environment.py",
     "scaling/model.py",
