@@ -39,6 +39,10 @@ class ArtefactError(GaitvalError):
     """A file in the run folder is missing, truncated or of another run."""
 
 
+class ArchiveError(GaitvalError):
+    """A published data set cannot be downloaded, or what came is not what was published."""
+
+
 class ToleranceError(GaitvalError):
     """A result is outside the tolerance that it was checked against."""
 
