@@ -16,6 +16,7 @@ SOURCES = (
     "compiled.py",
     "coordinates.py",
     "kinematics/inverse_dynamics.py",
+    "kinematics/inverse_kinematics.py",
     "kinematics/tree.py",
     "policy/environment.py",
     "scaling/model.py",

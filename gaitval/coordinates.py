@@ -96,6 +96,30 @@ AXES: Final[dict[str, tuple[float, float, float]]] = {
 }
 """Axis of each actuated coordinate in the parent's frame at the neutral pose (REP-103)."""
 
+_RANGES: Final[dict[str, tuple[float, float]]] = {
+    "hip_flexion": (-0.7, 2.3),
+    "hip_adduction": (-0.9, 0.7),
+    "hip_rotation": (-0.9, 0.9),
+    "knee_angle": (-0.09, 2.6),
+    "ankle_angle": (-1.05, 0.7),
+    "subtalar_angle": (-0.6, 0.6),
+    "mtp_angle": (-0.8, 1.4),
+    "lumbar_extension": (-1.6, 0.7),
+    "lumbar_bending": (-0.7, 0.7),
+    "lumbar_rotation": (-0.8, 0.8),
+    "arm_flex": (-1.1, 3.1),
+    "arm_add": (-3.1, 0.7),
+    "arm_rot": (-1.6, 1.6),
+    "elbow_flex": (-0.18, 2.7),
+}
+
+RANGES: Final[dict[str, tuple[float, float]]] = {
+    name: _RANGES[name.removesuffix("_r").removesuffix("_l")] for name in ACTUATED
+}
+"""Lowest and highest value of each actuated coordinate, rad: ranges of motion of healthy adults
+(AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with the knee and elbow let 5 and 10 degrees
+past straight."""
+
 
 def mirrored(name: str) -> str:
     """Name of the same coordinate on the other side; midline names stay as they are."""

@@ -22,7 +22,7 @@ import xacro
 import yourdfpy
 
 from gaitval.artefacts import write_text
-from gaitval.coordinates import ACTUATED, AXES
+from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.scaling.model import (
     JOINT_COORDINATES,
@@ -128,6 +128,7 @@ def _template_values(model: BodyModel) -> dict[str, Any]:
     """What the template fills in: numbers as text with all digits; `shape` for drawing only."""
     values: dict[str, Any] = {
         "axes": {name: _text(axis) for name, axis in AXES.items()},
+        "ranges": {name: [repr(value) for value in ends] for name, ends in RANGES.items()},
         "shape": _shape(model),
     }
     for segment in model.segments:
