@@ -359,6 +359,7 @@ def _all_frames(
     joint: Array,
     locked: Array,
     centre: Array,
+    ankle: Array,
 ) -> None:
     """`newton_euler` of every frame.
 
@@ -368,6 +369,7 @@ def _all_frames(
     joint : (T, 2, 3, 2, 3) out: side, joint, moment and force, component.
     locked : (T, 2, 3) out, `LOCKED_MOMENTS`.
     centre : (T, 3) out, centre of mass of the body.
+    ankle : (T, 2, 3) out, origin of both feet.
     """
     rotation, origin = np.empty((_COUNT, 3, 3)), np.empty((_COUNT, 3))
     axes = np.zeros((_DOFS, 3))
@@ -399,6 +401,7 @@ def _all_frames(
                 joint[t, side, j] = wrench[_JOINT_SEGMENT[side, j]]
             shank, foot = _JOINT_SEGMENT[side, 1], _JOINT_SEGMENT[side, 2]
             sign = 1.0 if side == 0 else -1.0  # adduction +x, internal rotation +z on the right
+            ankle[t, side] = origin[foot]
             locked[t, side] = 0.0
             for i in range(3):
                 locked[t, side, 0] += sign * rotation[shank, i, 0] * wrench[shank, 0, i]
@@ -425,7 +428,9 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
     RecordError : fewer than six frames, NaN, or times that do not increase.
     ValueError : other shapes.
     """
-    time, positions = np.asarray(time, dtype=float), np.asarray(positions, dtype=float)
+    # One memory layout: the compiled functions are compiled anew for every other one.
+    time = np.ascontiguousarray(time, dtype=float)
+    positions = np.ascontiguousarray(positions, dtype=float)
     if time.ndim != 1 or positions.shape != (len(time), _DOFS):
         raise ValueError(
             f"time must have shape (T,) and positions (T, {_DOFS}), "
@@ -481,7 +486,8 @@ def checked_wrenches(
                 f"pressure but no {name} at {time[t]:.4g} s. Give both, or neither where the "
                 "foot is in the air."
             )
-    return arrays[0], arrays[1], arrays[2]
+    force, point, free_moment = (np.ascontiguousarray(array) for array in arrays)
+    return force, point, free_moment
 
 
 def differentiate(time: Array, positions: Array) -> Kinematics:
@@ -510,6 +516,23 @@ def differentiate(time: Array, positions: Array) -> Kinematics:
     return Kinematics(positions, rates, second_rates)
 
 
+def _check_feet(ankle: Array, point: Array) -> None:
+    """Refuse forces that act under the other foot. The residual would not show it, for the sum
+    of the forces is the same, but every moment of both legs would be wrong.
+    """
+    own = np.linalg.norm((point - ankle)[..., :2], axis=2)
+    other = np.linalg.norm((point - ankle[:, ::-1])[..., :2], axis=2)
+    loaded = ~np.isnan(own)
+    wrong = (own > other) & loaded
+    if 2 * wrong.sum() > loaded.sum():
+        raise RecordError(
+            f"In {wrong.sum()} of {loaded.sum()} loaded frames the centre of pressure of a foot "
+            f"is nearer to the other foot ({np.median(other[loaded]):.2f} m, as the median) than "
+            f"to its own ({np.median(own[loaded]):.2f} m). Either the plates are given to the "
+            "wrong feet, or plates and markers are in different axes."
+        )
+
+
 def inverse_dynamics(
     model: BodyModel,
     time: Array,
@@ -535,22 +558,23 @@ def inverse_dynamics(
 
     Raises
     ------
-    RecordError : a motion that cannot be differentiated, or a centre of pressure without force.
+    RecordError : a motion that cannot be differentiated, a centre of pressure without force, or
+        forces of the wrong feet.
     """
     time, positions = checked_motion(time, positions)
     force, point, free_moment = checked_wrenches(time, force, point, free_moment)
-    kinematics = kinematics or differentiate(time, positions)
+    rates = kinematics or differentiate(time, positions)
     tree = tree_arrays(model)
     frames = len(time)
     generalised = np.empty((frames, _DOFS))
     joint, locked = np.empty((frames, 2, 3, 2, 3)), np.empty((frames, 2, 3))
-    centre = np.empty((frames, 3))
+    centre, ankle = np.empty((frames, 3)), np.empty((frames, 2, 3))
     _all_frames(
         tree.joint_position,
         tree.mass,
         tree.centre_of_mass,
         tree.inertia,
-        *kinematics,
+        *(np.ascontiguousarray(values, dtype=float) for values in rates),
         force,
         point,
         free_moment,
@@ -558,13 +582,15 @@ def inverse_dynamics(
         joint,
         locked,
         centre,
+        ankle,
     )
+    _check_feet(ankle, point)
     loaded = ~np.isnan(point[..., 0])
     size = np.linalg.norm(force, axis=2)[loaded]
     return InverseDynamics(
         time=time,
         moments=generalised[:, ROOT_DOFS:],
-        powers=generalised[:, ROOT_DOFS:] * kinematics.velocities[:, ROOT_DOFS:],
+        powers=generalised[:, ROOT_DOFS:] * rates.velocities[:, ROOT_DOFS:],
         residual_force=generalised[:, 3:6],
         residual_moment=generalised[:, :3],
         joint_force=joint[:, :, :, 1],
