@@ -344,15 +344,15 @@ def _determined(problem: _Problem, frozen: Bools) -> Bools:
     pose = np.full(len(COORDINATES), GENERIC_ANGLE)
     pose[:ROOT_DOFS] = 0.0
     measured = problem.measured[0]
-    for row, present in zip(found, patterns, strict=True):
-        _evaluate(problem, present.astype(float), measured, pose, work)
+    for row, present in zip(found, patterns.astype(float), strict=True):
+        _evaluate(problem, present, measured, pose, work)
         _independent(work.normal, frozen, SMALLEST_LEVER**2, row)
     return np.asarray(found[pattern.reshape(-1)])
 
 
 def _why_unsolvable(problem: _Problem, markers: Sequence[ModelMarker]) -> str:
-    seen = (problem.weight > 0).any(axis=0)
-    names = [marker.name for marker, present in zip(markers, seen, strict=True) if present]
+    most = problem.weight.max(axis=0)
+    names = [marker.name for marker, weight in zip(markers, most, strict=True) if weight > 0]
     return (
         "no frame shows enough markers to find the pelvis: it takes three that are not in one line "
         f"on the pelvis, or as many on both thighs. Of the model's {len(markers)} markers, the "

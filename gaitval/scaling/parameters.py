@@ -122,11 +122,11 @@ def _changed(segment: Segment, mu: NDArray[np.float64]) -> Segment:
     centre = segment.centre_of_mass.copy()
     centre[axis] *= factor
     return Segment(
-        segment.name, joint, segment.mass, centre, _stretched(segment.inertia, axis, factor)
+        segment.name, joint, segment.mass, centre, stretched_inertia(segment.inertia, axis, factor)
     )
 
 
-def _stretched(inertia: Vector, axis: int, factor: float) -> Vector:
+def stretched_inertia(inertia: Vector, axis: int, factor: float) -> Vector:
     """Inertia, (3, 3), of a body stretched by `factor` along a coordinate axis.
 
     With the second moments S = tr(I)/2 - I, stretching multiplies a row and a column of S,
