@@ -19,8 +19,7 @@ dynamics would add them to the measured ground reaction. Set it true for forward
 """
 
 import re
-import tempfile
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -31,7 +30,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.artefacts import write_text
 from gaitval.configuration import Contact
-from gaitval.coordinates import ACTUATED, AXES
+from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.interchange.opensim_coordinates import (
     PELVIS_ANGLES,
@@ -42,7 +41,6 @@ from gaitval.interchange.opensim_coordinates import (
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.tree import GRAVITY
 from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
-from gaitval.scaling.urdf import write_urdf
 from gaitval.simulation.contact import PENETRATION_SLOPE, RATE_SLOPE, SMOOTHING, contact_law
 
 Array = NDArray[np.float64]
@@ -94,7 +92,7 @@ def write_osim(
     contact: Contact,
     friction: float,
     *,
-    locked: Collection[str] = (),
+    held: Mapping[str, float] | None = None,
 ) -> None:
     """Write the model as `.osim`, whole or not at all; equal arguments give equal bytes.
 
@@ -104,15 +102,16 @@ def write_osim(
     markers : attached to the model, in the order of the file's MarkerSet.
     contact : constants of the contact spheres.
     friction : static friction coefficient (the body parameter sigma).
-    locked : coordinates that stay at zero in OpenSim's inverse kinematics, because no marker
-        determines them (as `mtp_angle_r` in most marker sets).
+    held : values (rad) of coordinates that OpenSim's inverse kinematics shall not change, because
+        no marker determines them (as `mtp_angle_r` in most marker sets).
 
     Raises
     ------
     ModelError : a marker name that OpenSim cannot read, two markers of one name, a marker on an
-        unknown segment, a locked coordinate that the model does not have.
+        unknown segment, a held coordinate that the model does not have.
     """
-    _check(markers, locked)
+    held = held or {}
+    _check(markers, held)
     document = ElementTree.Element("OpenSimDocument", Version=DOCUMENT_VERSION)
     root = _named(document, "Model", re.sub(r"[^\w.-]", "_", model.name) or "model")
     _text(root, "credits", "Written by gaitval")
@@ -120,7 +119,7 @@ def write_osim(
     _text(root, "force_units", "N")
     _vector(root, "gravity", (0.0, -GRAVITY, 0.0))
     _bodies(_set(root, "BodySet"), model)
-    _joints(_set(root, "JointSet"), model, locked)
+    _joints(_set(root, "JointSet"), model, held)
     _contact_forces(_set(root, "ForceSet"), model, contact, friction)
     _markers(_set(root, "MarkerSet"), markers)
     _contact_geometry(_set(root, "ContactGeometrySet"), model)
@@ -129,7 +128,7 @@ def write_osim(
     write_text(Path(path), f'<?xml version="1.0" encoding="UTF-8" ?>\n{text}\n')
 
 
-def _check(markers: Sequence[ModelMarker], locked: Collection[str]) -> None:
+def _check(markers: Sequence[ModelMarker], held: Mapping[str, float]) -> None:
     names = [marker.name for marker in markers]
     problems = [
         f"marker {name!r}: OpenSim takes no name that is empty or has a space or one of / \\ * +; "
@@ -148,8 +147,9 @@ def _check(markers: Sequence[ModelMarker], locked: Collection[str]) -> None:
         if marker.segment not in SEGMENTS
     ]
     problems += [
-        f"locked coordinate {name}: unknown; there are {', '.join(ACTUATED)}"
-        for name in sorted(set(locked) - set(ACTUATED))
+        f"held coordinate {name}: unknown; there are {', '.join(ACTUATED)}"
+        for name in held
+        if name not in ACTUATED
     ]
     if problems:
         raise ModelError("no OpenSim model can be written:\n  " + "\n  ".join(problems))
@@ -275,8 +275,7 @@ def _draw(components: Element, name: str, shape: _Shape) -> None:
 # ---- Joints. ----
 
 
-def _joints(joints: Element, model: BodyModel, locked: Collection[str]) -> None:
-    ranges = _joint_limits(model)
+def _joints(joints: Element, model: BodyModel, held: Mapping[str, float]) -> None:
     for segment in model.segments:
         name = JOINTS[segment.name]
         parent = PARENTS.get(segment.name)
@@ -302,44 +301,19 @@ def _joints(joints: Element, model: BodyModel, locked: Collection[str]) -> None:
                 for coordinate in JOINT_COORDINATES[segment.name]
             }
             for coordinate in axes:
-                _coordinate(
-                    coordinates,
-                    coordinate,
-                    ranges[coordinate],
-                    clamped=True,
-                    locked=coordinate in locked,
-                )
+                _coordinate(coordinates, coordinate, RANGES[coordinate], held.get(coordinate))
             _transform(joint, axes, ())
 
 
-def _joint_limits(model: BodyModel) -> dict[str, tuple[float, float]]:
-    """Range of every joint coordinate, rad, as the URDF has it."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "model.urdf"
-        write_urdf(model, path)
-        joints = ElementTree.parse(path).getroot().iter("joint")
-        limits = {joint.attrib["name"]: joint.find("limit") for joint in joints}
-    return {
-        name: (float(limit.attrib["lower"]), float(limit.attrib["upper"]))
-        for name, limit in limits.items()
-        if limit is not None
-    }
-
-
 def _coordinate(
-    coordinates: Element,
-    name: str,
-    limits: tuple[float, float],
-    *,
-    clamped: bool = False,
-    locked: bool = False,
+    coordinates: Element, name: str, limits: tuple[float, float], held: float | None = None
 ) -> None:
     coordinate = _named(coordinates, "Coordinate", name)
-    _number(coordinate, "default_value", 0.0)
+    _number(coordinate, "default_value", held or 0.0)
     _number(coordinate, "default_speed_value", 0.0)
     _vector(coordinate, "range", limits)
-    _flag(coordinate, "clamped", clamped)
-    _flag(coordinate, "locked", locked)
+    _flag(coordinate, "clamped", name in ACTUATED)
+    _flag(coordinate, "locked", held is not None)
 
 
 def _transform(joint: Element, rotations: Mapping[str, Array], translations: Sequence[str]) -> None:
