@@ -2,7 +2,8 @@
 
 Joint centres of the legs come from the markers (`joint_centres`), masses and inertias from
 de Leva (1996), and what no marker shows (trunk, head, arms) from his mean lengths scaled to
-the person. The model is mirror-symmetric: it takes the mean of the right and the left leg.
+the person. A person without markers is scaled by tape measure and stature (`tape`). The model
+is mirror-symmetric: it takes the mean of the right and the left side.
 
 In the neutral pose (all coordinates zero) the legs are straight and vertical, the soles lie
 flat in the plane z = 0 of the feet, the arms hang with the palms to the thighs, and the
@@ -34,6 +35,7 @@ from gaitval.scaling.anthropometry import (
 )
 from gaitval.scaling.joint_centres import Measurements, Vector, measure
 from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
+from gaitval.scaling.tape import measure_by_tape
 
 PLAUSIBLE_FACTOR = (0.80, 1.25)
 """Measured over expected length. Lengths relative to stature have a coefficient of variation
@@ -92,7 +94,15 @@ class Person(Protocol):
 
     @property
     def markers(self) -> Mapping[str, Sequence[float]]:
-        """Standing trial, (3,) m each; see `joint_centres`."""
+        """Standing trial, (3,) m each; see `joint_centres`. May be empty."""
+
+
+class MeasuredPerson(Person, Protocol):
+    """A person whose lengths are known already; they count more than the markers."""
+
+    @property
+    def measurements(self) -> Mapping[str, object]:
+        """As `joint_centres.Measurements.to_dict` stores them; empty where not known."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +170,11 @@ class _Part:
     inertia: Vector
 
 
-def scale_subject(subject: Person) -> ScaledBody:
+def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     """Scale the body model to a person.
+
+    The lengths are the person's `measurements` where there are any, else those between the
+    `markers` of the standing trial, else what the stature leads to expect (`tape`).
 
     Parameters
     ----------
@@ -177,7 +190,26 @@ def scale_subject(subject: Person) -> ScaledBody:
     ScalingError : the markers cannot be used (see `joint_centres.measure`), or the body
         they give is not plausible; all implausible lengths are listed.
     """
-    measured = measure(subject.markers)
+    stored = getattr(subject, "measurements", None)
+    if stored:
+        return build_body(subject, Measurements.from_dict(stored))
+    if subject.markers:
+        return build_body(subject, measure(subject.markers))
+    return build_body(subject, measure_by_tape(height_m=subject.height_m))
+
+
+def build_body(subject: Person, measured: Measurements) -> ScaledBody:
+    """The body model of a person with these lengths.
+
+    Parameters
+    ----------
+    subject : name, sex, mass and stature; the markers are not used.
+    measured : lengths from a standing trial, a fit or a tape measure.
+
+    Raises
+    ------
+    ScalingError : the lengths give no plausible body; all implausible ones are listed.
+    """
     lengths = _lengths(measured, subject)
     table = _table(measured, lengths, subject)
     _check(measured, table, subject)
@@ -199,12 +231,26 @@ def _lengths(measured: Measurements, subject: Person) -> _Lengths:
         upper_trunk=proportions["upper trunk"].length * trunk,
         middle_trunk=proportions["middle trunk"].length * trunk,
         lower_trunk=proportions["lower trunk"].length * trunk,
-        shoulder_height=SHOULDER_HEIGHT[sex] * trunk,
-        shoulder_half_width=SHOULDER_HALF_WIDTH * subject.height_m,
-        upper_arm=mean_length(sex, "upper arm", subject.height_m),
-        forearm=mean_length(sex, "forearm", subject.height_m),
+        shoulder_height=(
+            SHOULDER_HEIGHT[sex] * trunk
+            if measured.shoulder_height is None
+            else measured.shoulder_height
+        ),
+        shoulder_half_width=(
+            SHOULDER_HALF_WIDTH * subject.height_m
+            if measured.shoulder_half_width is None
+            else measured.shoulder_half_width
+        ),
+        upper_arm=_mean_of_sides(measured.upper_arm, "upper arm", subject),
+        forearm=_mean_of_sides(measured.forearm, "forearm", subject),
         hand=mean_length(sex, "hand", subject.height_m),
     )
+
+
+def _mean_of_sides(measured: tuple[float, float] | None, segment: str, subject: Person) -> float:
+    if measured is None:
+        return mean_length(subject.sex, segment, subject.height_m)
+    return (measured[0] + measured[1]) / 2
 
 
 def _trunk_factor(measured: Measurements, subject: Person) -> float:
@@ -219,7 +265,8 @@ def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[
     right, left = measured.right, measured.left
     fractions = mass_fractions(sex)
 
-    def leg(name: str, right: float, left: float, length: float, source: str) -> SegmentRow:
+    def leg(name: str, right: float, left: float, length: float, markers: str) -> SegmentRow:
+        source = measured.sources.get(name, markers)
         return SegmentRow(
             segment=name,
             right_m=right,
@@ -230,11 +277,15 @@ def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[
             source=f"{source}; mean: Winter {WINTER[name]:g} of stature",
         )
 
-    def upper(name: str, length: float, source: str) -> SegmentRow:
+    def upper(
+        name: str, length: float, source: str, sides: tuple[float, float] | None = None
+    ) -> SegmentRow:
+        if sides is not None:
+            source = measured.sources.get(name, "markers, shoulder after Rab")
         return SegmentRow(
             segment=name,
-            right_m=None,
-            left_m=None,
+            right_m=None if sides is None else sides[0],
+            left_m=None if sides is None else sides[1],
             length_m=length,
             mass_kg=fractions[name] * subject.mass_kg,
             factor=length / mean_length(sex, name, stature),
@@ -252,8 +303,8 @@ def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[
         upper("middle trunk", lengths.middle_trunk, filled),
         upper("upper trunk", lengths.upper_trunk, filled),
         upper("head", lengths.head, filled),
-        upper("upper arm", lengths.upper_arm, scaled),
-        upper("forearm", lengths.forearm, scaled),
+        upper("upper arm", lengths.upper_arm, scaled, measured.upper_arm),
+        upper("forearm", lengths.forearm, scaled, measured.forearm),
         upper("hand", lengths.hand, scaled),
     )
 
@@ -282,11 +333,21 @@ def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Person)
         )
     if problems:
         raise ScalingError(
-            f"the standing trial of {subject.identifier} gives no plausible body:\n  "
+            f"the {_origin(measured)} of {subject.identifier} gives no plausible body:\n  "
             + "\n  ".join(problems)
-            + "\nCheck the names and units of the markers, that the floor is at z = 0, and "
-            "the stature."
+            + "\nCheck "
+            + (
+                "the names and units of the markers, that the floor is at z = 0, and the stature."
+                if _origin(measured) == "standing trial"
+                else "the measured lengths, their unit (metres), and the stature."
+            )
         )
+
+
+def _origin(measured: Measurements) -> str:
+    """What to call the measurements in messages."""
+    sources = measured.sources.values()
+    return "standing trial" if all(s.startswith("markers") for s in sources) else "measured body"
 
 
 def _build(measured: Measurements, lengths: _Lengths, subject: Person) -> BodyModel:

@@ -1,0 +1,291 @@
+"""Marker sets as data: on which segment a marker sits and which anatomical landmark it marks.
+
+A set is a TOML file (`markersets/*.toml`, or one's own); the keys are explained at the head of
+`markersets/wbds.toml`. Names are compared without regard to capitals, dots, blanks, "_" and "-",
+and without what precedes a colon ("Subject:RASI").
+"""
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Final, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from gaitval.errors import RecordError
+from gaitval.scaling.joint_centres import LANDMARK_NAMES
+from gaitval.scaling.model import SEGMENTS
+
+_Point = TypeVar("_Point")
+
+RECOGNISED_SHARE: Final = 0.75
+"""Share of a set's markers (without optional ones and those taken off after standing) that a
+recording must have to be of this set. A few may be lost; two sets that use the same names for
+the bony landmarks (WBDS and Rajagopal share 14 of 22) must not pass for each other."""
+
+EXAMPLE: Final = """title = "My laboratory"
+source = "who defined it"
+[markers]
+"R.ASIS" = { segment = "pelvis", landmark = "R.ASIS" }
+"R.Thigh.1" = { segment = "thigh_r" }
+"R.Knee.Medial" = { segment = "thigh_r", landmark = "R.Knee.Medial", static_only = true }"""
+
+
+class MarkerDefinition(BaseModel):
+    """One marker of a set.
+
+    Attributes
+    ----------
+    segment : one of `scaling.model.SEGMENTS`.
+    landmark : one of `joint_centres.LANDMARK_NAMES`, or None for a marker that only tracks.
+    weight : of its squared distance in inverse kinematics, relative to the others.
+    aliases : other names of the marker.
+    static_only : taken off after the standing trial.
+    optional : a recording without it still is of this set.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    segment: str
+    landmark: str | None = None
+    weight: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 1.0
+    aliases: tuple[str, ...] = ()
+    static_only: bool = False
+    optional: bool = False
+
+    @property
+    def role(self) -> Literal["anatomical", "tracking"]:
+        """Whether the marker lies on a landmark from which joint centres are found."""
+        return "tracking" if self.landmark is None else "anatomical"
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    source: str
+    markers: dict[str, MarkerDefinition]
+
+
+@dataclass(frozen=True)
+class MarkerSet:
+    """A marker set.
+
+    Attributes
+    ----------
+    name : of a built-in set, or the path of the file.
+    title, source : what it is and who defined it.
+    markers : definition of each marker, in the order of the file.
+    """
+
+    name: str
+    title: str
+    source: str
+    markers: Mapping[str, MarkerDefinition]
+
+    @property
+    def landmarks(self) -> dict[str, str]:
+        """Marker on each landmark."""
+        return {d.landmark: name for name, d in self.markers.items() if d.landmark is not None}
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Markers that are on the person in walking and not optional."""
+        return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))
+
+    def renamed(self, names: Iterable[str]) -> dict[str, str]:
+        """Name in this set of each name of a file that belongs to it; others are left out.
+
+        Raises
+        ------
+        RecordError : two names of the file are the same marker, as when two people were recorded.
+        """
+        known = {
+            _plain(name): marker
+            for marker, definition in self.markers.items()
+            for name in (marker, *definition.aliases)
+        }
+        found: dict[str, str] = {}
+        for name in names:
+            marker = known.get(_plain(name))
+            if marker is None:
+                continue
+            if marker in found.values():
+                other = next(seen for seen, as_ in found.items() if as_ == marker)
+                raise RecordError(
+                    f"the markers {other!r} and {name!r} are both {marker} of the marker set "
+                    f"{self.name}. Keep one of them; of a recording of several people, keep one."
+                )
+            found[name] = marker
+        return found
+
+    def ignored(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Names of a file that do not belong to this set, such as computed joint centres."""
+        names = tuple(names)
+        found = self.renamed(names)
+        return tuple(name for name in names if name not in found)
+
+    def on_landmarks(self, points: Mapping[str, _Point]) -> dict[str, _Point]:
+        """The points, by marker of this set, that lie on landmarks, by landmark."""
+        return {
+            landmark: points[marker]
+            for landmark, marker in self.landmarks.items()
+            if marker in points
+        }
+
+
+def builtin_marker_sets() -> tuple[MarkerSet, ...]:
+    """The marker sets that come with gaitval."""
+    return tuple(_builtin(name) for name in _builtin_names())
+
+
+def load_marker_set(name_or_path: str | Path) -> MarkerSet:
+    """A built-in marker set by name, or one from a TOML file.
+
+    Raises
+    ------
+    RecordError : no such set or file, or the file's problems (all are listed).
+    """
+    name = str(name_or_path)
+    if name in _builtin_names():
+        return _builtin(name)
+    path = Path(name_or_path)
+    if not name.endswith(".toml") and not path.is_file():
+        near = difflib.get_close_matches(name.lower(), _builtin_names(), n=1)
+        raise RecordError(
+            f"{name!r}: no such marker set"
+            + (f", did you mean {near[0]}? " if near else ". ")
+            + f"Built in are {', '.join(_builtin_names())}; or give the path of a TOML file."
+        )
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(
+            f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "
+            "a UTF-8 TOML file."
+        ) from None
+    return _parsed(text, name)
+
+
+def recognise(names: Iterable[str]) -> MarkerSet:
+    """The built-in marker set that a recording's marker names belong to.
+
+    The set with the most markers among the names, of those that have at least
+    `RECOGNISED_SHARE` of their essential markers there.
+
+    Raises
+    ------
+    RecordError : no set fits. Lists what was found, what the nearest set misses and which names
+        are close to those, and shows how to write a set of one's own.
+    """
+    names = tuple(names)
+    best: tuple[int, float, MarkerSet] | None = None
+    nearest: tuple[float, MarkerSet] | None = None
+    for candidate in builtin_marker_sets():
+        found = set(candidate.renamed(names).values())
+        share = len(found.intersection(candidate.essential)) / len(candidate.essential)
+        if nearest is None or share > nearest[0]:
+            nearest = share, candidate
+        if share >= RECOGNISED_SHARE and (best is None or (len(found), share) > best[:2]):
+            best = len(found), share, candidate
+    if best is not None:
+        return best[2]
+    assert nearest is not None
+    raise RecordError(_unknown(names, nearest[1]))
+
+
+def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
+    renamed = nearest.renamed(names)
+    missing = [marker for marker in nearest.essential if marker not in renamed.values()]
+    rest = {_plain(name): name for name in names if name not in renamed}
+    guesses = []
+    for marker in missing:
+        known = [_plain(name) for name in (marker, *nearest.markers[marker].aliases)]
+        close = [match for name in known for match in difflib.get_close_matches(name, rest, n=1)]
+        if close:
+            guesses.append(f"{rest[close[0]]} for {marker}")
+    lines = [
+        f"the {len(names)} markers are of no known marker set ({', '.join(_builtin_names())}).",
+        f"  found: {', '.join(names) or 'none'}",
+        f"  nearest is {nearest.name} ({nearest.title}), of which are missing: "
+        + ", ".join(missing),
+    ]
+    if guesses:
+        lines.append(f"  perhaps: {', '.join(guesses)}")
+    lines += [
+        "Describe your own set in a TOML file and give it with --marker-set FILE; "
+        "a line for each marker, such as",
+        *(f"  {line}" for line in EXAMPLE.splitlines()),
+        f"Landmarks are {', '.join(LANDMARK_NAMES)}.",
+        f"Segments are {', '.join(SEGMENTS)}.",
+    ]
+    return "\n".join(lines)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s._-]", "", name.rsplit(":", 1)[-1]).upper()
+
+
+@cache
+def _builtin_names() -> tuple[str, ...]:
+    folder = resources.files("gaitval.scaling") / "markersets"
+    return tuple(
+        sorted(file.name[: -len(".toml")] for file in folder.iterdir() if file.name[-5:] == ".toml")
+    )
+
+
+@cache
+def _builtin(name: str) -> MarkerSet:
+    file = resources.files("gaitval.scaling") / "markersets" / f"{name}.toml"
+    return _parsed(file.read_text(encoding="utf-8"), name)
+
+
+def _parsed(text: str, name: str) -> MarkerSet:
+    try:
+        parsed = _File.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise RecordError(f"{name}: not valid TOML: {error}. Mend that line.") from None
+    except ValidationError as error:
+        problems = [
+            f"{'.'.join(str(key) for key in item['loc'])}: {item['msg']}."
+            for item in error.errors()
+        ]
+    else:
+        problems = _problems(parsed.markers)
+        if not problems:
+            return MarkerSet(name, parsed.title, parsed.source, parsed.markers)
+    raise RecordError(
+        f"{name}: {len(problems)} problem{'s' if len(problems) > 1 else ''} in the marker set\n"
+        + "\n".join(f"  - {problem}" for problem in problems)
+    )
+
+
+def _problems(markers: Mapping[str, MarkerDefinition]) -> list[str]:
+    problems = [] if markers else ["no markers. Add a line for each to the table [markers]."]
+    names: dict[str, str] = {}
+    landmarks: dict[str, str] = {}
+    for marker, definition in markers.items():
+        for what, value, known in (
+            ("segment", definition.segment, SEGMENTS),
+            ("landmark", definition.landmark, LANDMARK_NAMES),
+        ):
+            if value is not None and value not in known:
+                near = difflib.get_close_matches(value, known, n=1)
+                problems.append(
+                    f"{marker}: unknown {what} {value!r}"
+                    + (f", did you mean {near[0]}?" if near else f"; known are {', '.join(known)}.")
+                )
+        for name in (marker, *definition.aliases):
+            other = names.setdefault(_plain(name), marker)
+            if other != marker:
+                problems.append(f"{marker}: its name {name!r} is also one of {other}.")
+        if definition.landmark is not None:
+            other = landmarks.setdefault(definition.landmark, marker)
+            if other != marker:
+                problems.append(f"{marker}: its landmark {definition.landmark} is that of {other}.")
+    return problems

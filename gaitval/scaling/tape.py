@@ -1,0 +1,206 @@
+"""Lengths of a body from a tape measure and the stature, without markers.
+
+| measure | where | when not measured |
+|---|---|---|
+| hip_height | greater trochanter to the floor, standing | ankle height + shank + thigh |
+| thigh | greater trochanter to lateral femoral epicondyle | 0.245 of stature (Winter) |
+| shank | lateral femoral epicondyle to lateral malleolus | 0.246 of stature (Winter) |
+| ankle_height | lateral malleolus to the floor | 0.039 of stature (Winter) x `ANKLE_FACTOR` |
+| foot | heel to the longest toe | 0.152 of stature (Winter) |
+| pelvis_width | between the right and left ASIS | `PELVIS_WIDTH` of stature |
+
+The lateral bony points of the legs lie at the height of the joint centres, so their distances
+are taken as lengths between joint centres. Where the hip height is measured, lengths of the leg
+that are not share what is left of it in Winter's proportion. One tape serves both legs.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from gaitval.errors import ScalingError
+from gaitval.scaling.anthropometry import WINTER
+from gaitval.scaling.joint_centres import Leg, Measurements, hip_joint_centre
+
+PELVIS_WIDTH: Final = 0.158
+"""Distance between the ASIS over stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
+Winter's 0.191 is the width over the hips, not between the spines."""
+
+ANKLE_FACTOR: Final = 1.18
+"""Height of the ankle joint over Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
+Winter's is that of cadavers' lateral malleoli."""
+
+PELVIC_TILT: Final = np.radians(13.4)
+"""Forward tilt of the plane of the ASIS and PSIS in standing, rad; mean of the same subjects, 1 SD
+5.7 degrees."""
+
+FOOT: Final = {
+    "heel": (-0.188, -0.026, 0.204),
+    "MT1": (0.552, 0.136, 0.168),
+    "MT5": (0.452, -0.188, 0.126),
+}
+"""Heel, and markers on the first and fifth metatarsal heads, in lengths of the foot: forward of the
+ankle joint, towards the midline, above the floor. Mean of the same subjects' 20 feet, 1 SD at
+most 0.03."""
+
+STATURE_SD: Final = "SD 14-21 mm (ANSUR II)"
+"""What stature leaves open of the length of thigh and shank: standard deviations about the
+regressions on stature of ANSUR II (Gordon et al. 2014)."""
+
+AGREEMENT: Final = 0.05
+"""Largest plausible difference of a measured hip height from the sum of the measured lengths,
+m; people do not stand with quite straight legs, and the trochanter is felt within 2 cm."""
+
+FRACTIONS: Final = {
+    "hip_height": WINTER["thigh"] + WINTER["shank"] + WINTER["ankle height"] * ANKLE_FACTOR,
+    "thigh": WINTER["thigh"],
+    "shank": WINTER["shank"],
+    "ankle_height": WINTER["ankle height"] * ANKLE_FACTOR,
+    "foot": WINTER["foot"],
+    "pelvis_width": PELVIS_WIDTH,
+}
+"""Mean of each measure over stature."""
+
+PLAUSIBLE: Final = {"ankle_height": (0.6, 1.6), "pelvis_width": (0.6, 1.6)}
+"""Measured over expected; those of other measures are `PLAUSIBLE_LENGTH`."""
+PLAUSIBLE_LENGTH: Final = (0.75, 1.33)
+
+_UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254}
+
+
+def measure_by_tape(
+    *,
+    height_m: float,
+    hip_height: float | None = None,
+    thigh: float | None = None,
+    shank: float | None = None,
+    ankle_height: float | None = None,
+    foot: float | None = None,
+    pelvis_width: float | None = None,
+) -> Measurements:
+    """Lengths of a body from a tape measure, with the stature for what was not measured.
+
+    Parameters
+    ----------
+    height_m : stature, m.
+    hip_height, thigh, shank, ankle_height, foot, pelvis_width : m; see the table at the head
+        of the module.
+
+    Returns
+    -------
+    Measurements : right and left alike; `sources` says of each length how it was found.
+
+    Raises
+    ------
+    ScalingError : a length is not plausible for the stature (all are listed, with the unit that
+        it looks like), or hip height and leg lengths contradict each other.
+    """
+    measured = {
+        name: value
+        for name, value in (
+            ("hip_height", hip_height),
+            ("thigh", thigh),
+            ("shank", shank),
+            ("ankle_height", ankle_height),
+            ("foot", foot),
+            ("pelvis_width", pelvis_width),
+        )
+        if value is not None
+    }
+    expected = {name: fraction * height_m for name, fraction in FRACTIONS.items()}
+    problems = [
+        problem
+        for name, value in measured.items()
+        for problem in [_problem(name, value, expected[name])]
+        if problem
+    ]
+    if problems:
+        raise ScalingError(
+            f"lengths that a stature of {height_m:.3f} m does not lead to expect:\n  "
+            + "\n  ".join(problems)
+            + "\nGive metres, and check where each was measured."
+        )
+    used = {name: measured.get(name, value) for name, value in expected.items()}
+    sources = {
+        "thigh": f"stature; {STATURE_SD}",
+        "shank": f"stature; {STATURE_SD}",
+        "foot": "stature",
+        "ankle height": "stature, ankle of WBDS",
+    } | {name.replace("_", " "): "tape" for name in measured}
+    if hip_height is None:
+        used["hip_height"] = used["ankle_height"] + used["shank"] + used["thigh"]
+    else:
+        used |= _share(hip_height, used, measured)
+        sources |= {
+            name: "hip height by tape, shared as in Winter"
+            for name in ("thigh", "shank")
+            if name not in measured
+        }
+    leg = _leg(used)
+    return Measurements(
+        right=leg,
+        left=leg,
+        hip_half_width=float(-hip_joint_centre(used["pelvis_width"], 0.0)[1]),
+        hip_height=used["hip_height"],
+        pelvic_tilt=float(PELVIC_TILT),
+        sources=sources,
+    )
+
+
+def _problem(name: str, value: float, expected: float) -> str:
+    low, high = PLAUSIBLE.get(name, PLAUSIBLE_LENGTH)
+    if low <= value / expected <= high:
+        return ""
+    for unit, factor in _UNITS.items():
+        if low <= value * factor / expected <= high:
+            return f"{name} = {value:g}: this looks like {unit}; give {name} = {value * factor:g}."
+    return (
+        f"{name} = {value:g} m: expected is about {expected:.3f} m (plausible: "
+        f"{low * expected:.3f} to {high * expected:.3f})."
+    )
+
+
+def _share(
+    hip_height: float, used: dict[str, float], measured: dict[str, float]
+) -> dict[str, float]:
+    """Thigh and shank so that the leg is as long as measured."""
+    open_ = [name for name in ("thigh", "shank") if name not in measured]
+    rest = hip_height - used["ankle_height"]
+    if not open_:
+        total = used["ankle_height"] + used["shank"] + used["thigh"]
+        if abs(hip_height - total) > AGREEMENT:
+            raise ScalingError(
+                f"hip_height = {hip_height:.3f} m, but ankle height, shank and thigh add up to "
+                f"{total:.3f} m. Measure again: all run between the trochanter, the lateral "
+                "epicondyle of the knee, the lateral malleolus and the floor."
+            )
+        return {}
+    rest -= sum(used[name] for name in ("thigh", "shank") if name in measured)
+    total = sum(WINTER[name] for name in open_)
+    shares = {name: rest * WINTER[name] / total for name in open_}
+    expected = {name: WINTER[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_}
+    problems = [
+        f"{name}: {value:.3f} m is left for it"
+        for name, value in shares.items()
+        if not PLAUSIBLE_LENGTH[0] <= value / expected[name] <= PLAUSIBLE_LENGTH[1]
+    ]
+    if problems:
+        raise ScalingError(
+            f"hip_height = {hip_height:.3f} m does not agree with the other lengths of the leg:\n  "
+            + "\n  ".join(problems)
+            + "\nMeasure again, in metres."
+        )
+    return shares
+
+
+def _leg(used: dict[str, float]) -> Leg:
+    foot, ankle = used["foot"], used["ankle_height"]
+    heel, first, fifth = (np.array(FOOT[name]) * foot for name in ("heel", "MT1", "MT5"))
+    floor = np.array([0.0, 0.0, ankle])
+    return Leg(
+        thigh=used["thigh"],
+        shank=used["shank"],
+        ankle_height=ankle,
+        heel=heel - floor,
+        metatarsals=np.stack([first, fifth]) - floor,
+    )
