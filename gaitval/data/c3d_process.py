@@ -1,0 +1,53 @@
+"""Read a C3D file with ezc3d and write its contents as npz to stdout; see `gaitval.data.c3d`.
+
+A script, run with one argument in a process of its own. It imports nothing of gaitval.
+"""
+
+import io
+import json
+import resource
+import sys
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+
+
+def main() -> None:
+    """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
+    path = Path(sys.argv[1])
+    # ezc3d's objects take some fifty times a point's bytes in the file.
+    memory = 2 * 2**30 + 100 * path.stat().st_size
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    try:
+        file = ezc3d.c3d(str(path))
+        described = {
+            "parameters": {
+                group: {
+                    name: np.asarray(entry["value"]).ravel(order="F").tolist()
+                    for name, entry in entries.items()
+                    if name != "__METADATA__"
+                }
+                for group, entries in file["parameters"].items()
+            },
+            "first_frame": int(file["header"]["points"]["first_frame"]),
+            "last_frame": int(file["header"]["points"]["last_frame"]),
+        }
+        points, residuals = file["data"]["points"], file["data"]["meta_points"]["residuals"]
+        output = io.BytesIO()
+        np.savez(
+            output,
+            described=np.array(json.dumps(described)),
+            points=np.ascontiguousarray(points[:3].transpose(2, 1, 0)),
+            residuals=np.ascontiguousarray(residuals[0].T),
+            analogs=np.ascontiguousarray(file["data"]["analogs"][0].T),
+        )
+    except Exception as error:  # whatever a damaged file provokes is for the parent to tell
+        text = str(error).splitlines()
+        print("c3d:", text[0] if text else type(error).__name__, file=sys.stderr)
+        sys.exit(1)
+    sys.stdout.buffer.write(output.getvalue())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""Read a trial from whatever files a laboratory has, and refuse what cannot be right.
+
+One way in: `read_recording`. What is checked here holds for every format; what a format alone can
+tell is checked by its reader.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.data.c3d import read_c3d
+from gaitval.data.motion_text import (
+    read_ground_reaction,
+    read_trc,
+    read_wbds_forces,
+    read_wbds_markers,
+)
+from gaitval.data.recording import Plate, Recording
+from gaitval.errors import RecordError
+
+Array = NDArray[np.float64]
+
+LARGEST_MISMATCH_S: Final = 0.1
+"""Markers and forces of one trial end within this of each other, s; exports differ by a frame."""
+
+SMALLEST_SPREAD_M: Final = 0.05
+LARGEST_SPREAD_M: Final = 20.0
+"""m. The markers of a person, and of things around, spread over at least and at most this."""
+
+
+def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
+    """Read a trial: C3D, TRC or a marker file of WBDS.
+
+    Parameters
+    ----------
+    path : .c3d, .trc, or `…mkr.txt` of WBDS.
+    forces : ground reaction that belongs to markers without: .mot or .sto in OpenSim's
+        convention, or `…grf.txt` of WBDS, in the same axes and on the same clock (WBDS: from the
+        first frame on).
+
+    Returns
+    -------
+    Recording
+        In the laboratory's axes, SI units; `gaitval.data.laboratory_axes` turns it.
+
+    Raises
+    ------
+    RecordError
+        Unknown kind of file, empty, truncated or damaged; unit wrong or missing; a marker twice,
+        all markers missing; rates that do not divide; forces of another trial or in another
+        unit.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind == ".c3d":
+        recording = read_c3d(path)
+    elif kind == ".trc":
+        recording = read_trc(path)
+    elif kind == ".txt":
+        recording = read_wbds_markers(path)
+    else:
+        raise RecordError(
+            f"{path}: markers are read from .c3d, .trc and WBDS's mkr.txt files, not from "
+            f"{kind or 'a file without an ending'}. Export the trial as C3D."
+        )
+    _check_markers(recording)
+    if forces is None:
+        return recording
+    if recording.plates:
+        raise RecordError(
+            f"{path} has {len(recording.plates)} force plates, and {forces} was given too: which "
+            "ones hold is not clear. Leave one out."
+        )
+    return _with_forces(recording, Path(forces))
+
+
+def _check_markers(recording: Recording) -> None:
+    names = recording.names
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RecordError(
+            f"{recording.source}: more than one marker has the name {', '.join(twice)}. Give each "
+            "marker its own name in the recording program and export again."
+        )
+    seen = np.isfinite(recording.markers).all(axis=2)
+    if not seen.any():
+        raise RecordError(
+            f"{recording.source}: none of the {len(names)} markers is seen in any of the "
+            f"{len(recording.markers)} frames (all NaN or at the origin). Reconstruct and "
+            "label the trial, then export it again."
+        )
+    shown = int(np.count_nonzero(seen.any(axis=0)))
+    if shown < 3:
+        raise RecordError(
+            f"{recording.source}: only {shown} of {len(names)} markers are ever seen. "
+            "Label the trial and export it again."
+        )
+    spread = _spread(recording.markers)
+    if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
+        factor = 1e3 if spread < SMALLEST_SPREAD_M else 1e-3
+        raise RecordError(
+            f"{recording.source}: the markers of a frame spread over {spread:.3g} m, a person's "
+            f"over 1 to 2 m: the unit is wrong by a factor of {factor:g}. The file says mm where "
+            "it is m, or the other way round: correct the unit in the file."
+        )
+
+
+def _spread(markers: Array) -> float:
+    """Median over the frames of the largest extent of the markers along an axis, m."""
+    some = np.isfinite(markers).all(axis=2).sum(axis=1) >= 3
+    if not some.any():
+        some = np.isfinite(markers).any(axis=(1, 2))
+    shown = markers[some]
+    return float(np.median((np.nanmax(shown, axis=1) - np.nanmin(shown, axis=1)).max(axis=1)))
+
+
+def _with_forces(recording: Recording, path: Path) -> Recording:
+    """The recording with the plates of a force file, cut to the time that both cover."""
+    text = path.suffix.lower() == ".txt"
+    rate, start, plates = read_wbds_forces(path) if text else read_ground_reaction(path)
+    if text:
+        start = recording.start
+    ratio = rate / recording.marker_rate
+    per_frame = round(ratio)
+    if per_frame < 1 or abs(ratio - per_frame) > 0.002 * ratio:
+        raise RecordError(
+            f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
+            f"({recording.source}): the rate of the forces must be a whole multiple of the "
+            f"markers', here it is {ratio:.4g}. Resample the forces to "
+            f"{max(per_frame, 1) * recording.marker_rate:.6g} Hz and export again."
+        )
+    rate = per_frame * recording.marker_rate
+    frames, samples = len(recording.markers), len(plates[0].force)
+    ends = (recording.start + frames / recording.marker_rate, start + samples / rate)
+    if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LARGEST_MISMATCH_S:
+        raise RecordError(
+            f"{path}: the forces go from {start:.3f} to {ends[1]:.3f} s, the markers of "
+            f"{recording.source} from {recording.start:.3f} to {ends[0]:.3f} s. Give the forces of "
+            "the same trial, cut alike."
+        )
+    # Where the forces begin later, the markers lose the frames before them.
+    skipped = max(0, int(np.ceil((start - recording.start) * recording.marker_rate - 1e-3)))
+    begin = recording.start + skipped / recording.marker_rate
+    offset = round((begin - start) * rate)
+    kept = min(frames - skipped, (samples - offset) // per_frame)
+    window = slice(offset, offset + kept * per_frame)
+    cut = tuple(
+        replace(
+            plate,
+            force=plate.force[window],
+            centre_of_pressure=plate.centre_of_pressure[window],
+            free_moment=plate.free_moment[window],
+        )
+        for plate in plates
+    )
+    _check_place(recording, path, cut)
+    return replace(
+        recording,
+        source=f"{recording.source}, {path}",
+        markers=recording.markers[skipped : skipped + kept],
+        start=begin,
+        plates=cut,
+        force_rate=rate,
+    )
+
+
+def _check_place(recording: Recording, path: Path, plates: tuple[Plate, ...]) -> None:
+    """Refuse forces whose points are not under the markers, or that pull."""
+    points = recording.markers.reshape(-1, 3)
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    middle = np.nanmedian(points, axis=0)
+    for plate in plates:
+        strong = np.linalg.norm(plate.force, axis=1) > 200.0
+        if not strong.any():
+            continue
+        pressure = plate.centre_of_pressure[strong]
+        where = np.median(pressure, axis=0)
+        outside = np.maximum(low - where, where - high).max()
+        if outside > 1.0:
+            shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
+            unit = "it looks like millimetres: divide the points (px, py, pz) by 1000" if (
+                shrunk < 1.0
+            ) else "they are of another trial or in other axes than the markers"  # fmt: skip
+            raise RecordError(
+                f"{path}: plate {plate.name}: the centre of pressure is at "
+                f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside the "
+                f"space of the markers of {recording.source}; {unit}."
+            )
+        if np.sum(plate.force[strong] @ (middle - where)) < 0:
+            raise RecordError(
+                f"{path}: plate {plate.name}: the force points from the person into the plate "
+                f"(mean {np.round(plate.force[strong].mean(axis=0), 1).tolist()} N): these are "
+                "forces on the plate, those on the person are needed. Reverse the signs of forces "
+                "and torques, or the axes are other ones than the markers'."
+            )
