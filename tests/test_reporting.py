@@ -17,7 +17,8 @@ from gaitval.errors import ArtefactError
 from gaitval.kinematics.reference import build_reference
 from gaitval.metrics.validation import validate
 from gaitval.reporting import figures
-from gaitval.reporting.report import number, write_report
+from gaitval.reporting.page import number
+from gaitval.reporting.report import write_report
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.urdf import write_urdf
 

@@ -43,7 +43,7 @@ NAMES: Final = {
 }
 """What a positive value of a curve means."""
 
-_SETTINGS: Final[Any] = {
+SETTINGS: Final[Any] = {
     "svg.hashsalt": "gaitval",
     "svg.fonttype": "path",
     "font.family": "STIXGeneral",
@@ -63,12 +63,12 @@ _SETTINGS: Final[Any] = {
     "legend.fontsize": 8.5,
 }
 
-_PERCENT = np.arange(101)
-_WIDTH = 7.1
+PERCENT = np.arange(101)
+WIDTH = 7.1
 """Inches: the text width of an A4 page."""
 
 
-def _svg(figure: Figure, name: str) -> str:
+def svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element whose identifiers begin with `name`."""
     buffer = io.StringIO()
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -97,15 +97,15 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     stance = metrics["record"]["spatiotemporal"][f"stance_fraction_{side}"]
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-    axes.plot(_PERCENT, recorded, color=RECORD_SHADE, linewidth=4.0, zorder=1)
-    axes.plot(_PERCENT, recorded, color=RECORD_COLOUR, linewidth=0.9, zorder=2, label="record")
+    axes.plot(PERCENT, recorded, color=RECORD_SHADE, linewidth=4.0, zorder=1)
+    axes.plot(PERCENT, recorded, color=RECORD_COLOUR, linewidth=0.9, zorder=2, label="record")
     walks = metrics["walks"]
     final = walks[metrics["final"]]
     if metrics["final"] == "identified":
         before = walks["nominal"]["curves"][kind][key]["mean"]
         if before is not None:
             axes.plot(
-                _PERCENT,
+                PERCENT,
                 _plain(before),
                 color=COLOURS[side],
                 linewidth=0.8,
@@ -121,7 +121,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     if curve["sd"] is not None:
         deviation = _plain(curve["sd"])
         axes.fill_between(
-            _PERCENT,
+            PERCENT,
             mean - deviation,
             mean + deviation,
             color=COLOURS[side],
@@ -129,7 +129,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
             linewidth=0,
             zorder=3,
         )
-    axes.plot(_PERCENT, mean, color=COLOURS[side], zorder=4, label=f"simulated, {side}")
+    axes.plot(PERCENT, mean, color=COLOURS[side], zorder=4, label=f"simulated, {side}")
     error = final["errors"][kind][key]["rmse"]
     digits = 2 if kind == "moments" else 1
     axes.text(
@@ -160,8 +160,8 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     kind : "angles", "moments" or "forces".
     names : curves without side.
     """
-    with matplotlib.rc_context(_SETTINGS):
-        figure = Figure(figsize=(_WIDTH, 3.6), layout="constrained")
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -181,13 +181,13 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
             if label == "simulated, left"
         ]
         _legend(figure, panels[0, 0], left)
-        return _svg(figure, figure_name)
+        return svg(figure, figure_name)
 
 
 def torque_loop(metrics: Json) -> str:
     """Hip moment against hip angle over one gait cycle, 0, 50 and 100 % marked."""
-    with matplotlib.rc_context(_SETTINGS):
-        figure = Figure(figsize=(_WIDTH, 2.9), layout="constrained")
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
             key = f"hip_flexion_{side[0]}"
@@ -210,7 +210,7 @@ def torque_loop(metrics: Json) -> str:
             axes.set_xlabel("hip flexion, °")
             axes.legend(loc="best")
         panels[0].set_ylabel("hip flexion moment, Nm/kg")
-        return _svg(figure, "loop")
+        return svg(figure, "loop")
 
 
 def _loop(axes: Axes, angle: Array, moment: Array, colour: str, label: str) -> None:
@@ -238,8 +238,8 @@ def _loop(axes: Axes, angle: Array, moment: Array, colour: str, label: str) -> N
 
 def learning(training: Mapping[str, Array]) -> str:
     """Episode length and cycles walked against the number of training samples."""
-    with matplotlib.rc_context(_SETTINGS):
-        figure = Figure(figsize=(_WIDTH, 2.0), layout="constrained")
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
         panels = figure.subplots(1, 3, sharex=True)
         million = training["samples"] / 1e6
         for axes, column, title in zip(
@@ -252,7 +252,7 @@ def learning(training: Mapping[str, Array]) -> str:
             axes.set_title(title)
             axes.set_xlabel("samples, millions")
             axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
-        return _svg(figure, "learning")
+        return svg(figure, "learning")
 
 
 def error_bars(metrics: Json) -> str:
@@ -262,8 +262,8 @@ def error_bars(metrics: Json) -> str:
         ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
         ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
     )
-    with matplotlib.rc_context(_SETTINGS):
-        figure = Figure(figsize=(_WIDTH, 2.1), layout="constrained")
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 2.1), layout="constrained")
         panels = figure.subplots(1, 3)
         for axes, (kind, names, title) in zip(panels, groups, strict=True):
             keys = [f"{name}_{side}" for name in names for side in "rl"]
@@ -287,7 +287,7 @@ def error_bars(metrics: Json) -> str:
                     textcoords="offset points",
                     ha="center",
                 )
-        return _svg(figure, "bars")
+        return svg(figure, "bars")
 
 
 # --- the walking figure ------------------------------------------------------------------
@@ -413,8 +413,8 @@ def still_walk(figures: Mapping[str, Mapping[str, Array]], phases: Array) -> str
     phases : (T,) of the right gait cycle, of the frames of `figures`.
     """
     shown = np.linspace(0, len(phases) - 1, 9).round().astype(int)
-    with matplotlib.rc_context(_SETTINGS):
-        figure = Figure(figsize=(_WIDTH, 1.75), layout="constrained")
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 1.75), layout="constrained")
         axes = figure.subplots()
         for place, frame in enumerate(shown):
             for which, lines in figures.items():
@@ -438,4 +438,4 @@ def still_walk(figures: Mapping[str, Mapping[str, Array]], phases: Array) -> str
         axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
         axes.set_aspect("equal")
         axes.axis("off")
-        return _svg(figure, "stills")
+        return svg(figure, "stills")

@@ -3,21 +3,15 @@
 import base64
 import csv
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import jinja2
-import matplotlib
 import numpy as np
-import weasyprint
 from markupsafe import Markup
 from numpy.typing import NDArray
-from weasyprint.text.fonts import FontConfiguration
-from weasyprint.urls import URLFetcher
 
-from gaitval.artefacts import read_arrays, read_json, replacing, write_text
+from gaitval.artefacts import read_arrays, read_json
 from gaitval.data.subject import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import (
@@ -28,6 +22,7 @@ from gaitval.metrics.comparison import (
 )
 from gaitval.metrics.validation import check_metrics
 from gaitval.reporting import figures
+from gaitval.reporting.page import write_page
 from gaitval.scaling.urdf import read_urdf
 from gaitval.simulation.rollout import Rollout
 
@@ -63,21 +58,6 @@ _SPATIOTEMPORAL = {
     "step_length_left": "Step length, left",
     "step_width": "Step width",
 }
-
-_FONTS = {
-    ("normal", "normal"): "STIXGeneral.ttf",
-    ("bold", "normal"): "STIXGeneralBol.ttf",
-    ("normal", "italic"): "STIXGeneralItalic.ttf",
-    ("bold", "italic"): "STIXGeneralBolIta.ttf",
-}
-
-
-def number(value: float | None, digits: int = 2) -> str:
-    """Fixed-point text with a true minus sign; a dash for what was not measured."""
-    if value is None or not np.isfinite(value):
-        return "–"
-    text = f"{value:.{digits}f}"
-    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def _unit(unit: str) -> str:
@@ -347,23 +327,6 @@ def _drawings(metrics: Json, training: Mapping[str, Array] | None) -> dict[str, 
     return {name: Markup(svg) for name, svg in drawings.items()}
 
 
-def _resource(name: str) -> str:
-    return resources.files("gaitval.reporting").joinpath(name).read_text("utf-8")
-
-
-def _font_faces() -> str:
-    """CSS that embeds the font of the figures, which ships with matplotlib."""
-    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    faces = []
-    for (weight, style), name in _FONTS.items():
-        data = base64.b64encode((folder / name).read_bytes()).decode("ascii")
-        faces.append(
-            f'@font-face {{ font-family: "Report"; font-weight: {weight}; font-style: {style}; '
-            f'src: url("data:font/ttf;base64,{data}"); }}'
-        )
-    return "\n".join(faces)
-
-
 def _context(folder: Path) -> dict[str, Any]:
     """Everything the template tells, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
@@ -391,7 +354,6 @@ def _context(folder: Path) -> dict[str, Any]:
         "picture": _picture(folder, metrics["final"]),
         "provenance": _provenance(folder),
         "drawings": _drawings(metrics, training),
-        "css": Markup(_resource("report.css")),
     }
 
 
@@ -406,17 +368,4 @@ def write_report(folder: Path) -> None:
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    context = _context(folder)
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["number"] = number
-    template = environment.from_string(_resource("report.html.j2"))
-    write_text(folder / "report.html", template.render(context, medium="screen"))
-    # nothing but what the page carries: no file and no network, whatever the inputs say
-    fetcher = URLFetcher(allowed_protocols=("data",))
-    fonts = FontConfiguration()
-    document = weasyprint.HTML(string=template.render(context, medium="print"), url_fetcher=fetcher)
-    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
-    with replacing(folder / "report.pdf") as temporary:
-        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+    write_page(folder, "report", "report.html.j2", _context(folder))

@@ -1,0 +1,76 @@
+"""One page, as self-contained HTML and as PDF from the same template."""
+
+import base64
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any, Final
+
+import jinja2
+import matplotlib
+import numpy as np
+import weasyprint
+from markupsafe import Markup
+from weasyprint.text.fonts import FontConfiguration
+from weasyprint.urls import URLFetcher
+
+from gaitval.artefacts import replacing, write_text
+
+_FONTS: Final = {
+    ("normal", "normal"): "STIXGeneral.ttf",
+    ("bold", "normal"): "STIXGeneralBol.ttf",
+    ("normal", "italic"): "STIXGeneralItalic.ttf",
+    ("bold", "italic"): "STIXGeneralBolIta.ttf",
+}
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """Fixed-point text with a true minus sign; a dash for what was not measured."""
+    if value is None or not np.isfinite(value):
+        return "–"
+    text = f"{value:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> None:
+    """Write `name`.html and `name`.pdf into a folder.
+
+    The HTML needs no other file and no script. Text in `context` is escaped; only what is `Markup`
+    stands in the page as it is.
+
+    Parameters
+    ----------
+    template : file name of a Jinja template in this package. It is given `context`, the style
+        sheet as `css` and the medium, "screen" or "print", as `medium`.
+    """
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["number"] = number
+    page = environment.from_string(_resource(template))
+    values = {**context, "css": Markup(_resource("report.css"))}
+    write_text(folder / f"{name}.html", page.render(values, medium="screen"))
+    # nothing but what the page carries: no file and no network, whatever the inputs say
+    fetcher = URLFetcher(allowed_protocols=("data",))
+    fonts = FontConfiguration()
+    document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
+    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
+    with replacing(folder / f"{name}.pdf") as temporary:
+        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+
+
+def _resource(name: str) -> str:
+    return resources.files("gaitval.reporting").joinpath(name).read_text("utf-8")
+
+
+def _font_faces() -> str:
+    """CSS that embeds the font of the figures, which ships with matplotlib."""
+    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    faces = []
+    for (weight, style), name in _FONTS.items():
+        data = base64.b64encode((folder / name).read_bytes()).decode("ascii")
+        faces.append(
+            f'@font-face {{ font-family: "Report"; font-weight: {weight}; font-style: {style}; '
+            f'src: url("data:font/ttf;base64,{data}"); }}'
+        )
+    return "\n".join(faces)

@@ -1,0 +1,341 @@
+"""The page of an import: what was recorded, what was made of it, how far it can be trusted.
+
+`RecordingSummary` holds all that the page says, in SI units, radians and the project's axes; the
+page shows degrees, centimetres and per cent of body weight.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from gaitval.coordinates import SIDES, Side
+from gaitval.reporting import recording_figures as figures
+from gaitval.reporting.page import write_page
+from gaitval.reporting.recording_figures import MeanAndDeviation
+
+Array = NDArray[np.float64]
+
+PANELS: Final = 9
+"""Curves in one figure: three rows, as many as an A4 page holds with its caption."""
+BAR_HEADROOM: Final = 1.25
+"""Length of the scale of the marker errors over the largest of limit and error."""
+LEFT_OUT_SHOWN: Final = 40
+"""Gait cycles that the table of those left out lists; their number is told in any case."""
+
+NAN: Final = float("nan")
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that the import read: its role ("static", "trial"), name, SHA-256 and bytes."""
+
+    role: str
+    name: str
+    sha256: str
+    size: int
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Something that gaitval decided or was told: what, which way, and from what it follows."""
+
+    name: str
+    decided: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class GateRow:
+    """A published limit and how the import stands to it.
+
+    Attributes
+    ----------
+    value : measured, in `unit`; NaN or None where it could not be.
+    limit : largest accepted value, in `unit`.
+    source : who published the limit.
+    """
+
+    name: str
+    value: float | None
+    limit: float
+    unit: str
+    passed: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class MarkerError:
+    """Distance of one marker from its place on the model after inverse kinematics.
+
+    Attributes
+    ----------
+    rms, largest : m, over the frames that show it.
+    seen : share of the frames that show it, 0 to 1.
+    """
+
+    name: str
+    rms: float
+    largest: float
+    seen: float = 1.0
+
+
+@dataclass(frozen=True)
+class ScalingMethod:
+    """Marker errors of one way to scale the model, m; NaN where not measured.
+
+    Attributes
+    ----------
+    static_rms, static_largest : in the standing trial.
+    trial_rms, trial_largest : in the walking trial.
+    chosen : True for the one that the model is of.
+    """
+
+    name: str
+    static_rms: float
+    static_largest: float
+    trial_rms: float = NAN
+    trial_largest: float = NAN
+    chosen: bool = False
+
+
+@dataclass(frozen=True)
+class ScaledSegment:
+    """A segment of the model: length m, mass kg, factor over the generic one, what gave it."""
+
+    name: str
+    length: float
+    mass: float
+    factor: float
+    source: str
+
+
+@dataclass(frozen=True)
+class SpatiotemporalRow:
+    """A parameter of gait as mean and SD over its cycles or steps, in `unit`.
+
+    One of right and left, or `both` for what has no side; None where it was not measured.
+    """
+
+    name: str
+    unit: str
+    right: tuple[float, float] | None = None
+    left: tuple[float, float] | None = None
+    both: tuple[float, float] | None = None
+    digits: int = 2
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A gait cycle that is not part of the means: when it began (s) and why it was left out."""
+
+    side: Side
+    start: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What inverse dynamics leaves at the pelvis, which nothing holds in reality.
+
+    Attributes
+    ----------
+    time : (T,) s.
+    force, moment : (T, 3) N and Nm, axes forward, left, up.
+    force_limit, moment_limit : N and Nm, of the largest magnitude; NaN for none.
+    """
+
+    time: Array
+    force: Array
+    moment: Array
+    force_limit: float = NAN
+    moment_limit: float = NAN
+
+
+@dataclass(frozen=True)
+class Change:
+    """What `--consistent` changed or reached: a quantity before and after, in `unit`."""
+
+    name: str
+    before: float
+    after: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class RecordingSummary:
+    """All that the page of an import tells.
+
+    Attributes
+    ----------
+    identifier : of the subject.
+    sex : "F" or "M".
+    mass, height : kg, m.
+    trial : name of the walking trial.
+    duration : s, of the trial.
+    marker_rate, force_rate : Hz; force_rate 0 without force plates.
+    walking_speed : m/s; NaN where not known.
+    cycles : gait cycles in the means, by side.
+    stance_fraction : mean toe-off as a share of the cycle, by side; NaN where not known.
+    angles : rad; moments : Nm/kg; forces : body weights. Mean (101,) and SD (101,) by name with
+        "_r" or "_l" (`gaitval.coordinates`; forces "forward", "medial", "vertical").
+    residuals : None without inverse dynamics.
+    marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
+    changes : of `--consistent`; empty without it.
+    findings : what cleaning found and did, a sentence each.
+    left_out : empty where every cycle is in the means.
+    versions : of gaitval and what the results depend on.
+    """
+
+    identifier: str
+    sex: str
+    mass: float
+    height: float
+    trial: str
+    duration: float
+    marker_rate: float
+    force_rate: float
+    walking_speed: float
+    cycles: Mapping[Side, int]
+    stance_fraction: Mapping[Side, float]
+    inputs: Sequence[InputFile]
+    decisions: Sequence[Decision]
+    gates: Sequence[GateRow]
+    marker_errors: Sequence[MarkerError]
+    marker_rms_limit: float
+    marker_largest_limit: float
+    scaling_methods: Sequence[ScalingMethod]
+    segments: Sequence[ScaledSegment]
+    angles: Mapping[str, MeanAndDeviation]
+    moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
+    forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
+    residuals: Residuals | None = None
+    spatiotemporal: Sequence[SpatiotemporalRow] = ()
+    changes: Sequence[Change] = ()
+    findings: Sequence[str] = ()
+    left_out: Sequence[LeftOut] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+
+def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
+    """Write `recording.html` and `recording.pdf` into a folder.
+
+    The HTML needs no other file and no script. Equal summaries give equal HTML.
+
+    Raises
+    ------
+    ValueError : a curve does not have 101 points, or residuals are not of one length.
+    """
+    _check(summary)
+    folder.mkdir(parents=True, exist_ok=True)
+    context = {
+        "summary": summary,
+        "sides": SIDES,
+        "gates": sorted(summary.gates, key=lambda gate: gate.passed),
+        "markers": _marker_rows(summary),
+        "left_out": summary.left_out[:LEFT_OUT_SHOWN],
+        "left_out_reasons": _counted([one.reason for one in summary.left_out]),
+        "drawings": _drawings(summary),
+    }
+    write_page(folder, "recording", "recording.html.j2", context)
+
+
+def _check(summary: RecordingSummary) -> None:
+    for curves in (summary.angles, summary.moments, summary.forces):
+        for name, (mean, deviation) in curves.items():
+            if np.shape(mean) != (101,) or np.shape(deviation) != (101,):
+                raise ValueError(
+                    f"{name} must have 101 points in mean and SD, however they have shapes "
+                    f"{np.shape(mean)} and {np.shape(deviation)}"
+                )
+    left = summary.residuals
+    if left is not None:
+        expected = (len(left.time), 3)
+        if np.shape(left.force) != expected or np.shape(left.moment) != expected:
+            raise ValueError(
+                f"residual force and moment must have the shape {expected}, however they have "
+                f"{np.shape(left.force)} and {np.shape(left.moment)}"
+            )
+
+
+def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
+    """Markers, worst first, with the lengths of their bars as percentages of the scale."""
+    largest = [one.largest for one in summary.marker_errors if np.isfinite(one.largest)]
+    scale = BAR_HEADROOM * max([summary.marker_largest_limit, *largest])
+
+    def place(value: float) -> float | None:
+        return 100.0 * value / scale if np.isfinite(value) else None
+
+    ordered = sorted(
+        summary.marker_errors,
+        key=lambda one: (np.isfinite(one.rms), -one.rms if np.isfinite(one.rms) else 0.0, one.name),
+    )
+    return [
+        {
+            "marker": one,
+            "passed": bool(
+                one.rms <= summary.marker_rms_limit and one.largest <= summary.marker_largest_limit
+            ),
+            "rms_place": place(one.rms),
+            "largest_place": place(one.largest),
+            "rms_limit_place": place(summary.marker_rms_limit),
+            "largest_limit_place": place(summary.marker_largest_limit),
+        }
+        for one in ordered
+    ]
+
+
+def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
+    """Different texts with how often each occurs, the most frequent first."""
+    counts = {text: texts.count(text) for text in dict.fromkeys(texts)}
+    return sorted(counts.items(), key=lambda pair: -pair[1])
+
+
+def _drawings(summary: RecordingSummary) -> dict[str, list[Markup]]:
+    """Figures of each section, as many as its curves need; empty lists without curves."""
+    kinds: tuple[tuple[str, Mapping[str, MeanAndDeviation], str, float], ...] = (
+        ("angles", summary.angles, "angle, °", float(np.degrees(1.0))),
+        ("moments", summary.moments, "moment, Nm/kg", 1.0),
+        ("forces", summary.forces, "force, % of weight", 100.0),
+    )
+    drawings: dict[str, list[Markup]] = {}
+    for kind, curves, label, factor in kinds:
+        names = figures.curve_names(curves)
+        drawings[kind] = []
+        for begin in range(0, len(names), PANELS):
+            chosen = names[begin : begin + PANELS]
+            part = {key: one for key, one in curves.items() if figures.side_of(key)[0] in chosen}
+            # figures hold no text from outside, so their markup is ours
+            drawings[kind].append(
+                Markup(
+                    figures.cycle_curves(
+                        part,
+                        summary.stance_fraction,
+                        label=label,
+                        factor=factor,
+                        figure_name=f"{kind}{begin // PANELS}",
+                    )
+                )
+            )
+    left = summary.residuals
+    drawings["residuals"] = (
+        []
+        if left is None
+        else [
+            Markup(
+                figures.residuals(
+                    np.asarray(left.time, dtype=float),
+                    np.asarray(left.force, dtype=float),
+                    np.asarray(left.moment, dtype=float),
+                    force_limit=left.force_limit,
+                    moment_limit=left.moment_limit,
+                    figure_name="residuals",
+                )
+            )
+        ]
+    )
+    return drawings
