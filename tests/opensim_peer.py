@@ -83,26 +83,6 @@ class OpenSimModel:
         return np.array(places) @ TO_OPENSIM
 
 
-def write_trc(path: Path, names: Sequence[str], markers: np.ndarray, rate: float) -> None:
-    """Markers (T, M, 3) m, project axes, as OpenSim's IK reads them; NaN where not seen."""
-    turned = 1000.0 * markers @ TO_OPENSIM.T
-    rate_text = f"{rate:.6g}"
-    count = f"{len(turned)}\t{len(names)}"
-    lines = [
-        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame"
-        "\tOrigNumFrames",
-        f"{rate_text}\t{rate_text}\t{count}\tmm\t{rate_text}\t1\t{len(turned)}",
-        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
-        "\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(names)) for axis in "XYZ"),
-        "",
-    ]
-    for i, frame in enumerate(turned):
-        places = ("" if np.isnan(v) else repr(float(v)) for v in frame.ravel())
-        lines.append("\t".join([str(i + 1), repr(i / rate), *places]))
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
 def inverse_kinematics_tool(
     model: Path, markers: Sequence[ModelMarker], trc: Path, result: Path, *, accuracy: float
 ) -> opensim.InverseKinematicsTool:
