@@ -15,6 +15,7 @@ import numba
 SOURCES = (
     "compiled.py",
     "coordinates.py",
+    "kinematics/body_fit.py",
     "kinematics/inverse_dynamics.py",
     "kinematics/inverse_kinematics.py",
     "kinematics/tree.py",

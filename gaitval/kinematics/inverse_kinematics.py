@@ -178,7 +178,8 @@ def inverse_kinematics(
     problem = _problem(model, markers, measured, weights)
     held = held or {}
     frozen, start = _held(held)
-    low, high = _bounds({name: ranges[name] for name in ranges if name not in held}, start)
+    low, high = bounds({name: ranges[name] for name in ranges if name not in held})
+    start = np.clip(start, low, high)
     determined = _determined(problem, frozen)
     solvable = np.asarray(determined[:, :ROOT_DOFS].all(axis=1))
     if not solvable.any():
@@ -322,8 +323,13 @@ def _held(held: Mapping[str, float]) -> tuple[Bools, Array]:
     return frozen, start
 
 
-def _bounds(ranges: Mapping[str, tuple[float, float]], start: Array) -> tuple[Array, Array]:
-    """Lowest and highest value (31,) of each coordinate; the neutral pose is moved into them."""
+def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
+    """Lowest and highest value (31,) of each coordinate; infinite where no range is given.
+
+    Raises
+    ------
+    ModelError : a range that is empty, or of a coordinate that no joint has.
+    """
     _check_coordinates(ranges)
     low, high = np.full(len(COORDINATES), -np.inf), np.full(len(COORDINATES), np.inf)
     for name, (lowest, highest) in ranges.items():
@@ -331,7 +337,6 @@ def _bounds(ranges: Mapping[str, tuple[float, float]], start: Array) -> tuple[Ar
             raise ModelError(f"the range of {name} is empty: from {lowest} to {highest}.")
         low[COORDINATES.index(name)] = lowest
         high[COORDINATES.index(name)] = highest
-    np.clip(start, low, high, out=start)
     return low, high
 
 
@@ -700,8 +705,10 @@ def _turned(vector: Array, turn: Array, out: Array) -> None:
 
 
 @njit
-def _moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
-    """out = pose q moved by `step`, within the bounds."""
+def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
+    """out = pose q (31,) moved by `step` (31,), within the bounds: the pelvis turned by the
+    rotation vector step[:3] in world axes, the rest added.
+    """
     _turned(q[:3], step[:3], out[:3])
     for i in range(3, len(q)):
         out[i] = min(max(q[i] + step[i], low[i]), high[i])
@@ -752,7 +759,7 @@ def _solve(
         if longest > _LONGEST_STEP:
             for j in range(n):
                 work.step[j] *= _LONGEST_STEP / longest
-        _moved(q, work.step, low, high, work.trial)
+        moved(q, work.step, low, high, work.trial)
         # A Newton step that a bound cuts short is not one.
         inside = True
         for j in range(3, n):
