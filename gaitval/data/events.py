@@ -12,6 +12,7 @@ the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 """
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -152,7 +153,7 @@ def _foot_events(
     # one landing between two toe-offs: the fastest
     bounds = np.concatenate(([0], offs, [len(time)]))
     landings = []
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in pairwise(bounds):
         between = sinks[(sinks >= begin) & (sinks < end)]
         if len(between):
             landings.append(int(between[np.argmin(speed[between])]))

@@ -13,12 +13,16 @@ from gaitval.errors import RecordError
 
 Array = NDArray[np.float64]
 
-FRONT: Final = ("MT1", "MT2", "MT5", "Toe")
+FRONT: Final = ("MT1", "MT2", "MT5")
 """Landmarks of the forefoot; any of them will do."""
 
-MARKER_REACH: Final = 0.04
-"""m. Shoe and skin beyond the markers of a foot: the toes are about 6 cm ahead of the
-metatarsal markers, the sides about 1 to 2 cm beyond them."""
+TOES: Final = 0.35
+"""Toe tip ahead of the metatarsal heads, in lengths from heel to heads: 1 / 0.74 − 1, the ball of
+the foot being at 74 % of its length (ANSUR II, Gordon et al. 2014)."""
+FOREFOOT: Final = {"MT1": (-0.45,), "MT2": (0.15, -0.25), "MT5": (0.48,)}
+"""Where the other heads are from a lone one, towards the midline of the body, in lengths from the
+heel to it: means of the feet of the ten built-in subjects. To two digits, for only the outline
+of the foot is drawn with them."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,8 @@ class FootMarkers:
     ----------
     heel : (T, 3).
     front : (T, 3) mean of the forefoot's markers that are seen.
-    outline : (T, n, 3) heel, forefoot and, where there is one, ankle.
+    outline : (T, n, 3) heel, metatarsal heads and, where there is one, ankle, and the toes ahead
+        of the heads; heads without a marker are put where they are in most people.
     """
 
     heel: Array
@@ -43,7 +48,7 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
     Parameters
     ----------
     landmarks : canonical landmark -> marker of the recording. Used here, with `R.` or `L.` before
-        them: `Heel`, any of `MT1`, `MT2`, `MT5`, `Toe`, and `Ankle` if there is one.
+        them: `Heel`, any of `MT1`, `MT2`, `MT5`, and `Ankle` if there is one.
 
     Raises
     ------
@@ -53,7 +58,8 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
     for side in SIDES:
         letter = side[0].upper()
         heel = _trajectories(recording, landmarks, [f"{letter}.Heel"])
-        front = _trajectories(recording, landmarks, [f"{letter}.{name}" for name in FRONT])
+        named = [name for name in FRONT if _shown(recording, landmarks, f"{letter}.{name}")]
+        front = _trajectories(recording, landmarks, [f"{letter}.{name}" for name in named])
         ankle = _trajectories(recording, landmarks, [f"{letter}.Ankle"])
         if not heel or not front:
             lacking = "heel" if not heel else f"forefoot ({', '.join(FRONT)})"
@@ -65,7 +71,7 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
         feet[side] = FootMarkers(
             heel=heel[0],
             front=_mean(front),
-            outline=np.stack([*heel, *front, *ankle], axis=1),
+            outline=np.stack([*_sole(side, heel[0], named, front), *ankle], axis=1),
         )
     return feet
 
@@ -119,6 +125,21 @@ def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 def _back_of_pelvis(recording: Recording, landmarks: Mapping[str, str]) -> list[Array]:
     back = _trajectories(recording, landmarks, ["R.PSIS", "L.PSIS"])
     return back if len(back) == 2 else _trajectories(recording, landmarks, ["Sacrum"])
+
+
+def _sole(side: Side, heel: Array, names: list[str], front: list[Array]) -> list[Array]:
+    """Heel, metatarsal heads and toes, (T, 3) each."""
+    heads = list(front)
+    if len(names) == 1:
+        along = front[0] - heel
+        medial = np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
+        medial *= 1.0 if side == "right" else -1.0
+        heads += [front[0] + share * medial for share in FOREFOOT[names[0]]]
+    return [heel, *heads, *(head + TOES * (head - heel) for head in heads)]
+
+
+def _shown(recording: Recording, landmarks: Mapping[str, str], landmark: str) -> bool:
+    return bool(_trajectories(recording, landmarks, [landmark]))
 
 
 def _trajectories(
