@@ -311,7 +311,8 @@ def _repository_errors(doi: str) -> Iterator[None]:
     """Turn what may go wrong on the way from a DOI to a list of files into `ArchiveError`."""
     by_hand = (
         f"Or download the files in a browser from https://doi.org/{doi}, put them into the "
-        "folder of the data set and run this again: they are verified there."
+        "folder of the data set and run this again: those with a hash in gaitval's registry are "
+        "verified there."
     )
     try:
         yield
