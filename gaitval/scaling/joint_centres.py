@@ -389,6 +389,23 @@ def measure(
     )
 
 
+def arms_hang(points: Mapping[str, Vector]) -> bool:
+    """Whether both upper arms are within `LARGEST_ELEVATION` of hanging, as far as points show.
+
+    Parameters
+    ----------
+    points : from `locate`, z up.
+    """
+    for side in "RL":
+        shoulder = points.get(f"{side}.Shoulder.Centre")
+        elbow = points.get(f"{side}.Elbow.Centre", points.get(f"{side}.Elbow"))
+        if shoulder is not None and elbow is not None:
+            down = -_unit(elbow - shoulder)[2]
+            if down < np.cos(np.radians(LARGEST_ELEVATION)):
+                return False
+    return True
+
+
 def _unit(vector: Vector) -> Vector:
     return np.asarray(vector / np.linalg.norm(vector))
 
@@ -686,21 +703,12 @@ def _arms(points: Mapping[str, Vector]) -> dict[str, Any]:
         "upper_arm": both("Shoulder", "Elbow"),
         "forearm": both("Elbow", "Wrist"),
     }
-    if measured["upper_arm"] is not None and all(
-        _elevation(points[f"{side}.Shoulder.Centre"], points[f"{side}.Elbow.Centre"])
-        < LARGEST_ELEVATION
-        for side in "RL"
-    ):
+    if "R.Shoulder.Centre" in points and arms_hang(points):
         right, left = points["R.Shoulder.Centre"], points["L.Shoulder.Centre"]
         hips = (points["R.Hip.Centre"] + points["L.Hip.Centre"]) / 2
         measured["shoulder_half_width"] = float(np.linalg.norm(left - right)) / 2
         measured["shoulder_height"] = float(np.linalg.norm((left + right) / 2 - hips))
     return measured
-
-
-def _elevation(shoulder: Vector, elbow: Vector) -> float:
-    """Angle of the upper arm from hanging, degrees."""
-    return float(np.degrees(np.arccos(np.clip(-_unit(elbow - shoulder)[2], -1.0, 1.0))))
 
 
 def _sources(
