@@ -16,6 +16,7 @@ SOURCES = (
     "compiled.py",
     "coordinates.py",
     "kinematics/body_fit.py",
+    "kinematics/consistency.py",
     "kinematics/inverse_dynamics.py",
     "kinematics/inverse_kinematics.py",
     "kinematics/tree.py",
