@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-UNITS = {
+WALK_UNITS = {
     "angle_rmse": "deg",
     "moment_rmse": "Nm/kg",
     "force_rmse": "% BW",
@@ -26,6 +26,24 @@ UNITS = {
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle; the errors of speed and stride time are sizes of relative differences from the record;
 `root_force_share` is the largest external force on the pelvis over the largest ground reaction."""
+
+RECORDING_UNITS = {
+    "scaling_marker_rms": "cm",
+    "scaling_marker_largest": "cm",
+    "ik_marker_rms": "cm",
+    "ik_marker_largest": "cm",
+    "residual_force_peak": "N",
+    "residual_force_rms": "N",
+    "residual_moment_peak": "Nm",
+    "residual_moment_rms": "Nm",
+    "residual_force_share": "%",
+    "residual_moment_share": "%",
+}
+"""Everything that is measured of a laboratory's recordings, and its unit. The scaling's markers
+are the landmarks in standing against the scaled model; residuals are those of inverse dynamics
+with the measured ground reaction."""
+
+UNITS = WALK_UNITS | RECORDING_UNITS
 
 Text = Annotated[str, Field(min_length=1)]
 
