@@ -17,7 +17,7 @@ What a marker set lacks is found as follows.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -95,9 +95,13 @@ WIDTHS = {
 """Plausible widths across the epicondyles and malleoli, m."""
 
 
-_SHARED = ("hip_half_width", "hip_height", "pelvic_tilt", "shoulder_half_width", "shoulder_height")
+_FITTED = ("hip_forward", "hip_up", "lumbar_forward", "lumbar_up", "shoulder_up")
+_SHARED = (
+    *("hip_half_width", "hip_height", "pelvic_tilt", "shoulder_half_width", "shoulder_height"),
+    *_FITTED,
+)
 _ARMS = ("upper_arm", "forearm")
-_OPTIONAL = (*_ARMS, "shoulder")
+_OPTIONAL = (*_ARMS, "shoulder", *_FITTED)
 _STORED: dict[str, tuple[int, ...]] = {
     **{
         f"{name}_{side}": (3,) if name in ("heel", "first_metatarsal", "fifth_metatarsal") else ()
@@ -152,6 +156,12 @@ class Measurements:
         measured (then de Leva's means).
     shoulder_half_width : shoulder joint centre to the midline, m, or None.
     shoulder_height : middle of the shoulder joint centres above that of the hips, m, or None.
+    hip_forward, hip_up : from where the landmarks put the hips in the pelvis to where they are,
+        m, in the pelvis' axes; None for zero. Only a fit to movement shows it.
+    lumbar_forward, lumbar_up : lumbar joint from where the landmarks put the middle of the
+        hips, m, in the pelvis' axes, or None (then above it in standing, as de Leva has it).
+    shoulder_up : shoulder joints above the lumbar joint in the trunk, m, or None; counts more
+        than `shoulder_height`.
     sources : what was measured (a row of the scaling table) -> how, where it is not
         "markers".
     """
@@ -165,6 +175,11 @@ class Measurements:
     forearm: tuple[float, float] | None = None
     shoulder_half_width: float | None = None
     shoulder_height: float | None = None
+    hip_forward: float | None = None
+    hip_up: float | None = None
+    lumbar_forward: float | None = None
+    lumbar_up: float | None = None
+    shoulder_up: float | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, object]:
@@ -250,8 +265,51 @@ class Measurements:
             forearm=_both_sides(known, "forearm"),
             shoulder_half_width=known.get("shoulder_half_width"),
             shoulder_height=known.get("shoulder_height"),
+            hip_forward=known.get("hip_forward"),
+            hip_up=known.get("hip_up"),
+            lumbar_forward=known.get("lumbar_forward"),
+            lumbar_up=known.get("lumbar_up"),
+            shoulder_up=known.get("shoulder_up"),
             sources={str(key): str(text) for key, text in sources.items()},
         )
+
+
+def with_fitted_lengths(
+    measured: Measurements, fitted: Mapping[str, float], source: str = "fitted to the trials"
+) -> Measurements:
+    """The measurements with lengths that a fit has found, the same on both sides.
+
+    Parameters
+    ----------
+    measured : what the fit began with.
+    fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
+        the fields `hip_forward` to `shoulder_up` of `Measurements`.
+    source : how, for the scaling table.
+
+    Raises
+    ------
+    ScalingError : a length of another name.
+    """
+    sides, arms = {"thigh", "shank"}, {"upper_arm"}
+    alone = {"hip_half_width", "shoulder_half_width", *_FITTED}
+    _fail(
+        "lengths that cannot be fitted",
+        [name for name in fitted if name not in sides | arms | alone],
+        f"Known are {', '.join(sorted(sides | arms | alone))}.",
+    )
+    legs: dict[str, Any] = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
+    shared: dict[str, Any] = {name: float(fitted[name]) for name in sorted(alone & fitted.keys())}
+    shared |= {name: (float(fitted[name]),) * 2 for name in sorted(arms & fitted.keys())}
+    return replace(
+        measured,
+        right=replace(measured.right, **legs),
+        left=replace(measured.left, **legs),
+        sources={
+            **measured.sources,
+            **{n.replace("_", " "): source for n in ("thigh", "shank", "upper_arm") if n in fitted},
+        },
+        **shared,
+    )
 
 
 def _both_sides(known: Mapping[str, float], name: str) -> tuple[float, float] | None:

@@ -375,7 +375,11 @@ def _build(measured: Measurements, lengths: _Lengths, subject: Person) -> BodyMo
                 [
                     0.0,
                     -lengths.shoulder_half_width,
-                    lengths.shoulder_height - lengths.lower_trunk,
+                    (
+                        lengths.shoulder_height - lengths.lower_trunk
+                        if measured.shoulder_up is None
+                        else measured.shoulder_up
+                    ),
                 ]
             ),
             _hanging("upper arm", masses, lengths.upper_arm, subject.sex),
@@ -453,8 +457,17 @@ def _standing_to_neutral(measured: Measurements) -> Vector:
 
 
 def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Vector:
-    """At the level of the navel (OMPH), where de Leva parts lower and middle trunk."""
-    return np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
+    """As fitted, or at the navel (OMPH), where de Leva parts lower and middle trunk."""
+    joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
+    for axis, fitted in ((0, measured.lumbar_forward), (2, measured.lumbar_up)):
+        if fitted is not None:
+            joint[axis] = fitted
+    return np.asarray(joint - _hips_moved(measured))
+
+
+def _hips_moved(measured: Measurements) -> Vector:
+    """How far the hips, and with them the pelvis' origin, were moved in the pelvis, (3,) m."""
+    return np.array([measured.hip_forward or 0.0, 0.0, measured.hip_up or 0.0])
 
 
 def _pelvis(
@@ -464,7 +477,8 @@ def _pelvis(
     mass = masses["lower trunk"]
     turn = _standing_to_neutral(measured)
     centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
-    return _Part(mass, turn @ centre, turn @ inertia_tensor(proportions, mass, length) @ turn.T)
+    inertia = turn @ inertia_tensor(proportions, mass, length) @ turn.T
+    return _Part(mass, turn @ centre - _hips_moved(measured), inertia)
 
 
 def _torso(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
