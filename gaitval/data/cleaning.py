@@ -25,7 +25,7 @@ from gaitval.errors import RecordError
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-FindingKind = Literal["missing", "gap", "spike", "swap", "jump", "offset", "contact", "cycle"]
+FindingKind = Literal["missing", "gap", "spike", "swap", "jump", "offset", "contact"]
 
 LARGEST_ACCELERATION: Final = 150.0
 """m/s². No marker of a walking person exceeds it between neighbouring frames: the largest in
@@ -80,8 +80,11 @@ class Finding:
     action: str
 
     def __str__(self) -> str:
+        unit = "sample" if self.kind in ("offset", "contact") else "frame"
         where = (
-            f"frame {self.first}" if self.first == self.last else f"frames {self.first}-{self.last}"
+            f"{unit} {self.first}"
+            if self.first == self.last
+            else f"{unit}s {self.first}-{self.last}"
         )
         when = (
             f"{self.start:.3f} s"
@@ -278,7 +281,9 @@ def _exchange_back(
     """Undo exchanges of two trajectories within the trial, in place."""
     names = recording.names
     changes: dict[tuple[int, int], list[int]] = {}
-    while (change := _next_change(recording, markers, segments)) is not None:
+    done: set[tuple[int, int, int]] = set()
+    while (change := _next_change(recording, markers, segments, done)) is not None:
+        done.add(change)
         frame, first, second = change
         _exchange(markers, first, second, frame, len(markers))
         changes.setdefault((first, second), []).append(frame)
@@ -316,9 +321,12 @@ def _exchange(markers: Array, first: int, second: int, begin: int, end: int) -> 
 
 
 def _next_change(
-    recording: Recording, markers: Array, segments: Mapping[str, str]
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    done: set[tuple[int, int, int]],
 ) -> tuple[int, int, int] | None:
-    """First frame at which two markers take each other's place, and the two."""
+    """First frame at which two markers take each other's place, and the two; none of `done`."""
     rate = recording.marker_rate
     surprise = np.stack([_surprise(markers[:, i]) for i in range(markers.shape[1])], axis=1)
     jumped = surprise > _tolerance(rate)
@@ -327,14 +335,18 @@ def _next_change(
             pair = [first, second]
             ahead = 2.0 * markers[frame - 1, pair] - markers[frame - 2, pair]
             crossed = np.linalg.norm(markers[frame, pair[::-1]] - ahead, axis=1)
-            if (crossed < 0.5 * surprise[frame, pair]).all():
-                # a swap leaves both where the other was; a pair of spikes does not come here
-                return int(frame), int(first), int(second)
-    return _change_over_gap(recording, markers, segments)
+            change = int(frame), int(first), int(second)
+            # a swap leaves both where the other was; a pair of spikes does not come here
+            if (crossed < 0.5 * surprise[frame, pair]).all() and change not in done:
+                return change
+    return _change_over_gap(recording, markers, segments, done)
 
 
 def _change_over_gap(
-    recording: Recording, markers: Array, segments: Mapping[str, str]
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    done: set[tuple[int, int, int]],
 ) -> tuple[int, int, int] | None:
     """The same where both of a segment's markers vanish together before they change places.
 
@@ -354,8 +366,10 @@ def _change_over_gap(
                 continue
             before = markers[begin - 1, first] - markers[begin - 1, second]
             after = markers[end, first] - markers[end, second]
-            if np.linalg.norm(after + before) < 0.5 * np.linalg.norm(after - before):
-                return int(end), first, second
+            change = int(end), first, second
+            reversed_ = np.linalg.norm(after + before) < 0.5 * np.linalg.norm(after - before)
+            if reversed_ and change not in done:
+                return change
     return None
 
 
@@ -441,10 +455,15 @@ def _cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fl
             spiked[begin:end, column] = True
             action = f"up to {1000 * away:.0f} mm off its path; taken out"
             findings.append(_finding(recording, "spike", [name], begin, end - 1, action))
-        for frame in map(int, np.flatnonzero(_surprise(path) > _tolerance(rate))):
-            size = 1000.0 * _surprise(path)[frame]
-            action = f"leaves its path by {size:.0f} mm and does not return; left, check this frame"
-            findings.append(_finding(recording, "jump", [name], frame, frame, action))
+        surprise = _surprise(path)
+        jumps = np.flatnonzero(surprise > _tolerance(rate))
+        if len(jumps):
+            action = (
+                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in {len(jumps)} "
+                "frame(s) and does not return; left as it is: check the label"
+            )
+            first, last = int(jumps[0]), int(jumps[-1])
+            findings.append(_finding(recording, "jump", [name], first, last, action))
     return findings, spiked
 
 
@@ -456,24 +475,23 @@ def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     # forwards, then backwards for spikes that the beginning of the trial or of a block hides
     for reverse in (False, True):
         view = path[::-1] if reverse else path
-        while True:
-            spike = None
-            for frame in np.flatnonzero(_surprise(view) > _tolerance(rate)):
-                spike = _spike_at(view, int(frame), longest, rate)
-                if spike is not None:
-                    break
-            if spike is None:
-                break
-            begin, end, away = spike
-            view[begin:end] = np.nan
-            found.append((len(path) - end, len(path) - begin, away) if reverse else spike)
+        for frame in np.flatnonzero(_surprise(view) > _tolerance(rate)):
+            spike = _spike_at(view, int(frame), longest, rate)
+            if spike is not None:
+                begin, end, away = spike
+                view[begin:end] = np.nan
+                found.append((len(path) - end, len(path) - begin, away) if reverse else spike)
     return found
 
 
 def _spike_at(path: Array, frame: int, longest: int, rate: float) -> tuple[int, int, float] | None:
     """The shortest spike that begins at a frame where the marker has jumped."""
+    near = path[frame - 2 : frame + longest + 2]
+    seen = np.zeros(frame + longest + 2, dtype=bool)
+    seen[frame - 2 : frame - 2 + len(near)] = _seen(near)
+    if not seen[frame - 2 : frame + 1].all():
+        return None  # a spike that ended here has become a gap
     base, velocity = path[frame - 1], path[frame - 1] - path[frame - 2]
-    seen = _seen(path)
     for length in range(1, longest + 1):
         back = frame + length
         if back >= len(path) or not seen[back]:

@@ -49,6 +49,8 @@ WELL_LOADED: Final = 0.2
 """Share of the contact's peak force above which the centre of pressure is taken seriously."""
 LEAST_SHOWN: Final = 0.8
 """Share of a stance, by markers, in which the plates must show a force."""
+BRUSH_FORCE: Final = 2.0
+"""Thresholds of force above which a touch too short for a stance is reported."""
 SHORTEST_SHARED_SECONDS: Final = 0.03
 """Both feet on a plate for less than this is within the error of the markers' events, s."""
 
@@ -173,6 +175,10 @@ def assign_forces(
                 wrench[mine, column, :3] += plate.force[mine]
                 wrench[mine, column, 3:] += moment[mine]
             findings += _judge(recording, plate, feet, begin, end, owner, sharing, valid)
+        used = np.zeros(samples, dtype=bool)
+        for begin, end in zip(begins, ends, strict=True):
+            used[begin:end] = True
+        findings += _brushes(recording, plate, feet, vertical, used, processing, valid)
     if not touched.any():
         raise RecordError(
             f"{recording.source}: no foot is on the {len(recording.plates)} force plate(s): their "
@@ -362,7 +368,8 @@ def _over(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
 
 def _moment(plate: Plate) -> Array:
     """(T, 3) Nm about the origin, of a plate; where it has no centre of pressure, the force acts
-    at the nearest one in time, which keeps the little force there is under the foot."""
+    at the nearest one in time, which keeps the little force there is under the foot.
+    """
     if plate.moment is not None:
         return plate.moment
     point = plate.centre_of_pressure
@@ -381,12 +388,12 @@ def _shared(plate: Plate, feet: _Feet, rate: float) -> Flags:
     standing = [
         (_over(plate, feet.outlines[column]) & feet.low[column]).any(axis=1) for column in (0, 1)
     ]
-    shared = standing[0] & standing[1]
+    shared = np.asarray(standing[0] & standing[1])
     # the markers' strikes and toe-offs are good to about 20 ms
     for begin, end in zip(*runs(shared), strict=True):
         if end - begin < SHORTEST_SHARED_SECONDS * rate:
             shared[begin:end] = False
-    return np.asarray(shared)
+    return shared
 
 
 def _distances(plate: Plate, feet: _Feet, begin: int, end: int) -> Array:
@@ -449,6 +456,12 @@ def _owners(plate: Plate, feet: _Feet, begin: int, end: int, sharing: Flags) -> 
         owner[previous - 1] if previous else int(np.nanargmin(distances.mean(axis=0)))
     )
     return owner
+
+
+def _nearest(distances: Array) -> int:
+    """Column of the foot that is nearer on average (n, 2); the right one if neither is seen."""
+    known = np.where(np.isfinite(distances), distances, np.inf)
+    return int(np.argmin(np.median(known, axis=0)))
 
 
 def _judge(
@@ -515,6 +528,30 @@ def _judge(
     return findings
 
 
+def _brushes(
+    recording: Recording,
+    plate: Plate,
+    feet: _Feet,
+    vertical: Array,
+    used: Flags,
+    processing: Processing,
+    valid: Flags,
+) -> list[Finding]:
+    """Mark touches that are too short to be a stance, but not too weak to matter."""
+    findings = []
+    threshold = processing.force_threshold_n
+    for begin, end in zip(*runs((vertical > threshold) & ~used), strict=True):
+        peak = float(vertical[begin:end].max())
+        if peak < BRUSH_FORCE * threshold:
+            continue
+        column = _nearest(_distances(plate, feet, begin, end))
+        valid[begin:end, column] = False
+        action = f"touched with {peak:.0f} N, too short for a stance; not used"
+        names = (f"plate {plate.name}", f"{SIDES[column]} foot")
+        findings.append(_finding(recording, names, begin, end, action))
+    return findings
+
+
 def _unshown(recording: Recording, feet: _Feet, touched: Flags, valid: Flags) -> list[Finding]:
     """Mark stances that the plates do not show."""
     findings = []
@@ -561,7 +598,7 @@ def _from_wrench(
     """Force, centre of pressure at a height, and the free moment about it, where a foot is on.
 
     The moment about the centre of pressure is vertical: M − p × F = (0, 0, Tz) with pz = h gives
-    px = (h Fx − My) / Fz and py = (h Fy + Mx) / Fz (Winter 2009, section 5.2.6).
+    px = (h Fx − My) / Fz and py = (h Fy + Mx) / Fz (Winter 2009, chapter 5).
     """
     force = np.where(on[:, :, None], wrench[:, :, :3], 0.0)
     moment = wrench[:, :, 3:]
