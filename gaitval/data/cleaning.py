@@ -33,8 +33,14 @@ the walks of Rajagopal et al. 2016 (toe, 100 Hz) is 153, of the WBDS at 1.26 m/s
 mostly noise, which `JUMP_NOISE` adds to this."""
 JUMP_NOISE: Final = 0.006
 """m: what noise of the cameras may add to a second difference (2.4 times its own size)."""
+NOISE_MULTIPLE: Final = 4.0
+"""In a noisy trial its own noise counts instead: this many medians of a marker's second
+differences, which is 6 standard deviations of noise in three directions and so never exceeded."""
 LONGEST_SPIKE: Final = 0.05
 """s. A marker that returns later than this has not spiked; it has been somewhere else."""
+RETURNED: Final = 0.4
+"""Share of a spike's size within which the marker comes back to where its velocity before it
+leads; in the time of a spike velocity changes, so that nothing much smaller can be asked."""
 RIGID_GAP_FACTOR: Final = 5.0
 """Rebuilding from the segment bridges gaps this many times as long as a spline does."""
 LARGEST_DEFORMATION: Final = 0.02
@@ -259,9 +265,12 @@ def runs(on: Flags) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
-def _tolerance(rate: float, frames: int = 1) -> float:
-    """Farthest that a marker is from where its velocity would take it, m."""
-    return JUMP_NOISE + LARGEST_ACCELERATION * (frames / rate) ** 2
+def _tolerance(path: Array, rate: float, frames: int = 1) -> float:
+    """Farthest that a marker is from where its velocity would take it in some frames, m."""
+    usual = _surprise(path)
+    usual = usual[usual > 0.0]
+    noise = NOISE_MULTIPLE * float(np.median(usual)) if len(usual) else 0.0
+    return max(JUMP_NOISE, noise) + LARGEST_ACCELERATION * (frames / rate) ** 2
 
 
 def _surprise(path: Array) -> Array:
@@ -329,7 +338,8 @@ def _next_change(
     """First frame at which two markers take each other's place, and the two; none of `done`."""
     rate = recording.marker_rate
     surprise = np.stack([_surprise(markers[:, i]) for i in range(markers.shape[1])], axis=1)
-    jumped = surprise > _tolerance(rate)
+    allowed = [_tolerance(markers[:, i], rate) for i in range(markers.shape[1])]
+    jumped = surprise > np.array(allowed)
     for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
         for first, second in combinations(np.flatnonzero(jumped[frame]), 2):
             pair = [first, second]
@@ -456,7 +466,7 @@ def _cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fl
             action = f"up to {1000 * away:.0f} mm off its path; taken out"
             findings.append(_finding(recording, "spike", [name], begin, end - 1, action))
         surprise = _surprise(path)
-        jumps = np.flatnonzero(surprise > _tolerance(rate))
+        jumps = np.flatnonzero(surprise > _tolerance(path, rate))
         if len(jumps):
             action = (
                 f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in {len(jumps)} "
@@ -470,13 +480,15 @@ def _cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fl
 def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     """First frame, frame after the last, and largest distance from the path (m) of each spike."""
     longest = max(1, round(LONGEST_SPIKE * rate))
+    # by the number of frames that a velocity is carried on
+    allowed = [_tolerance(path, rate, frames) for frames in range(longest + 2)]
     path = path.copy()
     found = []
     # forwards, then backwards for spikes that the beginning of the trial or of a block hides
     for reverse in (False, True):
         view = path[::-1] if reverse else path
-        for frame in np.flatnonzero(_surprise(view) > _tolerance(rate)):
-            spike = _spike_at(view, int(frame), longest, rate)
+        for frame in np.flatnonzero(_surprise(view) > allowed[1]):
+            spike = _spike_at(view, int(frame), allowed)
             if spike is not None:
                 begin, end, away = spike
                 view[begin:end] = np.nan
@@ -484,27 +496,20 @@ def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     return found
 
 
-def _spike_at(path: Array, frame: int, longest: int, rate: float) -> tuple[int, int, float] | None:
+def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, int, float] | None:
     """The shortest spike that begins at a frame where the marker has jumped."""
-    near = path[frame - 2 : frame + longest + 2]
-    seen = np.zeros(frame + longest + 2, dtype=bool)
-    seen[frame - 2 : frame - 2 + len(near)] = _seen(near)
-    if not seen[frame - 2 : frame + 1].all():
+    seen = _seen(path[frame - 2 : frame + len(allowed)])
+    if not seen[:3].all():
         return None  # a spike that ended here has become a gap
     base, velocity = path[frame - 1], path[frame - 1] - path[frame - 2]
-    for length in range(1, longest + 1):
+    for length in range(1, len(allowed) - 1):
         back = frame + length
-        if back >= len(path) or not seen[back]:
-            away = _distance(path[frame:back], base, velocity)
-            return (frame, back, away) if back > frame else None
+        away = _distance(path[frame:back], base, velocity)
+        if back >= len(path) or not seen[length + 2]:
+            return frame, back, away
         miss = float(np.linalg.norm(path[back] - base - (length + 1) * velocity))
-        if miss < _tolerance(rate, length + 1) and (
-            back + 1 >= len(path)
-            or not seen[back + 1]
-            or np.linalg.norm(path[back + 1] - path[back] - velocity)
-            < (length + 1) * _tolerance(rate)
-        ):
-            return frame, back, _distance(path[frame:back], base, velocity)
+        if miss < min(RETURNED * away, allowed[length + 1]):
+            return frame, back, away
     return None
 
 

@@ -174,6 +174,7 @@ def assign_forces(
                     mine[end : window.stop] = True
                 wrench[mine, column, :3] += plate.force[mine]
                 wrench[mine, column, 3:] += moment[mine]
+            touched[begin:end] |= sharing[begin:end, None]
             findings += _judge(recording, plate, feet, begin, end, owner, sharing, valid)
         used = np.zeros(samples, dtype=bool)
         for begin, end in zip(begins, ends, strict=True):
