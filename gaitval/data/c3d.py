@@ -8,6 +8,7 @@ a `RecordError`. It costs 0.2 s.
 
 import io
 import json
+import os
 import re
 import struct
 import subprocess
@@ -37,8 +38,15 @@ LARGEST_ZERO_N: Final = 50.0
 """An unloaded plate's offset is under this, N. More in the frames of FORCE_PLATFORM:ZERO is a
 person: many programs write the default frames 1 to 10 whoever stands there."""
 
-_SECONDS: Final = 120
-"""Longest time to read a file; a trial of minutes with dozens of markers takes two."""
+CERTAIN_LOAD_N: Final = 200.0
+"""Over this a force is a person's and neither an offset nor noise, N."""
+
+PROCESS = Path(__file__).with_name("c3d_process.py")
+"""The script that reads a file."""
+
+SECONDS = 10.0
+SECONDS_PER_MEGABYTE: Final = 1.0
+"""Longest time to read a file; measured: 0.1 s and 0.08 s for each megabyte."""
 
 _BLOCK: Final = 512
 
@@ -69,7 +77,7 @@ _OFFS: Final = ("to", "fo", "off", "toeoff", "footoff")
 class _Contents:
     """What ezc3d finds in a file: parameters by group and name, and the data."""
 
-    parameters: Mapping[str, Mapping[str, list[Any]]]
+    parameters: Mapping[str, Mapping[str, Mapping[str, list[Any]]]]
     first_frame: int
     points: Array
     residuals: Array
@@ -77,16 +85,37 @@ class _Contents:
 
     def get(self, group: str, name: str) -> list[Any]:
         """Values of a parameter as a flat list in the file's order; empty where it is missing."""
-        value = self.parameters.get(group, {}).get(name, [])
-        return list(value)
+        return list(self.parameters.get(group, {}).get(name, {}).get("value", []))
 
-    def array(self, group: str, name: str, *shape: int) -> Array | None:
-        """A numeric parameter with its first axis fastest, or None where it has not this shape."""
-        value = self.get(group, name)
-        if len(value) < int(np.prod(shape)):
+    def number(self, group: str, name: str) -> float:
+        """First value of a parameter; 0 where it is missing or no number."""
+        value = next(iter(self.get(group, name)), 0)
+        return float(value) if isinstance(value, int | float) else 0.0
+
+    def text(self, group: str, name: str) -> str:
+        """First value of a text parameter; empty where it is missing."""
+        return str(next(iter(self.get(group, name)), "")).strip()
+
+    def of_plate(self, name: str, index: int, *shape: int) -> Array | None:
+        """A plate's part of an array of FORCE_PLATFORM, cut to this shape; None where it has none.
+
+        Its last axis is the plate. With plates of several types the others are as long as the
+        largest type needs.
+        """
+        stored = self.parameters.get("FORCE_PLATFORM", {}).get(name)
+        if stored is None:
             return None
-        stored = np.array(value[: int(np.prod(shape))], dtype=float)
-        return stored.reshape(shape, order="F")
+        sizes = [*stored["shape"], 1][: len(shape) + 1]
+        if len(sizes) <= len(shape) or sizes[-1] <= index:
+            return None
+        if any(size < wanted for size, wanted in zip(sizes, shape, strict=False)):
+            return None
+        try:
+            values = np.array(stored["value"], dtype=float).reshape(sizes, order="F")
+        except ValueError:
+            return None
+        part: Array = np.moveaxis(values, -1, 0)[index]
+        return part[tuple(slice(wanted) for wanted in shape)]
 
 
 def read_c3d(path: Path) -> Recording:
@@ -113,8 +142,8 @@ def read_c3d(path: Path) -> Recording:
     _check_size(path)
     contents = _read(path)
     names, markers = _markers(path, contents)
-    rate = float(next(iter(contents.get("POINT", "RATE")), 0.0))
-    if not rate > 0:
+    rate = contents.number("POINT", "RATE")
+    if not 0 < rate < np.inf:
         raise RecordError(
             f"{path}: POINT:RATE is {rate:g}, so the times of the frames are unknown. Write the "
             "rate of the cameras into the file with the program that made it."
@@ -188,17 +217,23 @@ def _damaged(path: Path, why: str) -> RecordError:
 
 def _read(path: Path) -> _Contents:
     """Contents of a file, read in another process; see the module."""
-    script = Path(__file__).with_name("c3d_process.py")
     # -P: a json.py in the folder of the data must not take the place of Python's.
-    command = [sys.executable, "-P", str(script), str(path.resolve())]
+    command = [sys.executable, "-P", str(PROCESS), str(path.resolve())]
+    # Each thread of OpenBLAS would count against the memory that the process may have.
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     try:
-        done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
+        done = subprocess.run(
+            command, capture_output=True, timeout=limit, check=False, env=environment
+        )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, f"reading did not end in {_SECONDS} s") from None
+        raise _damaged(path, f"reading did not end in {limit:.0f} s") from None
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         known = done.returncode > 0 and lines and lines[-1].startswith("c3d: ")
-        raise _damaged(path, lines[-1][5:] if known else "reading it ends in a crash")
+        # ezc3d goes on to say how to switch its check off, which helps no user of ours.
+        why = lines[-1][5:].partition(". If you want")[0] if known else "reading it ends in a crash"
+        raise _damaged(path, why)
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as stored:
         described = json.loads(str(stored["described"]))
         contents = _Contents(
@@ -254,7 +289,7 @@ def _markers(path: Path, contents: _Contents) -> tuple[tuple[str, ...], Array]:
             f"{path}: {count} points but {len(labels)} names (POINT:LABELS). Label the markers "
             "in the program that recorded them and export again."
         )
-    metres = _unit(path, "".join(contents.get("POINT", "UNITS")[:1]), METRES, "POINT:UNITS")
+    metres = _unit(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
     results = {name for group in _RESULTS for name in _labels(contents, "POINT", group)}
     kept = [
         i
@@ -279,9 +314,9 @@ def _markers(path: Path, contents: _Contents) -> tuple[tuple[str, ...], Array]:
 def _plates(
     path: Path, contents: _Contents, markers: Array, marker_rate: float
 ) -> tuple[tuple[Plate, ...], float]:
-    used = int(next(iter(contents.get("FORCE_PLATFORM", "USED")), 0))
-    rate = float(next(iter(contents.get("ANALOG", "RATE")), 0.0))
-    if not used or not contents.analogs.size:
+    used = int(contents.number("FORCE_PLATFORM", "USED"))
+    rate = contents.number("ANALOG", "RATE")
+    if used < 1 or not contents.analogs.size:
         return (), 0.0
     per_frame = round(len(contents.analogs) / len(markers))
     if per_frame < 1 or abs(rate - per_frame * marker_rate) > 1e-3 * rate:
@@ -292,62 +327,58 @@ def _plates(
         )
     plates = []
     for index in range(used):
-        plate = _plate(path, contents, index, used, markers, per_frame)
+        plate = _plate(path, contents, index, markers, per_frame)
         if plate is not None:
             plates.append(plate)
     return tuple(plates), per_frame * marker_rate if plates else 0.0
 
 
 def _plate(
-    path: Path, contents: _Contents, index: int, used: int, markers: Array, per_frame: int
+    path: Path, contents: _Contents, index: int, markers: Array, per_frame: int
 ) -> Plate | None:
     """Plate number `index`; None where the file reserves one but has no data of it."""
     where = f"{path}: force plate {index + 1}"
-    kinds = contents.get("FORCE_PLATFORM", "TYPE")
-    kind = int(kinds[index]) if index < len(kinds) else 0
+    types = contents.of_plate("TYPE", index)
+    kind = 0 if types is None else int(types)
     if kind not in CHANNELS:
         raise RecordError(
             f"{where} is of type {kind or 'unknown'}; types 1 to 4 are read. Export the trial "
             "with forces and moments (type 2) instead."
         )
-    listed = contents.get("FORCE_PLATFORM", "CHANNEL")
-    rows = len(listed) // used
-    numbers = [int(n) for n in listed[index * rows : index * rows + CHANNELS[kind]]]
-    corners = contents.array("FORCE_PLATFORM", "CORNERS", 3, 4, used)
-    if not any(numbers):
+    listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
+    numbers = [] if listed is None else [int(n) for n in listed]
+    if numbers and not any(numbers):
         return None
-    if len(numbers) < CHANNELS[kind] or not all(
-        1 <= n <= contents.analogs.shape[1] for n in numbers
-    ):
+    if not numbers or not all(1 <= n <= contents.analogs.shape[1] for n in numbers):
         raise RecordError(
             f"{where} (type {kind}) needs {CHANNELS[kind]} of the {contents.analogs.shape[1]} "
             f"analog channels, but FORCE_PLATFORM:CHANNEL names {numbers}. Export it again."
         )
-    metres = _unit(path, "".join(contents.get("POINT", "UNITS")[:1]), METRES, "POINT:UNITS")
-    corner = None if corners is None else corners[:, :, index].T * metres
-    if corner is None or not _is_rectangle(corner):
-        seen = "are missing" if corner is None else f"{np.round(corner, 3).tolist()} m"
+    metres = _unit(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
+    stored = contents.of_plate("CORNERS", index, 3, 4)
+    corners = np.zeros((4, 3)) if stored is None else stored.T * metres
+    if not _span(corners):
+        seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
         raise RecordError(
-            f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen} and do not span a plate, so the "
-            "place of the force is unknown. Enter them in the recording program; export again."
+            f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen}; they do not span a plate, so "
+            "the place of the force is unknown. Enter them in the recording program; export again."
         )
-    origins = contents.array("FORCE_PLATFORM", "ORIGIN", 3, used)
-    if origins is None and kind != 1:
+    to_origin = contents.of_plate("ORIGIN", index, 3)
+    if to_origin is None and kind != 1:
         raise RecordError(
             f"{where}: FORCE_PLATFORM:ORIGIN is missing, so the moments have no point of "
             "reference. Enter it in the recording program and export again."
         )
-    origin = np.zeros(3) if origins is None else origins[:, index] * metres
+    origin = np.zeros(3) if to_origin is None else to_origin * metres
     calibration = None
     if kind == 4:
-        matrices = contents.array("FORCE_PLATFORM", "CAL_MATRIX", 6, 6, used)
-        if matrices is None or not np.any(matrices[:, :, index]):
+        calibration = contents.of_plate("CAL_MATRIX", index, 6, 6)
+        if calibration is None or not np.any(calibration):
             raise RecordError(
                 f"{where} is of type 4, but FORCE_PLATFORM:CAL_MATRIX has no calibration of it. "
                 "Enter it in the recording program and export again."
             )
-        calibration = matrices[:, :, index]
-        if "".join(contents.get("FORCE_PLATFORM", "MATRIX_STORE")[:1]).strip() == "BYROW":
+        if contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW":
             calibration = calibration.T
     channels = contents.analogs[:, [n - 1 for n in numbers]]
     if not np.isfinite(channels).all():
@@ -366,19 +397,20 @@ def _plate(
     if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
         force = force - force[first:last].mean(axis=0)
         moment = moment - moment[first:last].mean(axis=0)
-    axes, centre = plate_axes(corner), corner.mean(axis=0)
+    centre = corners.mean(axis=0)
     person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
-    towards = np.sign(axes[:, 2] @ person)
-    if towards * force[np.argmax(np.abs(force[:, 2])), 2] < 0:
+    normal = force[:, 2] * np.sign(plate_axes(corners)[:, 2] @ person)
+    if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
         force, moment = -force, -moment
-    plate = make_plate(str(index + 1), corner, force, moment)
+    plate = make_plate(str(index + 1), corners, force, moment)
     _check_moments(where, plate, centre)
     return plate
 
 
-def _is_rectangle(corners: Array) -> bool:
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
-    return bool(np.isfinite(sides).all() and sides.min() > 1e-3)
+def _span(corners: Array) -> bool:
+    """Whether corners (4, 3) m span a surface of more than a square centimetre."""
+    area = np.cross(corners[0] - corners[1], corners[0] - corners[3])
+    return bool(np.isfinite(corners).all() and np.linalg.norm(area) > 1e-4)
 
 
 def _channel_units(
@@ -392,7 +424,7 @@ def _channel_units(
 ) -> Array:
     """Factors to N, Nm and m of the channels of a plate of type 1, 2 or 3."""
     units = _labels(contents, "ANALOG", "UNITS")
-    overall = "".join(contents.get("FORCE_PLATFORM", "UNITS")[:1]).strip()
+    overall = contents.text("FORCE_PLATFORM", "UNITS")
     factors = []
     for place, number in enumerate(numbers):
         unit = units[number - 1] if number <= len(units) else ""
@@ -429,7 +461,7 @@ def _zero_samples(contents: _Contents, index: int, per_frame: int, count: int) -
 
 def _check_moments(where: str, plate: Plate, centre: Array) -> None:
     """Refuse moments in the wrong unit: the centre of pressure leaves the plate or never moves."""
-    strong = np.linalg.norm(plate.force, axis=1) > 200.0
+    strong = np.linalg.norm(plate.force, axis=1) > CERTAIN_LOAD_N
     if np.count_nonzero(strong) < 10:
         return
     away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)

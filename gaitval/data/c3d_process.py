@@ -16,15 +16,18 @@ import numpy as np
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
-    # ezc3d's objects take some fifty times a point's bytes in the file.
-    memory = 2 * 2**30 + 100 * path.stat().st_size
+    # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
+    memory = 2 * 2**30 + 50 * path.stat().st_size
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     try:
         file = ezc3d.c3d(str(path))
         described = {
             "parameters": {
                 group: {
-                    name: np.asarray(entry["value"]).ravel(order="F").tolist()
+                    name: {
+                        "value": np.asarray(entry["value"]).ravel(order="F").tolist(),
+                        "shape": np.shape(entry["value"]),
+                    }
                     for name, entry in entries.items()
                     if name != "__METADATA__"
                 }

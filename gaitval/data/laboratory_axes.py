@@ -29,16 +29,18 @@ LARGEST_TURN: Final = float(np.radians(30.0))
 PELVIS_HEIGHT: Final = (0.3, 1.4)
 """Pelvis above the ankles of a person, m: from small children to the tallest adults."""
 
-SHORTEST_TRAVEL: Final = 0.5
-"""m of the pelvis; under it the walk is on a treadmill (or on the spot)."""
+SLOWEST_WALK: Final = 0.1
+"""Walking is faster than this, m/s; sway in standing is not."""
 
 ALONG_AXIS: Final = float(np.radians(10.0))
 """Walkways and belts lie along the laboratory's axes. A path within this angle of one is taken to
 be along it, and what remains is how the person walked."""
 
-_PELVIS: Final = ("ASIS", "PSIS")
+_PELVIS: Final = ("ASIS", "PSIS")  # of each side; a sacral marker may stand for both PSIS
 _HEEL: Final = ("Heel",)
 _TOES: Final = ("MT1", "MT2", "MT5", "Toe")
+_FRONT: Final = ("R.ASIS", "L.ASIS")
+_REAR: Final = ("R.PSIS", "L.PSIS", "Sacrum")
 _LETTERS: Final = "xyz"
 
 
@@ -301,8 +303,8 @@ def _check_sides(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) 
             "the right of a person whose feet point forward. Exchange the markers' names, or the "
             "file is mirrored by its axes: export it again."
         )
-    front = [points[f"{side}.ASIS"] for side in "RL" if f"{side}.ASIS" in points]
-    rear = [points[f"{side}.PSIS"] for side in "RL" if f"{side}.PSIS" in points]
+    front = [points[name] for name in _FRONT if name in points]
+    rear = [points[name] for name in _REAR if name in points]
     if front and rear and (np.mean(front, axis=0) - np.mean(rear, axis=0)) @ axes.rotation[0] < 0:
         raise RecordError(
             f"{where}: the pelvis faces the way from which the feet point: front and rear markers "
@@ -315,9 +317,9 @@ def turn_to_walking_direction(
 ) -> tuple[Recording, str]:
     """A walking trial turned about the vertical so that the person walks along +x.
 
-    Overground the direction is that of the pelvis' path. On a treadmill it is opposite to the
-    velocity of the feet while they are low, that is on the belt. A direction within 10° of an
-    axis is taken to be along it: the trial is then turned by a multiple of 90°.
+    Overground the direction is that of the pelvis' path; on a treadmill, where the feet on the
+    ground move faster than the pelvis, that of the pelvis relative to them. A direction within 10°
+    of an axis is taken to be along it: the trial is then turned by a multiple of 90°.
 
     Parameters
     ----------
@@ -340,7 +342,7 @@ def turn_to_walking_direction(
         raise RecordError(
             f"{where}: still in the laboratory's axes. Turn it with the axes of the standing trial."
         )
-    pelvis = _path(recording, landmarks, _PELVIS)
+    pelvis = _path(recording, landmarks, _FRONT + _REAR)
     seen = np.isfinite(pelvis).all(axis=1)
     if np.count_nonzero(seen) < 2:
         raise RecordError(
@@ -348,15 +350,14 @@ def turn_to_walking_direction(
             "is unknown. Label the trial and export it again."
         )
     time = recording.time[seen]
-    velocity = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])
-    duration = float(time[-1] - time[0])
-    if np.linalg.norm(velocity) * duration > SHORTEST_TRAVEL:
-        how = f"overground, {np.linalg.norm(velocity) * duration:.2f} m at"
+    drift = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])
+    ground = _ground_velocity(recording, landmarks)
+    if np.linalg.norm(drift) > np.linalg.norm(ground):
+        velocity, how = drift, "overground"
     else:
-        velocity = -_belt_velocity(recording, landmarks)
-        how = "on a treadmill at"
+        velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
-    if not speed > 0.1:
+    if speed < SLOWEST_WALK:
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "
             "m/s): not a walking trial. Give it as --static if the person stands."
@@ -374,19 +375,14 @@ def turn_to_walking_direction(
     turned = recording.turned(rotation)
     _check_facing(turned, landmarks)
     by = np.degrees(turned_by) % 360
-    text = f"Walks {how} {speed:.2f} m/s; "
+    text = f"Walks {how} at {speed:.2f} m/s; "
     text += f"turned by {by if by <= 180 else by - 360:.0f}° about the vertical to walk along +x"
     return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
 
 
 def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, ...]) -> Array:
-    """Mean (T, 3) of the landmarks of both sides; NaN where one that is used is hidden."""
-    used = [
-        landmarks[f"{side}.{name}"]
-        for side in "RL"
-        for name in names
-        if landmarks.get(f"{side}.{name}") in recording.names
-    ]
+    """Mean (T, 3) of these landmarks; NaN where one that is used is hidden."""
+    used = [landmarks[name] for name in names if landmarks.get(name) in recording.names]
     # One that is hidden through most of the trial would hide all.
     shown = [name for name in used if np.isfinite(recording.marker(name)).all(axis=1).mean() > 0.5]
     if not shown:
@@ -395,11 +391,11 @@ def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, 
     return mean
 
 
-def _belt_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Median horizontal velocity (2,) m/s of heels and toes in the lower quarter of their range.
+def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Array:
+    """Horizontal velocity (2,) m/s of what is under the feet: about zero, or a belt's.
 
-    A marker is on the ground through the longest part of the cycle, so that a quarter of its rise
-    separates stance from swing, and the median is the belt's.
+    It is the median of that of heels and toes in the lower quarter of their range: each is on the
+    ground through most of a stance, and a quarter of its rise separates stance from swing.
     """
     velocities = []
     for side in "RL":
@@ -422,8 +418,7 @@ def _belt_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 
 def _check_facing(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse a person who walks along +x but does not face it."""
-    front = _path(recording, landmarks, ("ASIS",))
-    rear = _path(recording, landmarks, ("PSIS",))
+    front, rear = _path(recording, landmarks, _FRONT), _path(recording, landmarks, _REAR)
     facing = front[:, :2] - rear[:, :2]
     facing = facing[np.isfinite(facing).all(axis=1)]
     if not len(facing):
