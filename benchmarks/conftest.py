@@ -1,0 +1,20 @@
+"""What the benchmarks share with the tests: their peers and the raw data."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(REPOSITORY / "tests"))
+
+
+@pytest.fixture(scope="session")
+def gait_data() -> Path:
+    """Folder of the raw data; `GAITVAL_DATA` names it (see tests/conftest.py)."""
+    default = REPOSITORY.parent / "shared" / "data"
+    folder = Path(os.environ.get("GAITVAL_DATA", default))
+    if not folder.is_dir():
+        pytest.skip(f"no raw data at {folder}: set GAITVAL_DATA to the folder that holds wbds/")
+    return folder

@@ -1,0 +1,137 @@
+"""Time of inverse dynamics; run with `make bench`.
+
+The peer is OpenSim on the same model, motion and ground reaction: its tool as a user runs it,
+which reads both and writes the moments, and its solver alone. The trial is 10 s of WBDS01 T01
+(150 Hz). Compare the ratios of one run, not times.
+"""
+
+from time import perf_counter
+
+import numpy as np
+import opensim
+import pytest
+from opensim_peer import inverse_dynamics_tool, read_table, run
+from recorded_walks import wbds_walk
+
+from gaitval.configuration import Contact
+from gaitval.data.motion_text import read_storage
+from gaitval.interchange.motion import (
+    read_motion,
+    write_external_loads,
+    write_ground_reaction,
+    write_moments,
+    write_motion,
+)
+from gaitval.interchange.opensim_coordinates import TO_OPENSIM
+from gaitval.interchange.osim import write_osim
+from gaitval.kinematics.inverse_dynamics import inverse_dynamics
+
+FRAMES = 1500
+GOAL = 10.0
+"""Times OpenSim's tool, in frames per second, files included."""
+
+
+class Trial:
+    """The walk and its files in a folder."""
+
+    def __init__(self, walk, folder):
+        self.walk = walk
+        self.folder = folder
+        self.model, self.loads = folder / "model.osim", folder / "loads.xml"
+        self.motion, self.ground_reaction = folder / "walk.mot", folder / "grf.mot"
+        write_osim(self.model, walk.model, walk.markers, Contact(), 0.8)
+        write_motion(self.motion, walk.trial.time, walk.positions)
+        write_ground_reaction(self.ground_reaction, walk.forces)
+        write_external_loads(self.loads, self.ground_reaction.name)
+
+    def with_opensims_tool(self):
+        tool = inverse_dynamics_tool(
+            self.model, self.motion, self.loads, self.folder / "theirs.sto"
+        )
+        return lambda: run(tool, self.folder)
+
+    def with_opensims_solver(self):
+        model = opensim.Model(str(self.model))
+        loads = opensim.ExternalLoads(str(self.loads), True)
+        model.addModelComponent(loads)
+        state = model.initSystem()
+        motion = opensim.Storage(str(self.motion))
+        model.getSimbodyEngine().convertDegreesToRadians(motion)
+        splines = opensim.GCVSplineSet(5, motion)
+        functions = opensim.FunctionSet()
+        self.with_opensims_tool()()
+        for name in list(read_table(self.folder / "theirs.sto"))[1:]:  # the solver's order
+            functions.cloneAndAppend(splines.get(name.rpartition("_")[0]))
+        solver = opensim.InverseDynamicsSolver(model)
+        times = self.walk.trial.time
+
+        def solve(kept=(model, loads, splines)):
+            for time in times:
+                solver.solve(state, functions, float(time))
+
+        return solve
+
+    def solve(self, time, positions, force, point, free_moment):
+        return inverse_dynamics(self.walk.model, time, positions, force, point, free_moment)
+
+    def alone(self):
+        forces = self.walk.forces
+        return self.solve(
+            self.walk.trial.time,
+            self.walk.positions,
+            forces.force,
+            forces.centre_of_pressure,
+            forces.free_moment,
+        )
+
+    def with_files(self):
+        time, positions = read_motion(self.motion)
+        wrenches = read_storage(self.ground_reaction).values.reshape(len(time), 2, 3, 3)
+        force, point, free_moment = np.moveaxis(wrenches @ TO_OPENSIM, 2, 0)
+        dynamics = self.solve(time, positions, force, point, free_moment)
+        write_moments(self.folder / "ours.sto", positions, dynamics)
+
+
+@pytest.fixture(scope="module")
+def trial(gait_data, tmp_path_factory):
+    found = Trial(wbds_walk(gait_data, FRAMES), tmp_path_factory.mktemp("dynamics"))
+    found.with_files()  # compiles
+    return found
+
+
+@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
+def test_opensim_tool(benchmark, trial):
+    benchmark.pedantic(
+        lambda tool: tool(), setup=lambda: ((trial.with_opensims_tool(),), {}), rounds=3
+    )
+
+
+@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
+def test_opensim_solver_alone(benchmark, trial):
+    benchmark.pedantic(trial.with_opensims_solver(), rounds=3)
+
+
+@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
+def test_gaitval_with_files(benchmark, trial):
+    benchmark(trial.with_files)
+
+
+@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
+def test_gaitval_alone(benchmark, trial):
+    benchmark(trial.alone)
+
+
+@pytest.mark.benchmark(group="inverse dynamics, both with files, once")
+def test_the_goal(benchmark, trial):
+    """Both meet the same load of the machine; the least of a few runs of each."""
+
+    def seconds(work):
+        start = perf_counter()
+        work()
+        return perf_counter() - start
+
+    def ratio():
+        theirs = min(seconds(trial.with_opensims_tool()) for _ in range(3))
+        return theirs / min(seconds(trial.with_files) for _ in range(10))
+
+    assert benchmark.pedantic(ratio) >= GOAL
