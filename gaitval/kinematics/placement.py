@@ -24,6 +24,7 @@ from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     MARKER_OFFSET,
     Measurements,
+    Place,
     arms_hang,
     locate,
     pelvis_frame,
@@ -96,7 +97,7 @@ class Placement:
 def place_markers(
     model: BodyModel,
     measured: Measurements,
-    standing: Mapping[str, Sequence[float]],
+    standing: Mapping[str, Place],
     marker_set: MarkerSet,
     *,
     knee_width: float | None = None,
@@ -124,7 +125,7 @@ def place_markers(
         if np.isfinite(place).all()
     }
     points = locate(
-        marker_set.on_landmarks({name: at.tolist() for name, at in seen.items()}),
+        marker_set.on_landmarks(seen),
         knee_width=knee_width,
         ankle_width=ankle_width,
         elbow_width=elbow_width,

@@ -10,10 +10,10 @@ What a marker set lacks is found as follows.
 |---|---|---|
 | PSIS | a marker on the sacrum between them | Kadaba et al. (1990) |
 | medial knee, ankle | width, lateral marker, wand in the plane of the axis | Davis et al. (1991) |
-| first metatarsal head | heel and fifth head, mean shape of 20 feet | `_FOOT_SHAPE` |
-| first and fifth head | heel and second head, mean shape of 20 feet | `_FOOT_SHAPE` |
+| first metatarsal head | heel and fifth head, mean shape of 20 feet | `FOOT_SHAPE` |
+| first and fifth head | heel and second head, mean shape of 20 feet | `FOOT_SHAPE` |
 | shoulder joint | acromion, 17 % of the distance between the acromia below it | Rab et al. (2002) |
-| medial elbow | width, lateral marker, plane of the arm | Plug-in Gait |
+| medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gaitval.errors import ScalingError
 
 Vector = NDArray[np.float64]
+Place = Sequence[float] | Vector
 
 LANDMARKS = (
     "ASIS",
@@ -77,7 +78,7 @@ LARGEST_ELEVATION = 45.0
 """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are;
 above it the girdle moves upwards and inwards."""
 
-_FOOT_SHAPE = {
+FOOT_SHAPE = {
     ("MT1", "MT5"): (1.0324, 0.4835, 0.0610),
     ("MT1", "MT2"): (1.0033, 0.1487, 0.0220),
     ("MT5", "MT2"): (0.8528, -0.2548, -0.0323),
@@ -274,17 +275,18 @@ class Measurements:
         )
 
 
-def with_fitted_lengths(
-    measured: Measurements, fitted: Mapping[str, float], source: str = "fitted to the trials"
-) -> Measurements:
+def fitted_measurements(measured: Measurements, fitted: Mapping[str, float]) -> Measurements:
     """The measurements with lengths that a fit has found, the same on both sides.
+
+    `build_body` of the result has the joints of the fitted model; its trunk fills the stature
+    above the fitted hips.
 
     Parameters
     ----------
     measured : what the fit began with.
     fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
-        the fields `hip_forward` to `shoulder_up` of `Measurements`.
-    source : how, for the scaling table.
+        the fields `hip_forward` to `shoulder_up` of `Measurements`
+        (`kinematics.body_fit.LENGTH_SD`).
 
     Raises
     ------
@@ -300,6 +302,8 @@ def with_fitted_lengths(
     legs: dict[str, Any] = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
     shared: dict[str, Any] = {name: float(fitted[name]) for name in sorted(alone & fitted.keys())}
     shared |= {name: (float(fitted[name]),) * 2 for name in sorted(arms & fitted.keys())}
+    source = "joint fit to the standing and the walking trial"
+    shared["hip_height"] = measured.hip_height + float(fitted.get("hip_up", 0.0))
     return replace(
         measured,
         right=replace(measured.right, **legs),
@@ -380,7 +384,7 @@ def chord_centre(proximal: Vector, lateral: Vector, wand: Vector, half_width: fl
 
 
 def locate(
-    markers: Mapping[str, Sequence[float]],
+    markers: Mapping[str, Place],
     *,
     knee_width: float | None = None,
     ankle_width: float | None = None,
@@ -409,7 +413,7 @@ def locate(
 
 
 def measure(
-    markers: Mapping[str, Sequence[float]],
+    markers: Mapping[str, Place],
     *,
     knee_width: float | None = None,
     ankle_width: float | None = None,
@@ -475,7 +479,7 @@ def _fail(problem: str, names: Iterable[str], advice: str) -> None:
 
 
 def _standing(
-    markers: Mapping[str, Sequence[float]],
+    markers: Mapping[str, Place],
     knee_width: float | None,
     ankle_width: float | None,
     elbow_width: float | None,
@@ -535,7 +539,7 @@ def _check_widths(*widths: float | None) -> None:
 
 
 def _points(
-    markers: Mapping[str, Sequence[float]], knee_width: float | None, ankle_width: float | None
+    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
 ) -> dict[str, Vector]:
     needed = _needed(markers, knee_width, ankle_width)
     missing = [name for name in needed if name not in markers]
@@ -579,7 +583,7 @@ def _points(
 
 
 def _needed(
-    markers: Mapping[str, Sequence[float]], knee_width: float | None, ankle_width: float | None
+    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
 ) -> list[str]:
     """Landmarks without which nothing else can take their place."""
     needed = [f"{side}.{name}" for side in "RL" for name in LANDMARKS]
@@ -672,7 +676,7 @@ def _check_sides(points: Mapping[str, Vector]) -> None:
 
 
 def _metatarsals(points: Mapping[str, Vector], side: str) -> dict[str, Vector]:
-    """The first and fifth metatarsal heads, from `_FOOT_SHAPE` where they have no marker."""
+    """The first and fifth metatarsal heads, from `FOOT_SHAPE` where they have no marker."""
     heel = points[f"{side}.Heel"]
     found = {}
     for head, others in (("MT1", ("MT5", "MT2")), ("MT5", ("MT2",))):
@@ -683,7 +687,7 @@ def _metatarsals(points: Mapping[str, Vector], side: str) -> dict[str, Vector]:
         length = float(np.hypot(along[0], along[1]))
         x = np.array([along[0], along[1], 0.0])
         medial = np.array([-along[1], along[0], 0.0]) * (1.0 if side == "R" else -1.0)
-        forward, inward, up = _FOOT_SHAPE[head, other]
+        forward, inward, up = FOOT_SHAPE[head, other]
         found[f"{side}.{head}"] = (
             heel + forward * x + inward * medial + np.array([0.0, 0.0, along[2] + up * length])
         )
@@ -734,17 +738,31 @@ def _arm_centres(points: Mapping[str, Vector], elbow_width: float | None) -> dic
         if elbow is not None and medial is not None:
             found[f"{side}.Elbow.Centre"] = (elbow + medial) / 2
         elif elbow is not None and wrist is not None and elbow_width is not None:
-            outwards = np.array([0.0, -1.0 if side == "R" else 1.0, 0.0])
-            axis = np.cross(elbow - shoulder, wrist - elbow)
-            # A straight arm has no plane; its lengths do not depend on the axis.
-            if np.linalg.norm(axis) > 0.1 * np.linalg.norm(elbow - shoulder) * np.linalg.norm(
-                wrist - elbow
-            ):
-                outwards = axis * np.sign(axis @ outwards)
-            found[f"{side}.Elbow.Centre"] = chord_centre(
-                shoulder, elbow, elbow + _unit(outwards), elbow_width / 2 + MARKER_OFFSET
+            found[f"{side}.Elbow.Centre"] = _elbow(
+                shoulder, elbow, wrist, elbow_width / 2 + MARKER_OFFSET, side
             )
     return found
+
+
+def _elbow(
+    shoulder: Vector, lateral: Vector, wrist: Vector, half_width: float, side: str
+) -> Vector:
+    """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis that is
+    perpendicular to upper arm and forearm, so that the elbow is flexed and not extended.
+
+    With u from the marker to the centre, u·u = h², u·(shoulder - marker) = h² and
+    u·(wrist - marker) = h².
+    """
+    first, second = shoulder - lateral, wrist - lateral
+    sides = np.stack([first, second])
+    in_plane = sides.T @ np.linalg.solve(sides @ sides.T, np.full(2, half_width**2))
+    depth = float(np.sqrt(max(half_width**2 - float(in_plane @ in_plane), 0.0)))
+    out_of_plane = depth * _unit(np.cross(first, second))
+    centre = np.asarray(lateral + in_plane + out_of_plane)
+    bend = np.cross(centre - shoulder, wrist - centre) @ (lateral - centre)
+    if bend * (1.0 if side == "R" else -1.0) < 0:  # extended: the other of the two solutions
+        return np.asarray(centre - 2 * out_of_plane)
+    return centre
 
 
 def _arms(points: Mapping[str, Vector]) -> dict[str, Any]:
@@ -769,9 +787,7 @@ def _arms(points: Mapping[str, Vector]) -> dict[str, Any]:
     return measured
 
 
-def _sources(
-    markers: Mapping[str, Sequence[float]], widths: Mapping[str, float | None]
-) -> dict[str, str]:
+def _sources(markers: Mapping[str, Place], widths: Mapping[str, float | None]) -> dict[str, str]:
     """How the rows of the scaling table were measured, where not by a marker on each landmark."""
     sources = {}
     chord = [
