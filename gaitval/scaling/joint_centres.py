@@ -275,7 +275,9 @@ class Measurements:
         )
 
 
-def fitted_measurements(measured: Measurements, fitted: Mapping[str, float]) -> Measurements:
+def with_fitted_lengths(
+    measured: Measurements, fitted: Mapping[str, float], source: str = "fitted to the trials"
+) -> Measurements:
     """The measurements with lengths that a fit has found, the same on both sides.
 
     `build_body` of the result has the joints of the fitted model; its trunk fills the stature
@@ -287,6 +289,7 @@ def fitted_measurements(measured: Measurements, fitted: Mapping[str, float]) -> 
     fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
         the fields `hip_forward` to `shoulder_up` of `Measurements`
         (`kinematics.body_fit.LENGTH_SD`).
+    source : how they were found, for the scaling table.
 
     Raises
     ------
@@ -302,7 +305,6 @@ def fitted_measurements(measured: Measurements, fitted: Mapping[str, float]) -> 
     legs: dict[str, Any] = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
     shared: dict[str, Any] = {name: float(fitted[name]) for name in sorted(alone & fitted.keys())}
     shared |= {name: (float(fitted[name]),) * 2 for name in sorted(arms & fitted.keys())}
-    source = "joint fit to the standing and the walking trial"
     shared["hip_height"] = measured.hip_height + float(fitted.get("hip_up", 0.0))
     return replace(
         measured,
