@@ -10,7 +10,7 @@ from gaitval.configuration import Processing
 from gaitval.coordinates import ACTUATED
 from gaitval.data.cleaning import clean, low_pass
 from gaitval.data.foot_forces import assign_forces, resample_forces, zero_plates
-from gaitval.data.laboratory_axes import detect_axes
+from gaitval.data.laboratory_axes import detect_axes, turn_to_walking_direction
 from gaitval.data.reading import read_recording
 from gaitval.data.recording import FootForces, Recording
 from gaitval.kinematics.inverse_kinematics import inverse_kinematics
@@ -75,6 +75,7 @@ def recorded_walk(
     model = build_body(person, lengths).model
 
     trial = read_recording(walking, forces=forces).turned(axes)
+    trial, _ = turn_to_walking_direction(trial, landmarks)
     segments = {name: marker_set.markers[marker].segment for name, marker in names.items()}
     trial, _ = clean(trial, segments, processing, landmarks=landmarks)
     trial, _ = zero_plates(trial, landmarks=landmarks)

@@ -57,6 +57,9 @@ def test_the_walk_is_a_walk(walk):
         on_ground = np.isfinite(walk.forces.centre_of_pressure[:, side, 0])
         assert 0.3 < on_ground.mean() < 0.9
         assert walk.forces.force[:, side, 2].max() > 0.9 * walk.model.mass * 9.81
+    forward = walk.positions[:, 3]
+    belt = walk.trial.source.endswith("walkT01.c3d")
+    assert abs(np.ptp(forward)) < 0.2 if belt else forward[-1] - forward[0] > 1.0
     knees = to_opensim(walk.positions)[:, OPENSIM_COORDINATES.index("knee_angle_r")]
     assert np.ptp(knees) > np.deg2rad(40.0)
 

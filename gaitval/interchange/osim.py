@@ -226,7 +226,7 @@ def _shapes(model: BodyModel) -> dict[str, tuple[_Shape, ...]]:
         "pelvis": (_Shape(lumbar / 2, (0.09, hip + 0.06, abs(lumbar[2]) / 2 + 0.05), UP, CLOTH),),
         "torso": (
             _Shape(neck / 2, (0.10, abs(shoulder[1]), shoulder[2] / 2 + 0.05), UP, CLOTH),
-            _Shape(neck + 0.22 * UP, (0.10, 0.075, 0.13), UP),
+            _Shape(neck + 0.19 * UP, (0.10, 0.075, 0.13), UP),
         ),
     }
     for side in "rl":
