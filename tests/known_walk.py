@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.data.record import GaitRecord
 from gaitval.data.subject import load_subject
 from gaitval.kinematics.inverse_dynamics import (
@@ -89,7 +89,7 @@ def _subject() -> tuple[BodyModel, GaitRecord, ReferenceMotion]:
 
 def known_walk(*, seconds: float = 3.0, rate: float = RATE, heading: float = 0.0) -> KnownWalk:
     """Subject 5's reference motion as a Fourier series over several cycles, with the ground
-    reactions that it needs.
+    reactions that it needs. Its toes stay straight, for no usual marker set shows them.
 
     The total wrench on the feet is what Newton-Euler asks for, so no residual is left. It is
     shared between the feet as the record shares the vertical force; each acts under the ankle,
@@ -100,6 +100,7 @@ def known_walk(*, seconds: float = 3.0, rate: float = RATE, heading: float = 0.0
     model, record, reference = _subject()
     time = np.arange(round(seconds * rate)) / rate
     cycle = cardan_coordinates(reference.positions)
+    cycle[:, [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]] = 0.0
     cycle[:, 3] -= reference.speed * reference.stride_time * reference.phase
     spectrum = np.fft.rfft(cycle, axis=0)[: HARMONICS + 1] / len(cycle)
     spectrum[1:] *= 2.0

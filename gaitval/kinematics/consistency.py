@@ -74,7 +74,7 @@ frame rate counts as the independent errors of this time, s."""
 LARGEST_STEPS = 20
 SHORTEST_STEP = 1e-3
 """Of a Gauss-Newton step: the search along it ends there."""
-SMALLEST_GAIN = 1e-4
+SMALLEST_GAIN = 1e-3
 """Of the cost, relative: with less in a step the search ends."""
 
 
@@ -106,7 +106,7 @@ class ConsistencySettings:
     residual_moment_nm: float = 3.0
     segment_mass: float = 0.05
     total_mass: float = 0.01
-    trunk_offset_m: float = 0.020
+    trunk_offset_m: float = 0.010
     knot_s: float = 0.050
 
 
@@ -239,8 +239,8 @@ def _derivatives(
 ) -> None:
     """Derivatives of the residuals.
 
-    By the second rates, in which they are linear, and the rates, in which they are quadratic,
-    these differences are exact up to rounding.
+    The differences by the second rates, in which the residuals are linear, and by the rates, in
+    which they are quadratic, are exact up to rounding.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def _derivatives(
     """
     work = _work_arrays()
     steps = (1e-5, 1e-2, 1.0)
-    ahead, behind = np.empty(6), np.empty(6)
+    found = np.empty(6)
     air = np.full((3, 2, 3), np.nan)
     some_mass, some_inertia = np.empty_like(mass), np.empty_like(inertia)
     centre = centre_of_mass.copy()
@@ -259,41 +259,36 @@ def _derivatives(
         if not known[t]:
             continue
         state = states[t].copy()
-        for order in range(3):
-            step = steps[order]
-            for i in range(_DOFS):
-                value = state[order, i]
-                state[order, i] = value + step
-                _root_residual(
-                    joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, ahead
-                )
-                state[order, i] = value - step
-                _root_residual(
-                    joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, behind
-                )
-                state[order, i] = value
-                for r in range(6):
-                    by_state[t, r, order, i] = (ahead[r] - behind[r]) / (2.0 * step)
-        for g in range(groups):
+        by_state[t] = 0.0
+        by_body[t] = 0.0
+        # Each loop calls at one place only: the compiler copies the whole recursion to each.
+        for case in range(3 * _DOFS * 2):
+            order, i, sign = case // (2 * _DOFS), case // 2 % _DOFS, 1.0 - 2.0 * (case % 2)
+            value = state[order, i]
+            state[order, i] = value + sign * steps[order]
+            _root_residual(
+                joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, found
+            )
+            state[order, i] = value
+            for r in range(6):
+                by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
+        for case in range(groups + 6):
             # The residual is linear in the masses: what one group adds is its derivative.
+            trunk = case >= groups
+            axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
             for s in range(_COUNT):
-                share = 1.0 if _GROUP[s] == g else 0.0
+                share = 1.0 if trunk or _GROUP[s] == case else 0.0
                 some_mass[s] = share * mass[s]
                 some_inertia[s] = share * inertia[s]
-            _root_residual(
-                joint_position, some_mass, centre_of_mass, some_inertia, state, air, work, ahead
-            )
+            if trunk:
+                centre[_TORSO, axis] += sign * 1e-3
+            _root_residual(joint_position, some_mass, centre, some_inertia, state, air, work, found)
+            centre[_TORSO] = centre_of_mass[_TORSO]
             for r in range(6):
-                by_body[t, r, g] = ahead[r]
-        for i in range(3):
-            value = centre[_TORSO, i]
-            centre[_TORSO, i] = value + 1e-3
-            _root_residual(joint_position, mass, centre, inertia, state, wrenches[t], work, ahead)
-            centre[_TORSO, i] = value - 1e-3
-            _root_residual(joint_position, mass, centre, inertia, state, wrenches[t], work, behind)
-            centre[_TORSO, i] = value
-            for r in range(6):
-                by_body[t, r, groups + i] = (ahead[r] - behind[r]) / 2e-3
+                if trunk:
+                    by_body[t, r, groups + axis] += sign * found[r] / 2e-3
+                else:
+                    by_body[t, r, case] = found[r]
 
 
 @njit
@@ -301,15 +296,17 @@ def _marker_metric(
     joint_position: Array,
     segment: NDArray[np.int64],
     place: Array,
+    weight: Array,
     above: Flags,
     coordinates: Array,
     out: Array,
 ) -> None:
-    """Σ Jᵀ J of the markers' positions by the coordinates (T, 31, 31).
+    """Σ w Jᵀ J of the markers' positions by the coordinates (T, 31, 31).
 
     Parameters
     ----------
-    segment, place : (M,) and (M, 3) m, the segment of each marker and where on it.
+    segment, place, weight : (M,), (M, 3) m and (M,): of each marker, on which segment it is and
+        where on it, and how much it counts.
     above : (14, 31) whether a coordinate moves a segment.
     coordinates : (T, 31) with the pelvis's Cardan angles.
     """
@@ -349,7 +346,7 @@ def _marker_metric(
             for i in range(_DOFS):
                 for j in range(_DOFS):
                     for k in range(3):
-                        out[t, i, j] += jacobian[k, i] * jacobian[k, j]
+                        out[t, i, j] += weight[m] * jacobian[k, i] * jacobian[k, j]
 
 
 @njit
@@ -449,10 +446,23 @@ def _tree(model: BodyModel) -> tuple[Array, Array, Array, Array]:
     return tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia
 
 
-def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[NDArray[np.int64], Array]:
+def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[NDArray[np.int64], Array, Array]:
+    """Segment (M,), place (M, 3) m, and weight (M,) over the mean weight of each marker."""
     segment = np.array([SEGMENTS.index(marker.segment) for marker in markers], dtype=np.int64)
     place = np.array([marker.position for marker in markers], dtype=float).reshape(-1, 3)
-    return segment, place
+    weight = np.array([marker.weight for marker in markers], dtype=float)
+    return segment, place, weight / (weight.mean() if len(weight) else 1.0)
+
+
+def _same_turn(vectors: Array, like: Array) -> Array:
+    """Rotation vectors (T, 3), longer by whole turns where that brings them next to `like`, whose
+    vectors may run on beyond half a turn.
+    """
+    angle = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+    axis = vectors / angle
+    along = (like * axis).sum(axis=1, keepdims=True)
+    turns = np.round((along - angle) / (2.0 * np.pi))
+    return np.asarray(axis * (angle + 2.0 * np.pi * turns))
 
 
 def _marker_displacement(
@@ -463,7 +473,7 @@ def _marker_displacement(
     """
     if not markers:
         return np.zeros((len(before), 1))
-    segment, place = _marker_arrays(markers)
+    segment, place, _ = _marker_arrays(markers)
     difference = segment_frames(model, after) - segment_frames(model, before)
     places = np.append(place, np.ones((len(place), 1)), axis=1)
     moved = np.einsum("tmij,mj->tmi", difference[:, segment, :3], places)
@@ -523,12 +533,12 @@ def _problem(
     weight = STRIDE_S / settings.knot_s / len(time)
 
     above = _moved_by()
-    segment, place = _marker_arrays(markers)
+    segment, place, marker_weight = _marker_arrays(markers)
     seen = above[segment].any(axis=0) if len(markers) else np.ones(_DOFS, dtype=bool)
     sigma = np.where(seen, settings.observed_rad, settings.unobserved_rad)
     sigma[3:ROOT_DOFS] = settings.translation_m
     metric = np.zeros((len(time), _DOFS, _DOFS))
-    _marker_metric(_tree(model)[0], segment, place, above, coordinates, metric)
+    _marker_metric(_tree(model)[0], segment, place, marker_weight, above, coordinates, metric)
     metric /= settings.marker_m**2
     deviations = np.repeat([settings.residual_moment_nm, settings.residual_force_n], 3)
     body_deviations = [settings.segment_mass, settings.trunk_offset_m]
@@ -638,8 +648,9 @@ def make_consistent(
     Parameters
     ----------
     time, positions, force, point, free_moment : as for `inverse_dynamics`, filtered.
-    markers : on the body, those of the inverse kinematics. Coordinates that move none of them
-        are free to explain residuals; without any, all coordinates count as observed.
+    markers : on the body, those of the inverse kinematics, with their weights. Coordinates that
+        move none of them are free to explain residuals; start them from a good guess (the
+        trunk upright). Without any marker, all coordinates count as observed.
     known : (T,) frames in which the ground reaction of both feet is known; the others are left
         out of the dynamics and change only smoothly with their neighbours. All when not given.
 
@@ -664,9 +675,9 @@ def make_consistent(
         )  # fmt: skip
         solution, steps = _solve(problem)
 
-    coordinates = solution.states[:, 0]
-    orientation = Rotation.from_matrix(pelvis_rotation(*coordinates[:, :3].T))
-    changed = np.hstack([orientation.as_rotvec(), coordinates[:, 3:]])
+    changed = solution.states[:, 0].copy()
+    orientation = Rotation.from_matrix(pelvis_rotation(*changed[:, :3].T))
+    changed[:, :3] = _same_turn(orientation.as_rotvec(), positions[:, :3])
     difference = changed - positions
     difference[:, :3] = (orientation * Rotation.from_rotvec(positions[:, :3]).inv()).as_rotvec()
     displacement = _marker_displacement(model, markers, positions, changed)
