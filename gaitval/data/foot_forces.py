@@ -453,9 +453,7 @@ def _owners(plate: Plate, feet: _Feet, begin: int, end: int, sharing: Flags) -> 
         if previous == 0 and start > 0:
             owner[:start] = owner[start]
         previous = stop
-    owner[previous:] = (
-        owner[previous - 1] if previous else int(np.nanargmin(distances.mean(axis=0)))
-    )
+    owner[previous:] = owner[previous - 1] if previous else _nearest(distances)
     return owner
 
 
