@@ -240,9 +240,10 @@ def _with_gaps(markers: Array) -> Array:
 
 
 def write_trc(path: Path, recording: Recording) -> None:
-    """Write markers as TRC in mm, in the axes that they are in; gaps are left empty.
+    """Write markers as TRC in mm, in the axes that they are in; gaps are NaN.
 
-    OpenSim expects y up: turn the recording first. Written whole or not at all.
+    OpenSim expects y up: turn the recording first. It refuses a row that ends in empty cells, so
+    gaps are not left empty. Written whole or not at all.
     """
     frames, count = recording.markers.shape[:2]
     rate = f"{recording.marker_rate:.12g}"
@@ -256,7 +257,7 @@ def write_trc(path: Path, recording: Recording) -> None:
         "",
     ]
     for i, (time, row) in enumerate(zip(recording.time, recording.markers * 1e3, strict=True)):
-        cells = ["" if np.isnan(value) else f"{value:.9g}" for value in row.ravel()]
+        cells = ["NaN" if np.isnan(value) else f"{value:.9g}" for value in row.ravel()]
         lines.append("\t".join([str(i + 1), f"{time:.12g}", *cells]))
     write_text(Path(path), "\n".join(lines) + "\n")
 
