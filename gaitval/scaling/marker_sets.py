@@ -275,10 +275,12 @@ def _problems(markers: Mapping[str, MarkerDefinition]) -> list[str]:
             ("landmark", definition.landmark, LANDMARK_NAMES),
         ):
             if value is not None and value not in known:
-                near = difflib.get_close_matches(value, known, n=1)
+                lower = {name.lower(): name for name in known}
+                near = difflib.get_close_matches(value.lower(), lower, n=1)
+                hint = f", did you mean {lower[near[0]]}?" if near else ""
                 problems.append(
                     f"{marker}: unknown {what} {value!r}"
-                    + (f", did you mean {near[0]}?" if near else f"; known are {', '.join(known)}.")
+                    + (hint or f"; known: {', '.join(known)}.")
                 )
         for name in (marker, *definition.aliases):
             other = names.setdefault(_plain(name), marker)
