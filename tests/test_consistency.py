@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_walk import known_walk
+from recorded_walks import wbds_walk
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
@@ -240,3 +241,25 @@ def test_what_cannot_be_used_is_said(walk):
         make_consistent(*arguments, known=np.ones(3, dtype=bool))
     with pytest.raises(RecordError, match="in no frame is the ground reaction"):
         make_consistent(*arguments, known=np.zeros(375, dtype=bool))
+
+
+def test_a_recorded_walk_comes_within_the_published_limits(gait_data):
+    """WBDS01 on the treadmill, legs and pelvis seen. OpenSim's checklist: force 15 N RMS and 25 N
+    at the peak at most, moment 50 Nm and 75 Nm; Hicks et al. 2015: 5 % of the peak force. The
+    plates show 3.9 % less than the mass of the metadata, and it is found to be lighter."""
+    walk = wbds_walk(gait_data, frames=300)
+    force = walk.forces.force
+    time = walk.trial.time
+    found = make_consistent(
+        walk.model, time, walk.positions, force, walk.forces.centre_of_pressure,
+        walk.forces.free_moment, walk.markers, known=walk.forces.valid.all(axis=1),
+    )  # fmt: skip
+    assert found.before.force_rms > 15.0
+    assert found.before.force_peak > 25.0
+    assert found.after.force_rms < 15.0
+    assert found.after.force_peak < 25.0
+    assert found.after.force_share < 0.05
+    assert found.after.moment_rms < 50.0
+    assert found.after.moment_peak < 75.0
+    assert found.marker_change_rms < 0.005
+    assert found.model.mass < 0.98 * walk.model.mass
