@@ -18,7 +18,7 @@ from scipy.ndimage import binary_dilation, binary_erosion
 
 from gaitval.configuration import Processing
 from gaitval.coordinates import SIDES
-from gaitval.data.cleaning import Finding, low_pass, runs
+from gaitval.data.cleaning import Finding, FindingKind, low_pass, runs
 from gaitval.data.events import foot_contacts, marker_stance
 from gaitval.data.foot_markers import FootMarkers, foot_markers
 from gaitval.data.force_plates import make_plate, plate_axes
@@ -38,6 +38,8 @@ SMALLEST_OFFSET_N: Final = 1.0
 RESTLESS_N: Final = 15.0
 """Standard deviation of the low-passed vertical force of an unloaded plate above which something
 else than an offset acts on it, N. A running belt leaves about 1 N."""
+RESTLESS_CUTOFF_HZ: Final = 20.0
+"""... after this low-pass, Hz: a belt's motor and frame shake the plate at 25 Hz and above."""
 LOW_POINT: Final = 0.03
 """m. A marker of the foot is on the ground within this of its usual lowest height."""
 OUTSIDE_FOOT: Final = 0.06
@@ -114,10 +116,10 @@ def assign_forces(
     of plates under one foot are added, then low-passed at `cutoff_hz`; the foot is on the
     ground where the filtered vertical force is above the threshold.
 
-    `valid` is False for a foot, and a finding says why, while
-    both feet are on one plate (one of them partly, perhaps: the crossing of a split belt); while
-    its contact's centre of pressure lies outside the foot; while part of it stands beside the
-    plates; and in a stance (by the markers) of which the plates show less than four fifths.
+    `valid` is False for a foot, and a finding says why, while both feet are on one plate (one of
+    them partly, perhaps: the crossing of a split belt); while its contact's centre of pressure
+    lies outside the foot; while part of it stands beside the plates; and in a stance (by the
+    markers) of which the plates show less than four fifths.
 
     Parameters
     ----------
@@ -145,7 +147,10 @@ def assign_forces(
     heights = []
     for plate in recording.plates:
         vertical = low_pass(
-            plate.force[:, 2], rate=recording.force_rate, cutoff_hz=processing.force_cutoff_hz
+            plate.force[:, 2],
+            rate=recording.force_rate,
+            cutoff_hz=processing.force_cutoff_hz,
+            order=processing.filter_order,
         )
         begins, ends = foot_contacts(
             vertical > processing.force_threshold_n, rate=recording.force_rate
@@ -161,7 +166,8 @@ def assign_forces(
             after = (end + begins[number + 1]) // 2 if number + 1 < len(begins) else samples
             reach = int(SETTLING_SECONDS * recording.force_rate)
             window = slice(max(before, begin - reach), min(after, end + reach))
-            owner = _owners(plate, feet, begin, end, sharing)
+            distances = _distances(plate, feet, begin, end)
+            owner = _owners(plate.force[begin:end, 2], distances, sharing[begin:end])
             for column in (0, 1):
                 mine = np.zeros(samples, dtype=bool)
                 mine[begin:end] = owner == column
@@ -175,7 +181,7 @@ def assign_forces(
                 wrench[mine, column, :3] += plate.force[mine]
                 wrench[mine, column, 3:] += moment[mine]
             touched[begin:end] |= sharing[begin:end, None]
-            findings += _judge(recording, plate, feet, begin, end, owner, sharing, valid)
+            findings += _judge(recording, plate, feet, begin, end, owner, distances, sharing, valid)
         used = np.zeros(samples, dtype=bool)
         for begin, end in zip(begins, ends, strict=True):
             used[begin:end] = True
@@ -188,9 +194,12 @@ def assign_forces(
             "person (up is positive), and their unit; or give a trial without plates."
         )
     findings += _unshown(recording, feet, touched, valid)
-    filtered = low_pass(wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz)
-    height = float(np.median(heights)) if heights else 0.0
-    forces = _forces(recording, filtered, valid, height, processing.force_threshold_n)
+    filtered = low_pass(
+        wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
+    )
+    on = filtered[:, :, 2] > processing.force_threshold_n
+    height = float(np.median(heights))
+    forces = _from_wrench(recording.force_rate, recording.start, filtered, on, valid, height)
     return forces, tuple(sorted(findings, key=lambda finding: (finding.start, finding.names)))
 
 
@@ -305,45 +314,41 @@ def _zeroed(recording: Recording, plate: Plate, feet: _Feet) -> tuple[Plate, lis
     middles = np.array([0.5 * (begin + end - 1) for begin, end in phases])
     components = plate.force if plate.moment is None else np.hstack([plate.force, plate.moment])
     means = np.array([components[begin:end].mean(axis=0) for begin, end in phases])
-    smooth = (
-        low_pass(plate.force[:, 2], rate=rate, cutoff_hz=20.0)
-        if rate > 40.0
-        else (plate.force[:, 2])
-    )
+    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
     restless = float(np.median([smooth[begin:end].std() for begin, end in phases]))
     size = float(np.abs(np.median(means[:, :3], axis=0)).max())
     drift = float(np.ptp(means[:, 2])) if len(phases) > 1 else 0.0
     if size < SMALLEST_OFFSET_N and drift < SMALLEST_OFFSET_N:
         return plate, []
 
-    def found(action: str) -> list[Finding]:
-        last = len(plate.force) - 1
-        start = recording.start
-        return [
-            Finding(
-                "offset", (f"plate {plate.name}",), 0, last, start, start + last / rate,
-                f"shows {np.round(np.median(means[:, :3], axis=0), 1).tolist()} N (forward, left, "
-                f"up; up varies by {drift:.1f} N) without a foot on it; {action}",
-            )
-        ]  # fmt: skip
-
+    shown = (
+        f"shows {np.round(np.median(means[:, :3], axis=0), 1).tolist()} N (forward, left, up; up "
+        f"varies by {drift:.1f} N) without a foot on it; "
+    )
     if restless > RESTLESS_N:
-        return plate, found(
+        shown += (
             f"its force varies there by {restless:.0f} N (standard deviation), so something else "
             "stood on it: left as it is"
         )
+        return plate, [_offset_finding(recording, plate, shown)]
     if plate.moment is None:
-        return plate, found(
+        shown += (
             "left as it is, as the file has no moments with which the centre of pressure could "
             "be corrected; give the trial as C3D with the plate's own channels"
         )
+        return plate, [_offset_finding(recording, plate, shown)]
     samples = np.arange(len(plate.force))
     offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
     force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
     axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
     about_centre = moment - np.cross(centre, force)
     zeroed = make_plate(plate.name, plate.corners, force @ axes, about_centre @ axes)
-    return zeroed, found("taken away")
+    return zeroed, [_offset_finding(recording, plate, shown + "taken away")]
+
+
+def _offset_finding(recording: Recording, plate: Plate, action: str) -> Finding:
+    names = (f"plate {plate.name}",)
+    return _finding(recording, names, 0, len(plate.force), action, kind="offset")
 
 
 def _reaches(plate: Plate, outline: Array) -> Flags:
@@ -431,16 +436,14 @@ def _turn(start: Array, end: Array, point: Array) -> Array:
     return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
 
 
-def _owners(plate: Plate, feet: _Feet, begin: int, end: int, sharing: Flags) -> NDArray[np.int64]:
+def _owners(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:
     """(n,) column of the foot that a plate's contact belongs to, sample by sample.
 
     One foot for each stretch in which no other stands on the plate; a shared stretch stays with
     the foot before it (and is not valid for either).
     """
-    distances = _distances(plate, feet, begin, end)
-    load = np.maximum(plate.force[begin:end, 2], 0.0)
-    owner = np.zeros(end - begin, dtype=np.int64)
-    shared = sharing[begin:end]
+    load = np.maximum(vertical, 0.0)
+    owner = np.zeros(len(vertical), dtype=np.int64)
     starts, stops = runs(~shared)
     previous = 0
     for start, stop in zip(starts, stops, strict=True):
@@ -470,6 +473,7 @@ def _judge(
     begin: int,
     end: int,
     owner: NDArray[np.int64],
+    distances: Array,
     sharing: Flags,
     valid: Flags,
 ) -> list[Finding]:
@@ -497,7 +501,6 @@ def _judge(
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
         findings.append(_finding(recording, names, first, last, action))
-    distances = _distances(plate, feet, begin, end)
     load = plate.force[begin:end, 2]
     heavy = load > WELL_LOADED * load.max()
     for column, side in enumerate(SIDES):
@@ -572,23 +575,19 @@ def _unshown(recording: Recording, feet: _Feet, touched: Flags, valid: Flags) ->
 
 
 def _finding(
-    recording: Recording, names: tuple[str, ...], begin: int, end: int, action: str
+    recording: Recording,
+    names: tuple[str, ...],
+    begin: int,
+    end: int,
+    action: str,
+    kind: FindingKind = "contact",
 ) -> Finding:
     start, rate = recording.start, recording.force_rate
     last = int(end) - 1
-    return Finding(
-        "contact", names, int(begin), last, start + begin / rate, start + last / rate, action
-    )
+    return Finding(kind, names, int(begin), last, start + begin / rate, start + last / rate, action)
 
 
 # -- from wrench to force, centre of pressure and free moment -------------------------------------
-
-
-def _forces(
-    recording: Recording, wrench: Array, valid: Flags, height: float, threshold: float
-) -> FootForces:
-    on = wrench[:, :, 2] > threshold
-    return _from_wrench(recording.force_rate, recording.start, wrench, on, valid, height)
 
 
 def _from_wrench(
