@@ -65,6 +65,7 @@ def test_a_made_up_person_is_placed_back_on_both_sides(name, widths):
         np.degrees(placement.standing[shown]), np.degrees(person.pose[shown]), atol=0.3
     )
     assert all(check.passed for check in placement.checks)
+    assert placement.moved == ()
 
 
 def test_the_model_has_its_markers_where_they_were_measured():
@@ -90,6 +91,8 @@ def test_raised_arms_move_to_the_model_shoulders():
     for name, definition in marker_set.markers.items():
         if definition.segment.startswith(("upper_arm", "forearm")):
             np.testing.assert_allclose(placed[name], local[name], atol=1e-3)
+    moved = {n for n, d in marker_set.markers.items() if "arm" in d.segment}
+    assert set(placement.moved) == moved | {"R.Shoulder", "L.Shoulder"}
     shoulder = person.model["upper_arm_l"].joint_position
     above = 2 * ACROMION_TO_SHOULDER * shoulder[1]
     np.testing.assert_allclose(placed["L.Shoulder"], shoulder + above * UP)

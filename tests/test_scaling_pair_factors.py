@@ -29,11 +29,11 @@ def scale_set(path):
 @pytest.fixture(scope="module")
 def scale_tool(gait_data, tmp_path_factory):
     """OpenSim's own scaling of the Rajagopal model: its measurements, points and factors."""
-    import opensim
-
+    folder = tmp_path_factory.mktemp("scale")
+    with chdir(folder):  # importing it writes opensim.log into the current folder
+        import opensim
     opensim.Logger.setLevelString("Off")
     opensim.Logger.removeFileSink()
-    folder = tmp_path_factory.mktemp("scale")
     source = gait_data / "opensim_rajagopal"
     for name in (
         "Rajagopal2016.osim",

@@ -85,12 +85,15 @@ class Placement:
     markers : in the order of the marker set; those that standing did not show are left out.
     standing : (31,) pose in the standing trial, rad and m.
     distances : m, of each landmark and joint centre from its place in the model.
+    moved : names of the markers that were moved with raised arms: where they were in standing
+        is not where the model has them in the pose `standing`.
     checks : the published limits; none stops the import.
     """
 
     markers: tuple[ModelMarker, ...]
     standing: Array
     distances: Mapping[str, float]
+    moved: tuple[str, ...]
     checks: tuple[PlacementCheck, ...]
 
 
@@ -140,7 +143,7 @@ def place_markers(
         }
     anatomy = _anatomy(model, measured, points)
     fit, frames = _pose(model, anatomy, points)
-    markers = []
+    markers, moved = [], []
     for name, definition in marker_set.markers.items():
         if name not in seen:
             continue
@@ -148,16 +151,19 @@ def place_markers(
         frame = frames[SEGMENTS.index(segment)]
         if raised and segment.startswith(("upper_arm", "forearm")):
             place = place + shifts[segment[-1].upper()]
+            moved.append(name)
         position = (place - frame[:3, 3]) @ frame[:3, :3]
         if raised and segment == "torso" and (definition.landmark or "").endswith(".Acromion"):
             shoulder = model[f"upper_arm_{str(definition.landmark)[0].lower()}"].joint_position
             position = shoulder + 2 * ACROMION_TO_SHOULDER * abs(shoulder[1]) * _UP
+            moved.append(name)
         markers.append(ModelMarker(name, segment, position, definition.weight))
     distances = dict(zip(fit.names, fit.marker_errors[0].tolist(), strict=True))
     return Placement(
         markers=tuple(markers),
         standing=fit.positions[0],
         distances=distances,
+        moved=tuple(moved),
         checks=placement_checks(fit.positions[0], measured.pelvic_tilt, distances),
     )
 
