@@ -52,14 +52,15 @@ def forces(
     sign: float = 1.0,
     form: str = "ground_force_{}1",
     torque_form: str = "ground_torque_{}1",
+    axes: str = "xyz",
 ) -> Path:
     """A MOT file of one plate that carries FORCE at POINT, and nothing in the first 50 samples."""
     values = np.tile(np.r_[FORCE, point, TORQUE], (samples, 1))
     values[:, [0, 1, 2, 6, 7, 8]] *= sign
     values[:50, [0, 1, 2, 6, 7, 8]] = 0.0
     values[:50, 3:6] = 346.0  # as in OpenSim's own example: nonsense while unloaded
-    columns = [form.format(kind + axis) for kind in "vp" for axis in "xyz"]
-    columns += [torque_form.format(axis) for axis in "xyz"]
+    columns = [form.format(kind + axis) for kind in "vp" for axis in axes]
+    columns += [torque_form.format(axis) for axis in axes]
     time = start + np.arange(samples) / rate
     write_storage(path, StorageTable(tuple(columns), time, values))
     return path
@@ -130,6 +131,8 @@ class TestTrc:
             ({3: "100\t100\t20\t3\t100\t1\t20"}, "line 3 has 7 values"),
             ({3: "100\t100\t20\t3\tfurlong\t100\t1\t20"}, "'furlong'"),
             ({3: "fast\t100\t20\t3\tmm\t100\t1\t20"}, "numbers are needed"),
+            ({3: "0\t100\t20\t3\tmm\t100\t1\t20"}, "a rate above 0 Hz"),
+            ({3: "100\t100\tinf\t3\tmm\t100\t1\t20"}, "whole numbers are needed"),
             ({3: "100\t100\t20\t4\tmm\t100\t1\t20"}, "NumMarkers is 4, but line 4 names 3"),
             ({3: "100\t100\t30\t3\tmm\t100\t1\t30"}, "NumFrames is 30, but there are 20 rows"),
             ({3: "120\t120\t20\t3\tmm\t120\t1\t20"}, "DataRate is 120 Hz"),
@@ -346,6 +349,8 @@ class TestMarkersWithForces:
             ({"point": (500.0, 0.0, 300.0)}, "divide the points"),
             ({"point": (50.0, 0.0, 9000.0)}, "another trial or in other axes"),
             ({"sign": -1.0}, "forces on the plate"),
+            ({"axes": "xzy"}, "other axes than the markers"),
+            ({"samples": 1}, "one sample only"),
         ],
     )
     def test_refusals(self, tmp_path, options, words):

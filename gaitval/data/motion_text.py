@@ -55,7 +55,7 @@ class StorageTable:
 
 def _lines(path: Path) -> list[str]:
     try:
-        text = path.read_text(encoding="utf-8", errors="strict")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
     except OSError as error:
@@ -127,6 +127,8 @@ def sample_rate(path: Path, time: Array) -> float:
     """
     if not np.isfinite(time).all():
         raise RecordError(f"{path}: a time is missing or not a number. Export the file again.")
+    if len(time) < 2:
+        raise RecordError(f"{path}: one sample only has no rate. Export the whole trial.")
     steps = np.diff(time)
     if (steps <= 0).any():
         row = int(np.flatnonzero(steps <= 0)[0])
@@ -186,14 +188,17 @@ def read_trc(path: Path) -> Recording:
     try:
         rate, frames, count = (
             float(header["DataRate"]),
-            int(float(header["NumFrames"])),
-            int(float(header["NumMarkers"])),
+            int(header["NumFrames"]),
+            int(header["NumMarkers"]),
         )
     except ValueError:
+        rate = np.nan
+    if not 0 < rate < np.inf:
         raise RecordError(
-            f"{path}: line 3: rate, frames and markers are {header['DataRate']}, "
-            f"{header['NumFrames']}, {header['NumMarkers']}; numbers are needed."
-        ) from None
+            f"{path}: line 3: DataRate, NumFrames and NumMarkers are {header['DataRate']}, "
+            f"{header['NumFrames']}, {header['NumMarkers']}; a rate above 0 Hz and whole numbers "
+            "are needed. Correct them."
+        )
     cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
     names = [cell for cell in cells if cell]
     if len(names) != count or not names:

@@ -11,20 +11,27 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.data.c3d import read_c3d
+from gaitval.data.c3d import CERTAIN_LOAD_N, read_c3d
 from gaitval.data.motion_text import (
     read_ground_reaction,
     read_trc,
     read_wbds_forces,
     read_wbds_markers,
 )
-from gaitval.data.recording import Plate, Recording
+from gaitval.data.recording import Recording
 from gaitval.errors import RecordError
 
 Array = NDArray[np.float64]
 
 LARGEST_MISMATCH_S: Final = 0.1
 """Markers and forces of one trial end within this of each other, s; exports differ by a frame."""
+
+LARGEST_DISTANCE_M: Final = 1.0
+"""The centre of pressure is at most this far outside the space that the markers fill, m."""
+
+SMALLEST_COSINE: Final = 0.7
+"""Cosine of the angle between the force and the way from its point to the middle of the markers,
+mean under load. In walking it is over 0.9."""
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
@@ -156,8 +163,7 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
         )
         for plate in plates
     )
-    _check_place(recording, path, cut)
-    return replace(
+    both = replace(
         recording,
         source=f"{recording.source}, {path}",
         markers=recording.markers[skipped : skipped + kept],
@@ -165,34 +171,53 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
         plates=cut,
         force_rate=rate,
     )
+    _check_place(both, path, per_frame)
+    return both
 
 
-def _check_place(recording: Recording, path: Path, plates: tuple[Plate, ...]) -> None:
-    """Refuse forces whose points are not under the markers, or that pull."""
+def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
+    """Refuse forces whose points are not under the markers, or that do not push the person up."""
     points = recording.markers.reshape(-1, 3)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    middle = np.nanmedian(points, axis=0)
-    for plate in plates:
-        strong = np.linalg.norm(plate.force, axis=1) > 200.0
+    seen = np.isfinite(recording.markers)
+    count = np.maximum(seen.sum(axis=1), 1)
+    middle = np.where(seen, recording.markers, 0.0).sum(axis=1) / count
+    middle[~seen.any(axis=(1, 2))] = np.nan
+    for plate in recording.plates:
+        size = np.linalg.norm(plate.force, axis=1)
+        strong = size > CERTAIN_LOAD_N
         if not strong.any():
             continue
         pressure = plate.centre_of_pressure[strong]
         where = np.median(pressure, axis=0)
         outside = np.maximum(low - where, where - high).max()
-        if outside > 1.0:
+        if outside > LARGEST_DISTANCE_M:
             shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
-            unit = "it looks like millimetres: divide the points (px, py, pz) by 1000" if (
-                shrunk < 1.0
-            ) else "they are of another trial or in other axes than the markers"  # fmt: skip
+            why = (
+                "it looks like millimetres: divide the points (px, py, pz) by 1000"
+                if shrunk < LARGEST_DISTANCE_M
+                else "they are of another trial or in other axes than the markers"
+            )
             raise RecordError(
                 f"{path}: plate {plate.name}: the centre of pressure is at "
                 f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside the "
-                f"space of the markers of {recording.source}; {unit}."
+                f"space of the markers; {why}."
             )
-        if np.sum(plate.force[strong] @ (middle - where)) < 0:
+        towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
+        cosine = np.nanmean(
+            (plate.force[strong] / size[strong, None] * towards).sum(axis=1)
+            / np.linalg.norm(towards, axis=1)
+        )
+        mean = np.round(plate.force[strong].mean(axis=0), 1).tolist()
+        if cosine < -SMALLEST_COSINE:
             raise RecordError(
-                f"{path}: plate {plate.name}: the force points from the person into the plate "
-                f"(mean {np.round(plate.force[strong].mean(axis=0), 1).tolist()} N): these are "
-                "forces on the plate, those on the person are needed. Reverse the signs of forces "
-                "and torques, or the axes are other ones than the markers'."
+                f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
+                "into the plate: these are forces on the plate, those on the person are needed. "
+                "Reverse the signs of the forces and torques."
+            )
+        if cosine < SMALLEST_COSINE:
+            raise RecordError(
+                f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
+                f"person, but {np.degrees(np.arccos(cosine)):.0f}° off: the forces have other axes "
+                "than the markers. Export both in the same axes."
             )
