@@ -13,9 +13,11 @@ Werling et al. 2023, PLoS ONE 18:e0295152). Cλ says how the placement would hav
 other lengths: a knee marker stays at the knee when the thigh grows. Without these priors a
 constant angle could not be told from a turn of all markers of the segment.
 
-The measurement's standard deviation σ is estimated from the residuals in turns with the fit. The
-errors of skin markers repeat with the gait cycle, so that neighbouring frames do not add
-knowledge; all frames together count as `INDEPENDENT_FRAMES`.
+A walking marker's variance σ² has two parts. Noise is new in every frame; it is estimated from the
+residuals in turns with the fit. Soft tissue repeats with the gait cycle, and lengths and places
+take up much of it, so the residuals do not show it: it is given, and all frames together count as
+`INDEPENDENT_FRAMES` of it. Without it the hips of the recorded walks (WBDS01, Rajagopal) are
+drawn 3 cm up, to where skin and not bone turns.
 
 Only a frame's own pose and the shared λ and x meet in the normal matrix (block arrow), so the
 poses are eliminated frame by frame (Schur complement), and Gauss-Newton with Marquardt's damping
@@ -53,11 +55,11 @@ Bools = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
 LENGTH_SD: Final[dict[str, float]] = {
-    "thigh": 0.008,
-    "shank": 0.008,
+    "thigh": 0.006,
+    "shank": 0.006,
     "hip_half_width": 0.008,
-    "hip_forward": 0.010,
-    "hip_up": 0.010,
+    "hip_forward": 0.008,
+    "hip_up": 0.008,
     "lumbar_forward": 0.020,
     "lumbar_up": 0.020,
     "shoulder_half_width": 0.015,
@@ -81,9 +83,12 @@ error; lumbar joint, shoulder and upper arm: ANSUR II regressions on stature lea
 The prior of the thigh is for the knee: a hip that is further up makes the thigh longer.
 """
 
-PLACEMENT_SD: Final = 0.015
-"""m, of the place of a marker that tracks its segment, each way; soft tissue and arbitrary places.
-Give anatomical markers (about 5 mm) in `placement_sd`."""
+ANATOMICAL_SD: Final = 0.005
+"""m, of the place of a marker on a palpated landmark, each way."""
+
+TRACKING_SD: Final = 0.020
+"""m, of the place of any other marker: no anatomy says where it is, and a cluster may slip
+between trials (in the Rajagopal walk that on the left thigh by 3-4 cm)."""
 
 LARGEST_CHANGE: Final = 4.0
 """Standard deviations of its prior by which a length may change."""
@@ -91,18 +96,23 @@ LARGEST_CHANGE: Final = 4.0
 FRAMES: Final = 60
 """Of the walking trial, equally spaced."""
 
-INDEPENDENT_FRAMES: Final = 15.0
-"""How many frames' worth of knowledge the walking frames hold; convention."""
+SOFT_TISSUE_SD: Final = 0.010
+"""m, of a marker of weight 1 on the skin about its mean place on the segment in walking, each
+way: 5-30 mm on the thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212)."""
 
-STANDING_SD: Final = 0.002
-"""m, of a marker in standing, where skin and segment have not moved since the placement."""
+INDEPENDENT_FRAMES: Final = 5.0
+"""How many independent samples of the soft tissue's motion a walking trial holds; convention. It
+repeats with every gait cycle and is smooth within it, so more frames do not average it out."""
+
+STANDING_SD: Final = 0.010
+"""m, of a marker in standing about that mean place, each way."""
 
 SMALLEST_SD: Final = 1e-5
 """m: a residual of no size at all (made-up markers) is taken for this."""
 
 _MOST_ITERATIONS = 100
 _NOISE_UPDATES = 12
-_STEP_TOLERANCE = 1e-7  # m and rad
+_STEP_TOLERANCE = 1e-6  # m and rad
 _SHAPE = tuple(LENGTH_SD)
 
 
@@ -113,9 +123,10 @@ class FittedLength:
     Attributes
     ----------
     name : a key of `LENGTH_SD`.
-    prior, prior_sd : value in the model before, and standard deviation of the prior.
+    prior, prior_sd : value in the model before, and its standard deviation by the prior alone
+        (for the thigh, that of the hip and the knee together).
     fitted, standard_error : value after, and its standard deviation given all measurements;
-        close to `prior_sd` if no marker shows this length.
+        equal to `prior_sd` if no marker shows this length.
     at_bound : True if it would have changed by more than `LARGEST_CHANGE` deviations.
     """
 
@@ -239,7 +250,7 @@ def fit_body(
     length_sd: Mapping[str, float] | None = None,
     held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
-    frames: int = FRAMES,
+    soft_tissue_sd: float = SOFT_TISSUE_SD,
 ) -> BodyFit:
     """Fit lengths, marker places and poses to a standing and a walking trial.
 
@@ -250,10 +261,10 @@ def fit_body(
     standing : (S, M, 3) m, project axes, NaN where not seen; its median is used.
     walking : (T, M, 3) m, the same; the markers filtered as for inverse kinematics.
     placement_sd : m, standard deviation of the place of a marker, each way, by its name;
-        `PLACEMENT_SD` for others.
+        `TRACKING_SD` for others.
     length_sd : m, of the prior of a length, in place of that in `LENGTH_SD`; 0 keeps it.
     held, ranges : as in `inverse_kinematics.inverse_kinematics`.
-    frames : number of walking frames that are used.
+    soft_tissue_sd : m, see `SOFT_TISSUE_SD`; 0 for markers that do not move on their segments.
 
     Raises
     ------
@@ -265,10 +276,12 @@ def fit_body(
     placement_deviation = _placement_deviations(markers, placement_sd or {})
     stood = inverse_kinematics(model, markers, _median(standing), held=held, ranges=ranges)
     walked = inverse_kinematics(model, markers, walking, held=held, ranges=ranges)
-    chosen = _choose(walking, frames)
+    chosen = _choose(walking)
 
     measured = np.concatenate([_median(standing), walking[chosen]])
     seen = np.isfinite(measured).all(axis=2)
+    # Weights span 50 to 1 by convention, far more than the variances of skin markers do.
+    weights = np.sqrt([marker.weight for marker in markers])
     tree = tree_arrays(model)
     low, high = bounds({name: ranges[name] for name in ranges if name not in (held or {})})
     fit = _Fit(
@@ -281,7 +294,7 @@ def fit_body(
         length_precision=_length_precision(length_deviation),
         length_limit=LARGEST_CHANGE * length_deviation,
         measured=np.where(seen[..., None], measured, 0.0),
-        weight=seen * np.array([marker.weight for marker in markers]),
+        weight=seen * (weights / weights.mean()),
         free=np.concatenate([stood.determined, walked.determined[chosen]]),
         low=low,
         high=high,
@@ -295,7 +308,7 @@ def fit_body(
     iterations = 0
     fitted = state
     for _ in range(_NOISE_UPDATES):
-        fitted, count, converged = _solve(fit, fitted, _precision(fit, sigma))
+        fitted, count, converged = _solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
         iterations += count
         last, sigma = sigma, _measurement_sd(fit, fitted)
         if abs(sigma - last) < 0.01 * last:
@@ -303,7 +316,16 @@ def fit_body(
     else:
         converged = False
     return _result(
-        model, markers, fit, state, fitted, length_deviation, sigma, chosen, iterations, converged
+        model,
+        markers,
+        fit,
+        state,
+        fitted,
+        _precision(fit, sigma, soft_tissue_sd),
+        sigma,
+        chosen,
+        iterations,
+        converged,
     )
 
 
@@ -357,7 +379,7 @@ def _placement_deviations(markers: Sequence[ModelMarker], given: Mapping[str, fl
             "standard deviations of the markers' places must be above 0 m and of markers of the "
             "model, but:\n  " + "\n  ".join(bad)
         )
-    return np.array([given.get(name, PLACEMENT_SD) for name in names], dtype=float)
+    return np.array([given.get(name, TRACKING_SD) for name in names], dtype=float)
 
 
 def _median(standing: Array) -> Array:
@@ -369,7 +391,7 @@ def _median(standing: Array) -> Array:
     return median
 
 
-def _choose(walking: Array, count: int) -> Index:
+def _choose(walking: Array) -> Index:
     """Indices of equally spaced ones of the frames that show most markers."""
     seen = np.isfinite(walking).all(axis=2).sum(axis=1)
     good = np.flatnonzero(seen >= 0.9 * seen.max())
@@ -378,7 +400,7 @@ def _choose(walking: Array, count: int) -> Index:
             f"the walking trial has {len(good)} frames that show the markers: a fit of the body "
             "needs a trial in which the joints move."
         )
-    return np.unique(good[np.linspace(0, len(good) - 1, min(count, len(good))).astype(np.int64)])
+    return np.unique(good[np.linspace(0, len(good) - 1, min(FRAMES, len(good))).astype(np.int64)])
 
 
 def _joint_shifts() -> Array:
@@ -445,11 +467,14 @@ def _length_precision(deviation: Array) -> Array:
     return np.asarray(relation.T @ (relation / deviation[:, None] ** 2))
 
 
-def _precision(fit: _Fit, sigma: float) -> Array:
-    """Inverse variance (F, M) of a coordinate of each measured marker."""
-    walking = len(fit.weight) - 1
-    precision = fit.weight / sigma**2 * min(1.0, INDEPENDENT_FRAMES / walking)
-    precision[0] = fit.weight[0] / STANDING_SD**2
+def _precision(fit: _Fit, sigma: float, soft_tissue_sd: float) -> Array:
+    """Inverse variance (F, M) of a coordinate of each measured marker: with noise that is new
+    in every frame, and soft tissue that counts as `INDEPENDENT_FRAMES`.
+    """
+    repeated = max(1.0, (len(fit.weight) - 1) / INDEPENDENT_FRAMES)
+    precision = fit.weight / (sigma**2 + repeated * soft_tissue_sd**2)
+    standing = STANDING_SD if soft_tissue_sd > 0 else sigma
+    precision[0] = fit.weight[0] / standing**2
     return np.asarray(precision)
 
 
@@ -515,48 +540,50 @@ def _normal_equations(fit: _Fit, state: _State, precision: Array) -> _Normal:
     errors = fit.measured - points
     misplaced = state.places - fit.placement - fit.coupling @ state.lengths
 
-    shape = (frames, 3 * count, -1)
-    flat = poses.reshape(shape)
-    weighted = (poses * precision[..., None, None]).reshape(shape)
-    weighted_t = weighted.transpose(0, 2, 1)
-    mixed_places = np.einsum("fmij,fmik->fjmk", weighted.reshape(poses.shape), turns)
-    mixed = np.concatenate(
-        [
-            weighted_t @ stretches.reshape(shape),
-            mixed_places.reshape(frames, len(COORDINATES), 3 * count),
-        ],
-        axis=2,
-    )
-    shared = np.zeros((lengths + 3 * count, lengths + 3 * count))
+    rows = (frames, 3 * count, -1)
+    stretches_weighted = precision[..., None, None] * stretches
+    poses_weighted = precision[..., None, None] * poses
+    by_pose = poses_weighted.reshape(rows).transpose(0, 2, 1)  # (F, 31, 3M)
+    by_place = poses_weighted.transpose(0, 1, 3, 2) @ turns  # (F, M, 31, 3)
+    by_place = by_place.transpose(0, 2, 1, 3).reshape(frames, len(COORDINATES), -1)
+    mixed = np.concatenate([by_pose @ stretches.reshape(rows), by_place], axis=2)
+
     prior = fit.placement_precision
+    coupled = prior[:, None, None] * fit.coupling  # (M, 3, K)
+    weighted_errors = precision[..., None] * errors
+    shared = np.zeros((lengths + 3 * count, lengths + 3 * count))
     shared[:lengths, :lengths] = (
-        np.einsum("fmik,fm,fmil->kl", stretches, precision, stretches, optimize=True)
-        + np.einsum("mik,m,mil->kl", fit.coupling, prior, fit.coupling)
+        _product(stretches, stretches_weighted)
+        + _product(fit.coupling, coupled)
         + fit.length_precision
     )
-    crossed = np.einsum("fmik,fm,fmij->kmj", stretches, precision, turns, optimize=True)
-    crossed -= np.einsum("mjk,m->kmj", fit.coupling, prior)
-    shared[:lengths, lengths:] = crossed.reshape(lengths, -1)
+    crossed = (stretches_weighted.transpose(0, 1, 3, 2) @ turns).sum(axis=0)  # (M, K, 3)
+    crossed -= coupled.transpose(0, 2, 1)
+    shared[:lengths, lengths:] = crossed.transpose(1, 0, 2).reshape(lengths, -1)
     shared[lengths:, :lengths] = shared[:lengths, lengths:].T
+    # A marker's place turns into the world by a rotation R, and RᵀR is one.
     shared[lengths:, lengths:] = np.diag(np.repeat(precision.sum(axis=0) + prior, 3))
+    to_places = (turns.transpose(0, 1, 3, 2) @ weighted_errors[..., None])[..., 0].sum(axis=0)
     gradient = np.concatenate(
         [
-            -np.einsum("fmik,fm,fmi->k", stretches, precision, errors, optimize=True)
-            - np.einsum("mik,m,mi->k", fit.coupling, prior, misplaced)
-            + fit.length_precision @ state.lengths,
-            (
-                -np.einsum("fmij,fm,fmi->mj", turns, precision, errors, optimize=True)
-                + prior[:, None] * misplaced
-            ).reshape(-1),
+            fit.length_precision @ state.lengths
+            - _product(stretches, weighted_errors[..., None])[:, 0]
+            - _product(coupled, misplaced[..., None])[:, 0],
+            (prior[:, None] * misplaced - to_places).reshape(-1),
         ]
     )
     return _Normal(
-        pose=weighted_t @ flat,
+        pose=by_pose @ poses.reshape(rows),
         mixed=mixed,
         shared=shared,
-        pose_gradient=-(weighted_t @ errors.reshape(frames, -1, 1))[..., 0],
+        pose_gradient=-(by_pose @ errors.reshape(rows))[..., 0],
         shared_gradient=gradient,
     )
+
+
+def _product(a: Array, b: Array) -> Array:
+    """aᵀb of arrays (…, p) and (…, q), as matrices of p and q columns."""
+    return np.asarray(a.reshape(-1, a.shape[-1]).T @ b.reshape(-1, b.shape[-1]))
 
 
 def _without_fixed(fit: _Fit, state: _State, normal: _Normal) -> _Normal:
@@ -596,7 +623,7 @@ def _reduced(normal: _Normal, damping: float) -> tuple[Array, Array]:
         pose, np.concatenate([normal.mixed, normal.pose_gradient[..., None]], axis=2)
     )
     shared = normal.shared + damping * np.diag(np.diag(normal.shared))
-    shared -= np.einsum("fjs,fjt->st", normal.mixed, inverse[..., :-1], optimize=True)
+    shared -= _product(normal.mixed, inverse[..., :-1])
     return shared, inverse
 
 
@@ -610,10 +637,8 @@ def _solve(fit: _Fit, state: _State, precision: Array) -> tuple[_State, int, boo
         normal = _without_fixed(fit, state, _normal_equations(fit, state, precision))
         while True:
             shared, inverse = _reduced(normal, damping)
-            right = -normal.shared_gradient + np.einsum(
-                "fjs,fj->s", normal.mixed, inverse[..., -1], optimize=True
-            )
-            step = np.linalg.solve(shared, right)
+            right = _product(normal.mixed, inverse[..., -1:])[:, 0] - normal.shared_gradient
+            step = np.asarray(np.linalg.solve(shared, right), dtype=float)
             poses = -inverse[..., -1] - inverse[..., :-1] @ step
             longest = max(float(np.abs(step).max()), float(np.abs(poses).max()))
             trial = _moved(fit, state, step, poses)
@@ -649,24 +674,25 @@ def _result(
     fit: _Fit,
     before: _State,
     after: _State,
-    deviation: Array,
+    precision: Array,
     sigma: float,
     chosen: Index,
     iterations: int,
     converged: bool,
 ) -> BodyFit:
-    normal = _without_fixed(fit, after, _normal_equations(fit, after, _precision(fit, sigma)))
+    normal = _without_fixed(fit, after, _normal_equations(fit, after, precision))
     covariance = np.linalg.inv(_reduced(normal, 0.0)[0])
+    prior_sd = np.sqrt(np.diag(np.linalg.inv(fit.length_precision))) * (fit.length_limit > 0)
     prior = lengths_of(model)
     at_bound = np.abs(after.lengths) >= fit.length_limit
     lengths = tuple(
         FittedLength(
             name=name,
             prior=prior[name],
-            prior_sd=float(deviation[k]),
+            prior_sd=float(prior_sd[k]),
             fitted=prior[name] + float(after.lengths[k]),
             standard_error=0.0 if at_bound[k] else float(np.sqrt(covariance[k, k])),
-            at_bound=bool(at_bound[k] and deviation[k] > 0),
+            at_bound=bool(at_bound[k] and prior_sd[k] > 0),
         )
         for k, name in enumerate(_SHAPE)
     )
