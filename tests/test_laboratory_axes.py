@@ -281,6 +281,18 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="not a walking trial"):
             turn_to_walking_direction(walking(0.0, belt=False), LANDMARKS)
 
+    @pytest.mark.parametrize("factor", [1e-3, 10.0])
+    def test_another_unit_than_the_standing_trial(self, factor):
+        recording = walking(1.2, belt=False)
+        other = recording.with_markers(recording.names, factor * recording.markers)
+        with pytest.raises(RecordError, match=f"wrong unit, by a factor of {1 / factor:g}"):
+            turn_to_walking_direction(other, LANDMARKS)
+
+    def test_other_axes_than_the_standing_trial(self):
+        upside_down = walking(1.2, belt=False).turned(np.diag([1.0, -1, -1]))
+        with pytest.raises(RecordError, match="other axes than the standing trial"):
+            turn_to_walking_direction(upside_down, LANDMARKS)
+
     def test_still_in_the_laboratorys_axes(self):
         with pytest.raises(RecordError, match="still in the laboratory's axes"):
             turn_to_walking_direction(standing(), LANDMARKS)

@@ -182,6 +182,11 @@ class TestMarkers:
         )
         assert read_c3d(path).names == ("LASI", "RASI", "LHEE")
 
+    def test_names_that_are_not_utf8(self, tmp_path):
+        path = write(tmp_path / "a.c3d", names=["Schaedel", "R.ASIS", "L.ASIS"])
+        path.write_bytes(path.read_bytes().replace(b"Schaedel", "Schädel ".encode("latin-1")))
+        assert read_c3d(path).names == ("Schädel", "R.ASIS", "L.ASIS")
+
     def test_clock_starts_at_the_first_frame_that_was_kept(self, tmp_path):
         recording = read_c3d(write(tmp_path / "a.c3d", first_frame=150))
         assert recording.start == pytest.approx(1.5)

@@ -128,9 +128,10 @@ def read_c3d(path: Path) -> Recording:
         lies exactly at the origin. Points that the file declares to be angles, forces, moments
         or powers and unlabelled ones (`*12`) are left out; a subject's prefix that all names
         share (`Anna:LASI`) is taken off. Forces are of the plate on the person: a file with
-        the opposite sign is turned round, for a plate only pushes. Plates without channels or
-        corners are left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says, unless the
-        plate is loaded then.
+        the opposite sign is turned round, for a plate only pushes. Plates without channels
+        are left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says, unless the
+        plate is loaded then. The polynomial with which Kistler refines the centre of pressure of
+        type 3 (FPCOPPOLY) is not applied: a few millimetres near the plate's edge.
 
     Raises
     ------

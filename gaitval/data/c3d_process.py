@@ -5,17 +5,33 @@ A script, run with one argument in a process of its own. It imports nothing of g
 
 import io
 import json
+import os
 import resource
 import sys
 from pathlib import Path
+from typing import Any
 
 import ezc3d
 import numpy as np
 
 
+def values(stored: Any) -> list[Any]:
+    """Values of a parameter in the file's order. Text that is not UTF-8 is taken as Latin-1."""
+    found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
+    return [
+        value.encode("utf-8", "surrogateescape").decode("latin-1")
+        if isinstance(value, str) and not value.isprintable()
+        else value
+        for value in found
+    ]
+
+
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
+    # What ezc3d may print must not get between the contents.
+    contents = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
     # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
     memory = 2 * 2**30 + 50 * path.stat().st_size
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
@@ -25,7 +41,7 @@ def main() -> None:
             "parameters": {
                 group: {
                     name: {
-                        "value": np.asarray(entry["value"]).ravel(order="F").tolist(),
+                        "value": values(entry["value"]),
                         "shape": np.shape(entry["value"]),
                     }
                     for name, entry in entries.items()
@@ -49,7 +65,8 @@ def main() -> None:
         text = str(error).splitlines()
         print("c3d:", text[0] if text else type(error).__name__, file=sys.stderr)
         sys.exit(1)
-    sys.stdout.buffer.write(output.getvalue())
+    with contents:
+        contents.write(output.getvalue())
 
 
 if __name__ == "__main__":

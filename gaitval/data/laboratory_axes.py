@@ -227,7 +227,12 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
                 f"{recording.source}: no marker on {what} is seen, so the axes of the laboratory "
                 'cannot be found. Give a standing trial with them, or --axes "forward=+x up=+z".'
             )
-    height = float(np.linalg.norm(_upward(found)))
+    _check_height(recording.source, float(np.linalg.norm(_upward(found))))
+    return found
+
+
+def _check_height(where: str, height: float) -> None:
+    """Refuse a pelvis that is nearer to or farther from the ankles (m) than a person's."""
     if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
         factors = [f for f in (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3) if 0.6 <= height * f <= 1.1]
         hint = (
@@ -237,10 +242,9 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
             else "this is no person who stands, or the markers' names are wrong: check them"
         )
         raise RecordError(
-            f"{recording.source}: the pelvis is {height:.3g} m from the ankles, a person's is "
+            f"{where}: the pelvis is {height:.3g} m from the ankles, a person's is "
             f"{PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g} m: {hint}."
         )
-    return found
 
 
 def _mean(points: Mapping[str, Array], names: tuple[str, ...], sides: str = "RL") -> Array:
@@ -334,8 +338,9 @@ def turn_to_walking_direction(
     Raises
     ------
     RecordError
-        The trial is not yet in the project's axes; no walking is seen; the person walks
-        backwards (or front and rear markers are exchanged).
+        The trial is not yet in the project's axes, or in others than the standing trial or in
+        another unit; no walking is seen; the person walks backwards (or front and rear markers
+        are exchanged).
     """
     where = recording.source
     if recording.axes != "project":
@@ -349,6 +354,15 @@ def turn_to_walking_direction(
             f"{where}: no marker of the pelvis (ASIS, PSIS) is seen, so the direction of walking "
             "is unknown. Label the trial and export it again."
         )
+    ankles = _path(recording, landmarks, ("R.Ankle", "L.Ankle"))[:, 2]
+    if np.isfinite(ankles).any():
+        height = float(np.median(pelvis[seen, 2]) - np.nanmedian(ankles))
+        _check_height(where, abs(height))
+        if height < 0:
+            raise RecordError(
+                f"{where}: the pelvis is under the ankles: the trial has other axes than the "
+                "standing trial. Export both in the same axes."
+            )
     time = recording.time[seen]
     drift = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])
     ground = _ground_velocity(recording, landmarks)
