@@ -12,11 +12,11 @@ from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     FOOT_SHAPE,
     MARKER_OFFSET,
-    Measurements,
     hip_joint_centre,
     measure,
 )
 from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.model import SEGMENTS, BodyModel
 from gaitval.scaling.scaling import build_body
 

@@ -21,12 +21,11 @@ from gaitval.errors import ScalingError
 from gaitval.kinematics.body_fit import lengths_of, with_lengths
 from gaitval.scaling.joint_centres import (
     FOOT_SHAPE,
-    Measurements,
     chord_centre,
     locate,
     measure,
-    with_fitted_lengths,
 )
+from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, scale_subject
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}

@@ -23,13 +23,13 @@ from gaitval.kinematics.tree import segment_frames
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     MARKER_OFFSET,
-    Measurements,
     Place,
     arms_hang,
     locate,
     pelvis_frame,
 )
 from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.model import SEGMENTS, BodyModel
 
 Array = NDArray[np.float64]

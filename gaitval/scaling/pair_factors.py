@@ -14,7 +14,8 @@ import numpy as np
 
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
-from gaitval.scaling.joint_centres import MARKER_OFFSET, Leg, Measurements, Vector, locate, measure
+from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
+from gaitval.scaling.measurements import Leg, Measurements, Vector
 from gaitval.scaling.tape import measure_by_tape
 
 Pair = tuple[str, str]

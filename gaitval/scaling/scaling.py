@@ -33,7 +33,8 @@ from gaitval.scaling.anthropometry import (
     mean_length,
     shifted_inertia,
 )
-from gaitval.scaling.joint_centres import Measurements, Vector, measure
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.measurements import Measurements, Vector
 from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.scaling.tape import measure_by_tape
 
@@ -102,7 +103,7 @@ class MeasuredPerson(Person, Protocol):
 
     @property
     def measurements(self) -> Mapping[str, object]:
-        """As `joint_centres.Measurements.to_dict` stores them; empty where not known."""
+        """As `Measurements.to_dict` stores them; empty where not known."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ class ScaledBody:
 
 @dataclass(frozen=True)
 class _Lengths:
-    """Lengths of the model, m; the foot's points as in `joint_centres.Leg`."""
+    """Lengths of the model, m; the foot's points as in `measurements.Leg`."""
 
     thigh: float
     shank: float

@@ -20,7 +20,8 @@ import numpy as np
 
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import WINTER
-from gaitval.scaling.joint_centres import Leg, Measurements, hip_joint_centre
+from gaitval.scaling.joint_centres import hip_joint_centre
+from gaitval.scaling.measurements import Leg, Measurements
 
 PELVIS_WIDTH: Final = 0.158
 """Distance between the ASIS over stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
