@@ -13,6 +13,7 @@ from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_ta
 from recorded_walks import RecordedWalk, rajagopal_walk, wbds_walk
 
 from gaitval.configuration import Contact
+from gaitval.coordinates import ACTUATED
 from gaitval.interchange.motion import (
     read_motion,
     write_external_loads,
@@ -113,3 +114,32 @@ def test_the_moments_are_opensims(walk, model_file, tmp_path):
         peak = np.abs(values).max()
         apart = np.abs(values - theirs[name])[INSIDE].max()
         assert apart < 1e-3 * peak, f"{name}: {apart:.3g} of a peak of {peak:.3g}"
+
+
+def test_a_laboratorys_own_external_loads_fit_the_model(gait_data, tmp_path):
+    """The set-up that was published with the Rajagopal walk, its bodies and its unfiltered
+    forces, on our model: only the filter of the forces is another."""
+    walk = rajagopal_walk(gait_data)
+    write_osim(tmp_path / "model.osim", walk.model, walk.markers, Contact(), 0.8)
+    write_motion(tmp_path / "walk.mot", walk.trial.time, walk.positions)
+    tool = inverse_dynamics_tool(
+        tmp_path / "model.osim",
+        tmp_path / "walk.mot",
+        gait_data / "opensim_rajagopal" / "ID" / "grf_walk.xml",
+        tmp_path / "id.sto",
+    )
+    run(tool, tmp_path)
+    theirs = read_table(tmp_path / "id.sto")
+    ours = inverse_dynamics(
+        walk.model,
+        walk.trial.time,
+        walk.positions,
+        walk.forces.force,
+        walk.forces.centre_of_pressure,
+        walk.forces.free_moment,
+    )
+    for name in ("hip_flexion_r", "hip_adduction_l", "knee_angle_r", "ankle_angle_l"):
+        moment = ours.moments[:, ACTUATED.index(name)]
+        apart = (moment - theirs[f"{name}_moment"])[INSIDE]
+        assert np.sqrt(np.mean(apart**2)) < 0.05 * np.abs(moment).max(), name
+    assert abs(theirs["pelvis_ty_force"][INSIDE].mean()) < 0.01 * walk.model.mass * 9.81

@@ -135,6 +135,7 @@ def write_external_loads(path: Path, ground_reaction: Path | str) -> None:
     Parameters
     ----------
     ground_reaction : the file, as it is to stand in the XML: relative to the folder of `path`.
+        OpenSim looks for it in its current folder first, and takes a file of this name there.
     """
     document = ElementTree.Element("OpenSimDocument", Version=DOCUMENT_VERSION)
     loads = ElementTree.SubElement(document, "ExternalLoads", name="ground_reaction")

@@ -368,7 +368,7 @@ def _contact_geometry(set_: Element, model: BodyModel) -> None:
 def _contact_forces(set_: Element, model: BodyModel, contact: Contact, friction: float) -> None:
     law = contact_law(contact, friction)
     for sphere in model.spheres:
-        force = _named(set_, "SmoothSphereHalfSpaceForce", f"contact_{sphere.name}")
+        force = _named(set_, "SmoothSphereHalfSpaceForce", f"{sphere.name}_force")
         _flag(force, "appliesForce", False)
         _text(force, "socket_sphere", f"/contactgeometryset/{sphere.name}")
         _text(force, "socket_half_space", f"/contactgeometryset/{FLOOR}")
