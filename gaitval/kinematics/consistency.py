@@ -245,8 +245,8 @@ def _derivatives(
     Parameters
     ----------
     known : (T,) frames to do.
-    by_state : (T, 6, 3, 31) out, by coordinates, rates, second rates.
-    by_body : (T, 6, 10) out, by the logarithms of the mass factors and by the trunk's offset.
+    by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
+    by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
     """
     work = _work_arrays()
     steps = (1e-5, 1e-2, 1.0)
@@ -259,8 +259,6 @@ def _derivatives(
         if not known[t]:
             continue
         state = states[t].copy()
-        by_state[t] = 0.0
-        by_body[t] = 0.0
         # Each loop calls at one place only: the compiler copies the whole recursion to each.
         for case in range(3 * _DOFS * 2):
             order, i, sign = case // (2 * _DOFS), case // 2 % _DOFS, 1.0 - 2.0 * (case % 2)
@@ -288,7 +286,7 @@ def _derivatives(
                 if trunk:
                     by_body[t, r, groups + axis] += sign * found[r] / 2e-3
                 else:
-                    by_body[t, r, case] = found[r]
+                    by_body[t, r, case] += found[r]
 
 
 @njit
@@ -387,16 +385,31 @@ class _Splines:
 
 
 def _prior(
-    splines: _Splines, metric: Array, sigma: Array, weight: float, highest_hz: float
+    model: BodyModel,
+    coordinates: Array,
+    markers: Sequence[ModelMarker],
+    splines: _Splines,
+    weight: float,
+    settings: ConsistencySettings,
 ) -> Array:
     """Band (N, 186) of the quadratic cost of the change of motion; N = 31 × splines."""
-    band = np.zeros((splines.count * _DOFS, _BLOCK))
+    above = _moved_by()
+    segment, place, marker_weight = _marker_arrays(markers)
+    seen = above[segment].any(axis=0) if len(markers) else np.ones(_DOFS, dtype=bool)
+    sigma = np.where(seen, settings.observed_rad, settings.unobserved_rad)
+    sigma[3:ROOT_DOFS] = settings.translation_m
     tight = 1.0 / sigma**2
-    slow = tight / (2.0 * np.pi * highest_hz) ** 4
+    slow = tight / (2.0 * np.pi * settings.highest_hz) ** 4
+    joint_position = _tree(model)[0]
+    band = np.zeros((splines.count * _DOFS, _BLOCK))
+    i = np.arange(_DOFS)
     for interval, frames in splines.intervals:
+        here = coordinates[frames]
+        metric = np.zeros((len(here), _DOFS, _DOFS))
+        _marker_metric(joint_position, segment, place, marker_weight, above, here, metric)
+        metric /= settings.marker_m**2
         value, second = splines.values[frames, 0], splines.values[frames, 2]
-        block = np.einsum("ta,tb,tij->aibj", value, value, metric[frames])
-        i = np.arange(_DOFS)
+        block = np.einsum("ta,tb,tij->aibj", value, value, metric)
         block[:, i, :, i] += np.multiply.outer(tight, value.T @ value)
         block[:, i, :, i] += np.multiply.outer(slow, second.T @ second)
         _add_block(band, interval * _DOFS, weight * block.reshape(_BLOCK, _BLOCK))
@@ -531,15 +544,6 @@ def _problem(
     base = np.stack([coordinates, recorded(time, 1), recorded(time, 2)], axis=1)
     splines = _Splines(time, settings.knot_s)
     weight = STRIDE_S / settings.knot_s / len(time)
-
-    above = _moved_by()
-    segment, place, marker_weight = _marker_arrays(markers)
-    seen = above[segment].any(axis=0) if len(markers) else np.ones(_DOFS, dtype=bool)
-    sigma = np.where(seen, settings.observed_rad, settings.unobserved_rad)
-    sigma[3:ROOT_DOFS] = settings.translation_m
-    metric = np.zeros((len(time), _DOFS, _DOFS))
-    _marker_metric(_tree(model)[0], segment, place, marker_weight, above, coordinates, metric)
-    metric /= settings.marker_m**2
     deviations = np.repeat([settings.residual_moment_nm, settings.residual_force_n], 3)
     body_deviations = [settings.segment_mass, settings.trunk_offset_m]
     return _Problem(
@@ -548,7 +552,7 @@ def _problem(
         wrenches=np.ascontiguousarray(wrenches),
         known=known,
         splines=splines,
-        prior=_prior(splines, metric, sigma, weight, settings.highest_hz),
+        prior=_prior(model, coordinates, markers, splines, weight, settings),
         scale=np.sqrt(weight) / deviations,
         body_sigma=np.repeat(body_deviations, [len(MASS_GROUPS), 3]),
         total_mass_sigma=settings.total_mass * model.mass,
@@ -576,32 +580,27 @@ def _estimate(problem: _Problem, change: Array, body: Array) -> _Estimate:
 
 def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
     """Step of the change (N,) and of the body (10,), by elimination of the banded part."""
-    frames_count = len(at.states)
-    by_state = np.zeros((frames_count, 6, 3, _DOFS))
-    by_body = np.zeros((frames_count, 6, _GLOBALS))
-    _derivatives(
-        *_tree(_with_body(problem.model, at.body)),
-        at.states,
-        problem.wrenches,
-        problem.known,
-        by_state,
-        by_body,
-    )
-    band, border = problem.prior.copy(), np.zeros((len(at.change), _GLOBALS))
-    slope = _times_band(problem.prior, at.change)
-    by_body *= problem.scale[:, None]
+    tree = _tree(_with_body(problem.model, at.body))
+    error, error_slope = _total_mass_error(problem, at.body)
+    band, slope = problem.prior.copy(), _times_band(problem.prior, at.change)
+    border = np.zeros((len(at.change), _GLOBALS))
+    corner = np.diag(problem.body_sigma**-2.0) + np.outer(error_slope, error_slope)
+    body_slope = at.body / problem.body_sigma**2 + error * error_slope
     for interval, frames in problem.splines.intervals:
-        rows = np.einsum("trni,tna->trai", by_state[frames], problem.splines.values[frames])
+        states, known = at.states[frames], problem.known[frames]
+        by_state = np.zeros((len(states), 6, 3, _DOFS))
+        by_body = np.zeros((len(states), 6, _GLOBALS))
+        _derivatives(*tree, states, problem.wrenches[frames], known, by_state, by_body)
+        rows = np.einsum("trni,tna->trai", by_state, problem.splines.values[frames])
         rows = (rows * problem.scale[:, None, None]).reshape(-1, _BLOCK)
+        body_rows = (by_body * problem.scale[:, None]).reshape(-1, _GLOBALS)
+        residual = at.residual[frames].ravel()
         block = slice(interval * _DOFS, interval * _DOFS + _BLOCK)
         _add_block(band, interval * _DOFS, rows.T @ rows)
-        border[block] += rows.T @ by_body[frames].reshape(-1, _GLOBALS)
-        slope[block] += rows.T @ at.residual[frames].ravel()
-    rows = by_body.reshape(-1, _GLOBALS)
-    error, error_slope = _total_mass_error(problem, at.body)
-    corner = rows.T @ rows + np.diag(problem.body_sigma**-2.0) + np.outer(error_slope, error_slope)
-    body_slope = rows.T @ at.residual.ravel() + at.body / problem.body_sigma**2
-    body_slope += error * error_slope
+        border[block] += rows.T @ body_rows
+        slope[block] += rows.T @ residual
+        corner += body_rows.T @ body_rows
+        body_slope += body_rows.T @ residual
     factor = cholesky_banded(band.T, lower=True, overwrite_ab=True, check_finite=False)
     solved = cho_solve_banded((factor, True), np.column_stack([slope, border]), check_finite=False)
     body_step = cho_solve(
