@@ -13,10 +13,12 @@ from gaitval.coordinates import COORDINATES
 from gaitval.data.c3d import read_c3d
 from gaitval.data.motion_text import read_trc
 from gaitval.data.subject import load_subject
+from gaitval.errors import ScalingError
 from gaitval.kinematics.inverse_kinematics import marker_positions
 from gaitval.kinematics.placement import place_markers, placement_checks
 from gaitval.scaling.joint_centres import ACROMION_TO_SHOULDER, measure
 from gaitval.scaling.marker_sets import load_marker_set, recognise
+from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.scaling import build_body
 
 TO_PROJECT = {
@@ -81,6 +83,21 @@ def test_the_model_has_its_markers_where_they_were_measured():
         next(m for m in placement.markers if m.name == n).position for n in ("R.Knee", "L.Knee")
     )
     assert np.abs(right * [1, -1, 1] - left).max() > 0.003
+
+
+@pytest.mark.parametrize(("name", "swapped"), [("wbds", "HF"), ("rajagopal", "TH2")])
+def test_swapped_tracking_markers_are_named(name, swapped):
+    person, marker_set = standing_person(), load_marker_set(name)
+    places, _ = person.markers(marker_set)
+    for side, away in (("R", -0.05), ("L", 0.05)):  # where a cluster is, not across the midline
+        segment = marker_set.markers[f"{side}.{swapped}"].segment
+        frame = person.frames[SEGMENTS.index(segment)]
+        places[f"{side}.{swapped}"] = frame[:3, 3] + frame[:3, :3] @ [0.0, away, -0.2]
+    right, left = f"R.{swapped}", f"L.{swapped}"
+    place_markers(person.model, person.measured, places, marker_set)
+    places[right], places[left] = places[left], places[right]
+    with pytest.raises(ScalingError, match=rf"swapped in the standing trial.*: {swapped}\."):
+        place_markers(person.model, person.measured, places, marker_set)
 
 
 def test_raised_arms_move_to_the_model_shoulders():

@@ -252,3 +252,9 @@ def test_measured_arms_are_in_the_table_and_the_model():
     assert (row.right_m, row.left_m) == (0.275, 0.267)
     assert row.length_m == pytest.approx(0.271)
     assert scaled.model["upper_arm_l"].joint_position[1] == pytest.approx(0.165)
+
+
+def test_implausible_hips_and_shoulders_are_named():
+    measured = replace(made_up_measurements(), hip_half_width=-0.09, shoulder_half_width=0.3)
+    with pytest.raises(ScalingError, match=r"hips: -0\.090 m from(.|\n)*shoulders: 0\.300 m from"):
+        build_body(PERSON, measured)

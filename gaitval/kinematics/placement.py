@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.coordinates import COORDINATES
+from gaitval.errors import ScalingError
 from gaitval.kinematics.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.tree import segment_frames
@@ -120,7 +121,8 @@ def place_markers(
 
     Raises
     ------
-    ScalingError : as `joint_centres.measure`.
+    ScalingError : as `joint_centres.measure`; markers without a landmark that are swapped
+        left to right.
     """
     seen = {
         name: np.asarray(place, dtype=np.float64)
@@ -133,6 +135,7 @@ def place_markers(
         ankle_width=ankle_width,
         elbow_width=elbow_width,
     )
+    _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:
         shifts = _to_the_shoulders(model, measured, points)
@@ -216,6 +219,27 @@ def placement_checks(
             )
         )
     return tuple(checks)
+
+
+def _check_sides(
+    marker_set: MarkerSet, seen: Mapping[str, Array], points: Mapping[str, Array]
+) -> None:
+    """Left markers to the left of their namesakes; landmarks are checked where they are measured,
+    and arms may cross.
+    """
+    left = _pelvis(points)[:, 1]
+    swapped = [
+        name[1:].lstrip(".")
+        for name, definition in marker_set.markers.items()
+        for other in [f"L{name[1:]}"]
+        if name.startswith("R") and {name, other} <= seen.keys() and "arm" not in definition.segment
+        if (seen[other] - seen[name]) @ left <= 0
+    ]
+    if swapped:
+        raise ScalingError(
+            "left and right markers look swapped in the standing trial (the left one is on the "
+            f"right): {', '.join(swapped)}. Check the names of the markers."
+        )
 
 
 def _pelvis(points: Mapping[str, Array]) -> Array:

@@ -53,6 +53,10 @@ PLAUSIBLE_TILT = (-15.0, 40.0)
 """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
 about 12 +- 6."""
 
+PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
+"""Half the distance between the hip joints, and between the shoulder joints, over stature. The
+built-in subjects' hips have 0.047-0.070; 0.100 is expected of shoulders."""
+
 SPHERE_RADIUS = 0.020
 """Radius of the contact spheres, m; see `_spheres`."""
 
@@ -326,6 +330,13 @@ def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Person)
                     f"{row.segment}: right {row.right_m:.3f} m and left {row.left_m:.3f} m "
                     f"differ by more than {LARGEST_ASYMMETRY:g} m"
                 )
+    for name, (low, high) in PLAUSIBLE_HALF_WIDTH.items():
+        half = getattr(measured, f"{name}_half_width")
+        if half is not None and not low <= half / subject.height_m <= high:
+            problems.append(
+                f"{name}s: {half:.3f} m from the midline (plausible for this stature: "
+                f"{low * subject.height_m:.3f} to {high * subject.height_m:.3f})"
+            )
     tilt = np.degrees(measured.pelvic_tilt)
     if not PLAUSIBLE_TILT[0] <= tilt <= PLAUSIBLE_TILT[1]:
         problems.append(
