@@ -182,6 +182,11 @@ class TestMarkers:
         )
         assert read_c3d(path).names == ("LASI", "RASI", "LHEE")
 
+    def test_texts_that_end_in_nul(self, tmp_path):
+        path = write(tmp_path / "a.c3d", names=["Heel__", "R.ASIS", "L.ASIS"])
+        path.write_bytes(path.read_bytes().replace(b"Heel__", b"Heel\0\0"))
+        assert read_c3d(path).names == ("Heel", "R.ASIS", "L.ASIS")
+
     def test_names_that_are_not_utf8(self, tmp_path):
         path = write(tmp_path / "a.c3d", names=["Schaedel", "R.ASIS", "L.ASIS"])
         path.write_bytes(path.read_bytes().replace(b"Schaedel", "Schädel ".encode("latin-1")))

@@ -16,14 +16,19 @@ import numpy as np
 
 
 def values(stored: Any) -> list[Any]:
-    """Values of a parameter in the file's order. Text that is not UTF-8 is taken as Latin-1."""
+    """Values of a parameter in the file's order, texts without blanks and NUL at their ends."""
     found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
-    return [
-        value.encode("utf-8", "surrogateescape").decode("latin-1")
-        if isinstance(value, str) and not value.isprintable()
-        else value
-        for value in found
-    ]
+    return [plain(value) if isinstance(value, str) else value for value in found]
+
+
+def plain(text: str) -> str:
+    """Text as ezc3d gives it; bytes that are not UTF-8 are taken as Latin-1."""
+    stripped = text.strip("\0 ")
+    try:
+        stripped.encode("utf-8")
+    except UnicodeEncodeError:
+        return stripped.encode("utf-8", "surrogateescape").decode("latin-1")
+    return stripped
 
 
 def main() -> None:
