@@ -2,30 +2,33 @@
 
 import csv
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.progress import (
     BarColumn,
+    DownloadColumn,
     Progress,
     TaskID,
     TaskProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
+    TransferSpeedColumn,
 )
 from rich.table import Table
 from typer.core import TyperGroup
 
 from gaitval import __version__
-from gaitval.artefacts import read_json
+from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import GaitvalError, ToleranceError
 from gaitval.pipeline import (
@@ -38,6 +41,9 @@ from gaitval.pipeline import (
     store_baseline,
     walk_again,
 )
+
+if TYPE_CHECKING:
+    from gaitval.laboratory import Import
 
 STOPPED = 130
 """Exit code after Ctrl-C, as shells have it."""
@@ -325,6 +331,30 @@ def _print_tolerances(metrics: Mapping[str, Any]) -> None:
     output.print(table)
 
 
+def _print_import(found: "Import") -> None:
+    """Published limits of an import, and what was measured of the walk."""
+    from gaitval.laboratory_files import limit_rows, spatiotemporal_rows
+
+    table = Table(title=f"{found.request.identifier}: the recording against published limits")
+    for name in ("measure", "value", "at most", "unit", "verdict"):
+        table.add_column(name)
+    for row in limit_rows(found):
+        value = "not measured" if row.value is None else f"{row.value:.3g}"
+        verdict = "pass" if row.passed else "[red]fail[/]"
+        table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
+    output.print(table)
+    table = Table(title="Gait")
+    for name in ("parameter", "right", "left", "unit"):
+        table.add_column(name)
+    for entry in spatiotemporal_rows(found.walks):
+        sides = (
+            "" if pair is None else f"{pair[0]:.{entry.digits}f} ± {pair[1]:.{entry.digits}f}"
+            for pair in (entry.right, entry.left)
+        )
+        table.add_row(entry.name, *sides, entry.unit)
+    output.print(table)
+
+
 # --- commands ----------------------------------------------------------------------------
 
 
@@ -402,6 +432,161 @@ def subjects(
             f"{person.walking_speed_m_s:g}",
         )
     output.print(table)
+
+
+SexOption = Annotated[
+    str,
+    typer.Option("--sex", metavar="F|M", help="Chooses the segment tables.", show_default=False),
+]
+
+
+@_command(
+    "gaitval import --static stand.c3d --trial walk.c3d --mass 74.3 --height 1.725 --sex M "
+    "--out reports/mine",
+    "gaitval import --static stand.trc --trial walk.trc --forces walk_grf.mot --mass 85 "
+    "--height 1.83 --sex M --out reports/theirs",
+    "gaitval subject reports/mine/subject.toml      # then the main job, as for a built-in subject",
+    name="import",
+)
+def import_command(
+    static: Annotated[
+        Path,
+        typer.Option(
+            "--static", metavar="FILE", help="Standing trial: C3D, TRC.", show_default=False
+        ),
+    ],
+    trial: Annotated[
+        list[Path],
+        typer.Option(
+            "--trial",
+            metavar="FILE",
+            help="Walking trial: C3D, TRC, WBDS mkr.txt. May be repeated; the cycles are pooled.",
+            show_default=False,
+        ),
+    ],
+    mass: Annotated[float, typer.Option("--mass", help="Body mass, kg.", show_default=False)],
+    height: Annotated[float, typer.Option("--height", help="Stature, m.", show_default=False)],
+    sex: SexOption,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", "-o", help="Folder; its name becomes the subject's.", show_default=False
+        ),
+    ],
+    forces: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--forces",
+            metavar="FILE",
+            help="Ground reaction (MOT, STO, WBDS grf.txt) of a trial that has none in its own "
+            "file; one for each --trial.",
+            show_default=False,
+        ),
+    ] = None,
+    marker_set: Annotated[
+        str | None,
+        typer.Option(
+            "--marker-set",
+            help="wbds, plug_in_gait, rajagopal, or a TOML file; recognised by its names "
+            "if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            "--axes",
+            help='Axes of the laboratory, as "forward=+x up=+y"; found from the standing trial '
+            "if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    knee_width: Annotated[
+        float | None,
+        typer.Option(
+            "--knee-width", help="m, for sets without medial markers.", show_default=False
+        ),
+    ] = None,
+    ankle_width: Annotated[
+        float | None,
+        typer.Option("--ankle-width", help="m, likewise.", show_default=False),
+    ] = None,
+    elbow_width: Annotated[
+        float | None,
+        typer.Option("--elbow-width", help="m, likewise.", show_default=False),
+    ] = None,
+    age: Annotated[
+        float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
+    ] = None,
+    citation: Annotated[
+        str, typer.Option("--citation", help="Where the recording is published.")
+    ] = "Own recording, not published",
+    licence: Annotated[str, typer.Option("--licence", help="Of the recording.")] = "not stated",
+    consistent: Annotated[
+        bool,
+        typer.Option(
+            "--consistent",
+            help="Change motion and masses as little as brings the residual forces down.",
+        ),
+    ] = False,
+    kinematics_only: Annotated[
+        bool,
+        typer.Option("--kinematics-only", help="Without forces: model, angles and cycles."),
+    ] = False,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+) -> None:
+    """Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
+
+    Finds the axes and the marker set, cleans the markers, scales the body and fits it to the
+    standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
+    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Says what it
+    decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
+    the model, motion, moments and forces as OpenSim's files.
+    """
+    from gaitval.laboratory import Request, work_out
+    from gaitval.laboratory_files import FOLDER, check_person, subject_of, write_import
+
+    configuration = load_configuration(config, settings=settings or ())
+    request = Request(
+        static=static,
+        trials=tuple(trial),
+        forces=tuple(forces or ()),
+        identifier=_identifier(out),
+        mass_kg=mass,
+        height_m=height,
+        sex=check_person(mass, height, sex),
+        marker_set=marker_set,
+        axes=axes,
+        knee_width_m=knee_width,
+        ankle_width_m=ankle_width,
+        elbow_width_m=elbow_width,
+        without_forces=kinematics_only,
+        consistent=consistent,
+    )
+    live = _Live(messages)
+    found = work_out(
+        request, configuration.processing, lambda step, text: live.say(f"{step}: {text}")
+    )
+    subject = None
+    if not kinematics_only:
+        subject = subject_of(found, age_years=age, citation=citation, licence=licence)
+    written = write_import(out, found, configuration)
+    _print_import(found)
+    output.print(f"Page: {out / FOLDER / 'recording.html'} ({len(written)} files beside it)")
+    if subject is not None:
+        write_text(out / "subject.toml", subject.to_toml())
+        output.print(
+            f"Subject: {out / 'subject.toml'}; go on with: gaitval subject {out / 'subject.toml'}",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+
+def _identifier(out: Path) -> str:
+    """A subject's name from the name of its folder."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
+    return name or "subject"
 
 
 @_command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
@@ -558,6 +743,82 @@ def subject_command(
         run_subject(run, scratch=scratch, force=force)
     _print_tolerances(read_json(run.folder / "metrics.json"))
     output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+
+
+data_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="Published data sets: what there is, and their download.",
+)
+app.add_typer(data_app, name="data")
+
+FolderOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--folder", help="Where the data lie; by default the user's cache.", show_default=False
+    ),
+]
+
+
+@data_app.command(
+    "list",
+    help="List the data sets that can be fetched, and what of them is on this machine."
+    "\n\n\b\nExamples:\n  gaitval data list",
+)
+def data_list(folder: FolderOption = None) -> None:
+    """List the data sets."""
+    from gaitval.data.archive import datasets
+
+    for state in datasets(folder):
+        dataset = state.dataset
+        missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
+        output.print(f"[bold]{dataset.name}[/]  {dataset.title}", highlight=False)
+        output.print(
+            f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
+            f"  {dataset.citation}\n  {state.folder}: {missing}",
+            highlight=False,
+            markup=False,
+        )
+
+
+@data_app.command(
+    "fetch",
+    help="Download a data set by its DOI, verify and unpack it. The same command resumes."
+    "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
+)
+def data_fetch(
+    name: Annotated[str, typer.Argument(help="Name of the data set, see `gaitval data list`.")],
+    folder: FolderOption = None,
+) -> None:
+    """Download a data set."""
+    from gaitval.data.archive import fetch
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        DownloadColumn(),
+        TransferSpeedColumn(),
+        TimeRemainingColumn(),
+        console=messages,
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(file: str, done: int, total: int | None) -> None:
+        if file not in tasks:
+            tasks[file] = bar.add_task(file, total=total)
+        bar.update(tasks[file], completed=done, total=total)
+
+    with bar:
+        files = fetch(name, folder, on_progress=show)
+    for file in files:
+        how = "downloaded" if file.downloaded else "was here"
+        if file.resumed_from:
+            how += f", continued from {file.resumed_from / 1e6:.0f} MB"
+        output.print(
+            f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
+            highlight=False,
+            soft_wrap=True,
+        )
 
 
 @_command("gaitval baseline 5")

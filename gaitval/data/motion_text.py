@@ -8,6 +8,7 @@ Fukuchi & Duarte (2018), PeerJ 6:e4640. All in the laboratory's axes.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Final
 
@@ -347,11 +348,9 @@ def write_storage(path: Path, table: StorageTable) -> None:
         "endheader",
         "\t".join(["time", *table.columns]),
     ]
-    lines += [
-        "\t".join(f"{value:.12g}" for value in (time, *row))
-        for time, row in zip(table.time, table.values, strict=True)
-    ]
-    write_text(Path(path), "\n".join(lines) + "\n")
+    rows = StringIO()
+    np.savetxt(rows, np.column_stack([table.time, table.values]), fmt="%.12g", delimiter="\t")
+    write_text(Path(path), "\n".join(lines) + "\n" + rows.getvalue())
 
 
 def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:

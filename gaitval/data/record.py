@@ -166,8 +166,8 @@ class GaitRecord:
         `knee_adduction_r`, `knee_rotation_r`, `ankle_angle_r`, `subtalar_angle_r`,
         `ankle_rotation_r`, `pelvis_tilt_r` (anterior tilt +), `pelvis_list_r` (own side up +),
         `pelvis_rotation_r` (own side forward +), `foot_pitch_r` (toes up +), `foot_list_r`,
-        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`; knee adduction and
-        rotation, ankle rotation and the foot's angles may be absent.
+        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`; knee
+        adduction and rotation, ankle rotation and the foot's angles may be absent.
     moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above,
         `MOMENT_NAMES`. Of the frontal and transverse ones the source does not
         state the axes (its transverse ankle moment suggests the foot's): compare with care.

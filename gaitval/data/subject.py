@@ -249,6 +249,9 @@ class Subject(_Part):
     gait: Gait
     markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = {}
     """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses stature."""
+    measurements: dict[str, Number | Position | dict[str, str]] = {}
+    """Lengths of the body as `scaling.joint_centres.Measurements.to_dict` gives them, m; they count
+    more than the markers. Empty where scaling finds them from the markers."""
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
@@ -312,18 +315,29 @@ def _table_lines(values: BaseModel, without: Sequence[str] = ()) -> list[str]:
     return lines
 
 
+def _value_line(name: str, value: "float | Sequence[float] | Mapping[str, str]") -> str:
+    if isinstance(value, Mapping):
+        texts = (f"{json.dumps(key)} = {json.dumps(text)}" for key, text in value.items())
+        return f"{name} = {{ {', '.join(texts)} }}"
+    return f"{name} = {_figure(value) if isinstance(value, float) else _figures(value)}"
+
+
 def _toml(subject: Subject) -> str:
     lines = [
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    lines += _table_lines(subject, ("stance_fraction", "paper", "gait", "markers"))
+    tables = ("stance_fraction", "paper", "gait", "markers", "measurements")
+    lines += _table_lines(subject, tables)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     if subject.paper is not None:
         lines += ["", "[paper]", *_table_lines(subject.paper)]
     if subject.markers:
         lines += ["", "[markers]"]
         lines += [f'"{name}" = {_figures(at)}' for name, at in subject.markers.items()]
+    if subject.measurements:
+        lines += ["", "[measurements]"]
+        lines += [_value_line(name, value) for name, value in subject.measurements.items()]
     lines += ["", "[gait]", f"samples = {subject.gait.samples}"]
     lines += ["", "[gait.angles]"]
     lines += [_curve_line(name, curve) for name, curve in subject.gait.angles.items()]
@@ -351,7 +365,10 @@ def _plausible_build(mass: float, height: float) -> bool:
     return _within(mass, MASS) and _within(height, HEIGHT) and _within(mass / height**2, BMI)
 
 
-def _mass_and_height_problems(mass: float, height: float) -> list[str]:
+def mass_and_height_problems(mass: float, height: float) -> list[str]:
+    """What is wrong with a body mass (kg) and a stature (m), a sentence each; wrong units and
+    swapped values are told.
+    """
     if _plausible_build(mass, height):
         return []
     swapped = [
@@ -509,7 +526,7 @@ def _implausible(values: Mapping[str, Any]) -> list[str]:
     leg = _number(values, "leg_length_m")
     problems = []
     if mass is not None and height is not None:
-        problems += _mass_and_height_problems(mass, height)
+        problems += mass_and_height_problems(mass, height)
     if leg is not None and height is not None and _within(height, HEIGHT):
         if _within(leg / 100 / height, LEG_RATIO):
             problems.append(

@@ -296,8 +296,10 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     return dict(zip(names, map(float, solution.x), strict=True))
 
 
-def _lumbar(rotation: Array) -> Array:
-    """Lumbar coordinates (N, 3) that keep the trunk upright and facing forward."""
+def trunk_upright(rotation: Array) -> Array:
+    """Lumbar coordinates (N, 3) rad that keep the trunk upright and facing forward (+x) on a
+    pelvis of these orientations (N, 3, 3), pelvis to world.
+    """
     # The lumbar joint turns about -y, x, z of the pelvis in this order.
     angles = Rotation.from_matrix(np.swapaxes(rotation, 1, 2)).as_euler("YXZ")
     return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
@@ -386,7 +388,7 @@ def build_reference(
     angles, angle_rates = _pelvis_curves(record, phase)
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
-    joint[:, lumbar] = _lumbar(rotation)
+    joint[:, lumbar] = trunk_upright(rotation)
     joint_rate[:, lumbar] = _spectral_rate(joint[:, lumbar])
 
     positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))

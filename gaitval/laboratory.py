@@ -1,0 +1,750 @@
+"""From a laboratory's recordings to a body, its motion, its moments and its mean gait cycle.
+
+What `gaitval import` does, in the order of the stages: read, name and turn the trials; clean the
+markers; scale the body and fit it to both trials; inverse kinematics; forces to feet; inverse
+dynamics; gait cycles. `gaitval.laboratory_files` writes what comes out.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from gaitval.configuration import Processing
+from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.data.cleaning import CleaningReport, Finding, clean, low_pass
+from gaitval.data.events import find_events
+from gaitval.data.foot_forces import assign_forces, resample_forces, zero_plates
+from gaitval.data.gait_cycles import (
+    AverageCurve,
+    GaitCycle,
+    SpatioTemporal,
+    belt_speed,
+    cut_cycles,
+    normalise,
+    spatiotemporal,
+)
+from gaitval.data.laboratory_axes import (
+    LaboratoryAxes,
+    check_axes,
+    detect_axes,
+    parse_axes,
+    turn_to_walking_direction,
+)
+from gaitval.data.reading import read_recording
+from gaitval.data.recording import Event, FootForces, Recording
+from gaitval.data.subject import GRAVITY
+from gaitval.errors import RecordError
+from gaitval.kinematics.body_fit import BodyFit, FittedLength, fit_body
+from gaitval.kinematics.consistency import ConsistentMotion, make_consistent
+from gaitval.kinematics.inverse_dynamics import (
+    InverseDynamics,
+    cardan_coordinates,
+    inverse_dynamics,
+)
+from gaitval.kinematics.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.kinematics.markers import ModelMarker
+from gaitval.kinematics.placement import Placement, place_markers
+from gaitval.kinematics.reference import pelvis_angles, pelvis_rotation, trunk_upright
+from gaitval.kinematics.tree import segment_frames
+from gaitval.scaling.anthropometry import Sex
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.marker_sets import MarkerSet, load_marker_set, recognise
+from gaitval.scaling.measurements import Measurements, with_fitted_lengths
+from gaitval.scaling.model import SEGMENTS, BodyModel
+from gaitval.scaling.pair_factors import MeasurementFactor, scale_by_pairs
+from gaitval.scaling.same_person import check_same_person
+from gaitval.scaling.scaling import ScaledBody, build_body
+
+Array = NDArray[np.float64]
+
+ANATOMICAL_SD = 0.005
+"""m: a marker on a bony landmark is placed this well, each way."""
+
+MASS_TOLERANCE = 0.12
+"""Share of the body mass by which the force plates may say otherwise. Plates with a wrong offset
+or a foot beside them miss some per cent; a mass in pounds is off by 120 %."""
+
+POUND = 0.45359237  # kg
+
+ANGLES = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "ankle_angle",
+    "subtalar_angle",
+)
+"""Coordinates of a leg whose mean curves an import gives."""
+
+Tell = Callable[[str, str], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user gives.
+
+    Attributes
+    ----------
+    static : file of the standing trial.
+    trials : files of the walking trials, of the same session.
+    forces : file of the ground reaction of each trial, where it is not in the trial's file; as
+        many as `trials`, or none.
+    identifier : name of the subject.
+    mass_kg, height_m, sex : of the person.
+    marker_set : name or file; recognised by the markers' names when None.
+    axes : as `laboratory_axes.parse_axes` reads; found from the standing trial when None.
+    knee_width_m, ankle_width_m, elbow_width_m : across the joint, for marker sets without medial
+        markers.
+    without_forces : kinematics only.
+    consistent : also find the smallest change of motion and masses that brings the residuals
+        down, and use that motion for the moments.
+    """
+
+    static: Path
+    trials: tuple[Path, ...]
+    identifier: str
+    mass_kg: float
+    height_m: float
+    sex: Sex
+    forces: tuple[Path, ...] = ()
+    marker_set: str | None = None
+    axes: str | None = None
+    knee_width_m: float | None = None
+    ankle_width_m: float | None = None
+    elbow_width_m: float | None = None
+    without_forces: bool = False
+    consistent: bool = False
+
+    @property
+    def markers(self) -> Mapping[str, Sequence[float]]:
+        """None: the lengths are handed to scaling as `Measurements`."""
+        return {}
+
+    @property
+    def widths(self) -> dict[str, float | None]:
+        """Keyword arguments of scaling."""
+        return {
+            "knee_width": self.knee_width_m,
+            "ankle_width": self.ankle_width_m,
+            "elbow_width": self.elbow_width_m,
+        }
+
+
+@dataclass(frozen=True)
+class Session:
+    """All trials of a session, named, turned and cleaned.
+
+    Attributes
+    ----------
+    marker_set : whose names the recordings have.
+    axes : of the laboratory.
+    standing, walking : in the project's axes, walking along +x.
+    headings : what was decided about the direction of each walking trial.
+    cleaning : of each walking trial.
+    ignored : markers of the files that are not of the set.
+    """
+
+    marker_set: MarkerSet
+    axes: LaboratoryAxes
+    standing: Recording
+    walking: tuple[Recording, ...]
+    headings: tuple[str, ...]
+    cleaning: tuple[CleaningReport, ...]
+    ignored: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Body:
+    """The body of the session in the ways it was scaled.
+
+    Attributes
+    ----------
+    measured : lengths between the landmarks of the standing trial.
+    chosen : lengths of the model that is used: those of the joint fit.
+    scaled : the model that is used, and its table.
+    markers : on that model.
+    placement : of the markers on the body of `measured`.
+    fit : the joint fit.
+    factors : of the marker pairs, over the mean body of the stature.
+    paired : the body scaled by these factors and the markers on it, to compare.
+    """
+
+    measured: Measurements
+    chosen: Measurements
+    scaled: ScaledBody
+    markers: tuple[ModelMarker, ...]
+    placement: Placement
+    fit: BodyFit
+    factors: tuple[MeasurementFactor, ...]
+    paired: tuple[BodyModel, Placement]
+
+    @property
+    def model(self) -> BodyModel:
+        """The model that is used."""
+        return self.scaled.model
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One walking trial, worked out; T marker frames.
+
+    Attributes
+    ----------
+    recording : cleaned.
+    kinematics : of every frame as recorded.
+    compared : the same trial with the body that was scaled by marker pairs.
+    positions : (T, 31) low-passed, with trunk and arms where no marker shows them upright and
+        hanging.
+    events : of both feet.
+    forces : at `force_cutoff_hz`, at the plates' rate; None without plates.
+    loads : at `moment_force_cutoff_hz` and the marker frames, as inverse dynamics uses them.
+    dynamics : of `positions` and `loads`, with the masses of the model.
+    consistent : motion and masses changed for small residuals, if asked for.
+    belt : speed of the belt, m/s; 0 over ground.
+    cycles : of each side.
+    gait : spatiotemporal parameters of each side.
+    findings : about forces and plates.
+    """
+
+    recording: Recording
+    kinematics: InverseKinematics
+    compared: InverseKinematics
+    positions: Array
+    events: tuple[Event, ...]
+    forces: FootForces | None
+    loads: FootForces | None
+    dynamics: InverseDynamics | None
+    consistent: ConsistentMotion | None
+    belt: float
+    cycles: Mapping[Side, tuple[GaitCycle, ...]]
+    gait: Mapping[Side, SpatioTemporal]
+    findings: tuple[Finding, ...]
+
+    @property
+    def moments(self) -> InverseDynamics | None:
+        """The inverse dynamics that counts: of the consistent motion where there is one."""
+        return self.dynamics if self.consistent is None else self.consistent.dynamics
+
+    @property
+    def motion(self) -> Array:
+        """The motion that counts, likewise, (T, 31)."""
+        return self.positions if self.consistent is None else self.consistent.positions
+
+
+@dataclass(frozen=True)
+class Import:
+    """Everything that an import found.
+
+    Attributes
+    ----------
+    angles : rad, mean curves by name (`hip_flexion_r`, …), 0 to 100 % of the side's cycle.
+    moments : Nm/kg, likewise; empty without forces.
+    forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
+    weight_ratio : mean vertical force over whole gait cycles, of all the body's weight; None
+        where no cycle of both feet is shown whole.
+    decisions : what was decided on the way: the step, and a sentence.
+    """
+
+    request: Request
+    processing: Processing
+    session: Session
+    body: Body
+    walks: tuple[Walk, ...]
+    angles: Mapping[str, AverageCurve]
+    moments: Mapping[str, AverageCurve]
+    forces: Mapping[Side, AverageCurve]
+    weight_ratio: float | None
+    decisions: tuple[tuple[str, str], ...]
+
+
+def _silent(step: str, message: str) -> None:
+    """Tell nobody."""
+
+
+def work_out(request: Request, processing: Processing, tell: Tell = _silent) -> Import:
+    """Everything from the files to the mean gait cycle.
+
+    Parameters
+    ----------
+    tell : is told what was decided: the step, and a sentence.
+
+    Raises
+    ------
+    RecordError, ScalingError : see the modules of each step.
+    """
+    decisions: list[tuple[str, str]] = []
+
+    def noted(step: str, message: str) -> None:
+        decisions.append((step, message))
+        tell(step, message)
+
+    session = read_session(request, processing, noted)
+    body = scale_body(request, processing, session, noted)
+    walks = [
+        work_out_walk(request, processing, session, body, recording, noted)
+        for recording in session.walking
+    ]
+    weight_ratio = check_mass(request, walks)
+    moments, forces = _mean_kinetics(request, walks)
+    return Import(
+        request=request,
+        processing=processing,
+        session=session,
+        body=body,
+        walks=tuple(walks),
+        angles=_mean_angles(body.model, walks),
+        moments=moments,
+        forces=forces,
+        weight_ratio=weight_ratio,
+        decisions=tuple(decisions),
+    )
+
+
+# --- reading -----------------------------------------------------------------------------
+
+
+def read_session(request: Request, processing: Processing, tell: Tell = _silent) -> Session:
+    """Read all trials, bring them into the project's axes and clean them."""
+    if request.forces and len(request.forces) != len(request.trials):
+        raise RecordError(
+            f"{len(request.forces)} files of forces for {len(request.trials)} walking trials. Give "
+            "one --forces for each --trial, in the same order."
+        )
+    standing = read_recording(request.static)
+    walking = [
+        read_recording(trial, forces=request.forces[i] if request.forces else None)
+        for i, trial in enumerate(request.trials)
+    ]
+    for recording in (standing, *walking):
+        tell("read", _described(recording))
+    marker_set = (
+        recognise(standing.names)
+        if request.marker_set is None
+        else load_marker_set(request.marker_set)
+    )
+    tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
+    ignored = marker_set.ignored(standing.names)
+    if ignored:
+        tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
+    standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))
+    landmarks = marker_set.landmarks
+    if request.axes is None:
+        axes = detect_axes(standing, landmarks)
+    else:
+        axes = parse_axes(request.axes)
+        check_axes(axes, standing, landmarks)
+    tell("axes", axes.description)
+    segments = {name: d.segment for name, d in marker_set.markers.items()}
+    standing, report = clean(
+        standing.turned(axes.rotation), segments, processing, landmarks=landmarks
+    )
+    _tell_cleaning(tell, standing, report)
+    turned, headings, reports = [], [], []
+    for recording in walking:
+        recording = recording.turned(axes.rotation)
+        recording, heading = turn_to_walking_direction(recording, landmarks)
+        tell("axes", heading)
+        recording, report = clean(recording, segments, processing, landmarks=landmarks)
+        _tell_cleaning(tell, recording, report)
+        check_same_person(
+            _trajectories(standing),
+            _trajectories(recording),
+            marker_set,
+            names=(str(request.static), recording.source),
+        )
+        if not recording.plates and not request.without_forces:
+            raise RecordError(
+                f"{recording.source}: no force plates in the trial, so there are no moments and no "
+                "ground reaction. Give their file with --forces, or use --kinematics-only for "
+                "model, angles and cycles alone (a walk is not learned from these)."
+            )
+        turned.append(recording)
+        headings.append(heading)
+        reports.append(report)
+    return Session(
+        marker_set=marker_set,
+        axes=axes,
+        standing=standing,
+        walking=tuple(turned),
+        headings=tuple(headings),
+        cleaning=tuple(reports),
+        ignored=ignored,
+    )
+
+
+def _described(recording: Recording) -> str:
+    frames, count = recording.markers.shape[:2]
+    plates = (
+        f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
+        if recording.plates
+        else ""
+    )
+    return (
+        f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
+        f"{recording.marker_rate:g} Hz{plates}"
+    )
+
+
+def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
+    """Only the markers of the set, by its names."""
+    names = marker_set.renamed(recording.names)
+    if not names:
+        raise RecordError(
+            f"{recording.source}: none of its markers ({', '.join(recording.names[:8])}, …) is of "
+            f"the marker set {marker_set.name}. Give the right set with --marker-set."
+        )
+    columns = [recording.names.index(name) for name in names]
+    return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def _trajectories(recording: Recording) -> dict[str, Array]:
+    return {name: recording.marker(name) for name in recording.names}
+
+
+def _tell_cleaning(tell: Tell, recording: Recording, report: CleaningReport) -> None:
+    for finding in report.findings:
+        tell("cleaning", f"{Path(recording.source).name}: {finding}")
+
+
+# --- scaling -----------------------------------------------------------------------------
+
+
+def standing_places(recording: Recording) -> dict[str, Array]:
+    """Where each marker stood: the median over the frames, (3,) m; unseen markers are left out."""
+    places = {}
+    for name in recording.names:
+        trajectory = recording.marker(name)
+        seen = trajectory[np.isfinite(trajectory).all(axis=1)]
+        if len(seen):
+            places[name] = np.median(seen, axis=0)
+    return places
+
+
+def scale_body(
+    request: Request, processing: Processing, session: Session, tell: Tell = _silent
+) -> Body:
+    """Scale the body by the standing trial, then fit it to both trials."""
+    places = standing_places(session.standing)
+    marker_set = session.marker_set
+    on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    measured = measure(on_landmarks, **request.widths)
+    scaled = build_body(request, measured)
+    placement = place_markers(scaled.model, measured, places, marker_set, **request.widths)
+    first = session.walking[0]
+    names = [marker.name for marker in placement.markers]
+    stood = _columns(session.standing, names, session.standing.markers)
+    stood[:, [name in placement.moved for name in names]] = np.nan
+    fit = fit_body(
+        scaled.model,
+        placement.markers,
+        stood,
+        _columns(first, names, _low_passed_markers(first, processing)),
+        placement_sd={
+            name: ANATOMICAL_SD for name in names if marker_set.markers[name].role == "anatomical"
+        },
+    )
+    tell(
+        "scaling",
+        f"joint fit: marker RMS {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
+        f"largest {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
+    )
+    chosen = with_fitted_lengths(
+        measured,
+        {length.name: length.fitted for length in fit.lengths if _taken(length)},
+        "joint fit to standing and walking",
+    )
+
+    by_pairs, factors = scale_by_pairs(
+        {
+            landmark: session.standing.marker(name)
+            for landmark, name in marker_set.landmarks.items()
+            if name in places
+        },
+        height_m=request.height_m,
+        sex=request.sex,
+        **request.widths,
+    )
+    paired = build_body(request, by_pairs)
+    return Body(
+        measured=measured,
+        chosen=chosen,
+        scaled=build_body(request, chosen),
+        markers=fit.markers,
+        placement=placement,
+        fit=fit,
+        factors=factors,
+        paired=(
+            paired.model,
+            place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
+        ),
+    )
+
+
+def _taken(length: FittedLength) -> bool:
+    """Whether a length of the fit goes into the measurements. Those of arms that no marker shows
+    stay de Leva's; trunk and shoulders hang on the hips, which the fit moves.
+    """
+    return length.fitted != length.prior or length.name in (
+        "lumbar_forward",
+        "lumbar_up",
+        "shoulder_up",
+    )
+
+
+def _columns(recording: Recording, names: Iterable[str], markers: Array) -> Array:
+    """Trajectories (T, M, 3) of these markers in this order, NaN for one that is not there."""
+    gap = np.full((len(markers), 3), np.nan)
+    return np.stack(
+        [
+            markers[:, recording.names.index(name)] if name in recording.names else gap
+            for name in names
+        ],
+        axis=1,
+    )
+
+
+def _low_passed_markers(recording: Recording, processing: Processing) -> Array:
+    flat = recording.markers.reshape(len(recording.markers), -1)
+    return low_pass(
+        flat,
+        rate=recording.marker_rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    ).reshape(recording.markers.shape)
+
+
+# --- one walking trial -------------------------------------------------------------------
+
+
+def work_out_walk(
+    request: Request,
+    processing: Processing,
+    session: Session,
+    body: Body,
+    recording: Recording,
+    tell: Tell = _silent,
+) -> Walk:
+    """Kinematics, forces, dynamics and cycles of one walking trial."""
+    landmarks = session.marker_set.landmarks
+    markers = [marker for marker in body.markers if marker.name in recording.names]
+    measured = _columns(recording, [marker.name for marker in markers], recording.markers)
+    kinematics = inverse_kinematics(body.model, markers, measured)
+    model, placement = body.paired
+    placed = [marker for marker in placement.markers if marker.name in recording.names]
+    compared = inverse_kinematics(model, placed, measured)
+    positions = completed(
+        kinematics,
+        smoothed(kinematics.positions, recording.marker_rate, processing),
+    )
+
+    forces = loads = dynamics = consistent = None
+    findings: tuple[Finding, ...] = ()
+    if recording.plates and not request.without_forces:
+        recording, zeroing = zero_plates(recording, landmarks=landmarks)
+        forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+        findings = (*zeroing, *assigning)
+        for finding in findings:
+            tell("forces", str(finding))
+        slow, _ = assign_forces(
+            recording,
+            processing,
+            landmarks=landmarks,
+            cutoff_hz=processing.moment_force_cutoff_hz,
+        )
+        loads = resample_forces(slow, recording.time)
+        wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
+        dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
+        if request.consistent:
+            consistent = make_consistent(
+                body.model,
+                recording.time,
+                positions,
+                *wrenches,
+                markers,
+                known=np.asarray(loads.valid.all(axis=1)),
+            )
+
+    events = find_events(recording, forces, processing, landmarks=landmarks)
+    cycles: dict[Side, tuple[GaitCycle, ...]] = {
+        side: cut_cycles(events, side, forces=forces) for side in SIDES
+    }
+    belt = belt_speed(recording, events, landmarks=landmarks)
+    gait = {
+        side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
+    }
+    return Walk(
+        recording=recording,
+        kinematics=kinematics,
+        compared=compared,
+        positions=positions,
+        events=events,
+        forces=forces,
+        loads=loads,
+        dynamics=dynamics,
+        consistent=consistent,
+        belt=belt,
+        cycles=cycles,
+        gait=gait,
+        findings=findings,
+    )
+
+
+def smoothed(positions: Array, rate: float, processing: Processing) -> Array:
+    """A motion (T, 31) low-passed at the markers' cut-off, the pelvis through its Cardan angles."""
+    coordinates = low_pass(
+        cardan_coordinates(positions),
+        rate=rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    )
+    turn = pelvis_rotation(coordinates[:, 0], coordinates[:, 1], coordinates[:, 2])
+    coordinates[:, :3] = Rotation.from_matrix(turn).as_rotvec()
+    return coordinates
+
+
+def completed(kinematics: InverseKinematics, positions: Array) -> Array:
+    """The motion with a trunk that stays upright where no marker shows it.
+
+    A trunk that were fixed to the pelvis would turn with it; people keep it upright. The arms
+    hang and the toes are straight, as inverse kinematics left them.
+    """
+    lumbar = [COORDINATES.index(f"lumbar_{name}") for name in ("extension", "bending", "rotation")]
+    if kinematics.determined[..., lumbar].any():
+        return positions
+    positions = positions.copy()
+    positions[:, lumbar] = trunk_upright(Rotation.from_rotvec(positions[:, :3]).as_matrix())
+    return positions
+
+
+# --- mean cycles -------------------------------------------------------------------------
+
+
+Part = tuple[Array, Array, Sequence[GaitCycle]]
+
+
+def _pooled(parts: Iterable[Part]) -> AverageCurve | None:
+    """Mean over cycles of several trials; None if there is none.
+
+    `parts` are times (T,), values (T, ...) and cycles of each trial.
+    """
+    curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
+    if not curves:
+        return None
+    stacked = np.stack(curves)
+    deviation = (
+        stacked.std(axis=0, ddof=1) if len(curves) > 1 else np.full(stacked.shape[1:], np.nan)
+    )
+    return AverageCurve(mean=stacked.mean(axis=0), deviation=deviation, curves=stacked)
+
+
+def valid_cycles(walk: Walk, side: Side, *, kinetics: bool) -> tuple[GaitCycle, ...]:
+    """The cycles of a walk that count for kinematics or for kinetics."""
+    return tuple(
+        cycle
+        for cycle in walk.cycles[side]
+        if (cycle.kinetics_valid if kinetics else cycle.kinematics_valid)
+    )
+
+
+def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Array]:
+    """Angles of one side over a motion, (T,) rad each, by the names and signs of
+    `data.record.GaitRecord`: of the joints, the pelvis and the foot.
+    """
+    suffix, sign = side[0], 1.0 if side == "right" else -1.0
+    found = {
+        f"{name}_{suffix}": positions[:, COORDINATES.index(f"{name}_{suffix}")] for name in ANGLES
+    }
+    tilt, list_right, rotation_right = pelvis_angles(
+        Rotation.from_rotvec(positions[:, :3]).as_matrix()
+    ).T
+    found[f"pelvis_tilt_{suffix}"] = tilt
+    found[f"pelvis_list_{suffix}"] = sign * list_right
+    found[f"pelvis_rotation_{suffix}"] = sign * rotation_right
+    forward = segment_frames(model, positions)[:, SEGMENTS.index(f"foot_{suffix}"), :3, 0]
+    found[f"foot_pitch_{suffix}"] = np.arcsin(forward[:, 2])
+    found[f"foot_progression_{suffix}"] = sign * np.arctan2(forward[:, 1], forward[:, 0])
+    return found
+
+
+def _mean_angles(model: BodyModel, walks: Sequence[Walk]) -> dict[str, AverageCurve]:
+    found = {}
+    for side in SIDES:
+        sampled = [side_angles(model, walk.motion, side) for walk in walks]
+        for name in sampled[0]:
+            curve = _pooled(
+                (walk.recording.time, angles[name], valid_cycles(walk, side, kinetics=False))
+                for walk, angles in zip(walks, sampled, strict=True)
+            )
+            if curve is not None:
+                found[name] = curve
+    return found
+
+
+def _mean_kinetics(
+    request: Request, walks: Sequence[Walk]
+) -> tuple[dict[str, AverageCurve], dict[Side, AverageCurve]]:
+    """Moments in Nm/kg and ground reactions in body weights; empty without forces."""
+    moments: dict[str, AverageCurve] = {}
+    forces: dict[Side, AverageCurve] = {}
+    for i, side in enumerate(SIDES):
+        parts: dict[str, list[Part]] = {}
+        reactions: list[Part] = []
+        for walk in walks:
+            if walk.moments is None or walk.forces is None:
+                return {}, {}
+            cycles = valid_cycles(walk, side, kinetics=True)
+            for name, values in walk.moments.recorded_moments().items():
+                if name.endswith(f"_{side[0]}"):
+                    parts.setdefault(name, []).append(
+                        (walk.recording.time, values / request.mass_kg, cycles)
+                    )
+            time = walk.forces.start + np.arange(len(walk.forces.force)) / walk.forces.rate
+            weights = walk.forces.force[:, i] / (request.mass_kg * GRAVITY)
+            reactions.append((time, weights, cycles))
+        for name, of_name in parts.items():
+            curve = _pooled(of_name)
+            if curve is not None:
+                moments[name] = curve
+        force = _pooled(reactions)
+        if force is not None:
+            forces[side] = force
+    return moments, forces
+
+
+def check_mass(request: Request, walks: Sequence[Walk]) -> float | None:
+    """Mean vertical force over whole gait cycles, body weights; None where none is shown whole.
+
+    Raises
+    ------
+    RecordError : the plates weigh another body, perhaps one in pounds.
+    """
+    shares = []
+    for walk in walks:
+        if walk.forces is None:
+            continue
+        time = walk.forces.start + np.arange(len(walk.forces.force)) / walk.forces.rate
+        for side in SIDES:
+            for cycle in valid_cycles(walk, side, kinetics=True):
+                inside = (time >= cycle.start) & (time < cycle.end)
+                if walk.forces.valid[inside].all():
+                    shares.append(walk.forces.force[inside, :, 2].sum(axis=1).mean())
+    if not shares:
+        return None
+    weight = float(np.mean(shares)) / GRAVITY
+    ratio = weight / request.mass_kg
+    if abs(ratio - 1.0) > MASS_TOLERANCE:
+        hint = (
+            f"The mass looks like pounds: give --mass {request.mass_kg * POUND:.1f}."
+            if abs(ratio / POUND - 1.0) < MASS_TOLERANCE
+            else "Check the mass, the unit of the forces, and that the trial is of this person."
+        )
+        raise RecordError(
+            f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but the "
+            f"mass given is {request.mass_kg:.1f} kg. Over whole cycles both must agree within "
+            f"{100 * MASS_TOLERANCE:.0f} %. {hint}"
+        )
+    return ratio
