@@ -69,7 +69,7 @@ def test_both_derivatives_are_those_of_the_cost(walk, seed):
     model, _, markers, measured = walk
     random = np.random.default_rng(seed)
     weighted = [replace(m, weight=float(random.uniform(0.2, 2.0))) for m in markers]
-    problem = module._problem(model, weighted, measured, None)
+    problem = module._problem(model, weighted, measured)
     work = module._work()
     pose = random.uniform(-0.8, 0.8, 31)
     wide = np.full(31, np.inf)

@@ -41,8 +41,9 @@ CUTOFF_HZ: Final = 6.0
 ANCHOR_WEIGHT: Final = 10.0
 """Of a point of the sole, in mean weights of the markers."""
 
-FADE: Final = 0.10
-"""s, over which the weight grows at either end of a rest, so that the motion does not jump."""
+FADE: Final = 0.06
+"""s, over which a sole is drawn from where it was to its place, at either end of a rest, so that
+the motion does not jump."""
 
 
 @dataclass(frozen=True)
@@ -111,16 +112,15 @@ def anchored(
     soles = [_sole(model, side) for side in "rl"]
     travel = np.outer(np.arange(len(measured)) / rate, floor)[:, None]
     mean_weight = float(np.mean([marker.weight for marker in markers]))
-    targets, weights = [], []
+    targets = []
     for points, rest in zip(soles, resting.T, strict=True):
         places = marker_positions(model, points, kinematics.positions) - travel
-        target, weight = np.full_like(places, np.nan), np.zeros(len(places))
+        target = np.full_like(places, np.nan)
         for begin, end in zip(*runs(rest), strict=True):
-            target[begin:end] = places[begin:end].mean(axis=0)
-            target[begin:end, :, 2] = places[begin:end, :, 2]  # it may roll, but not slide
-            weight[begin:end] = _fade(end - begin, rate)
+            away = places[begin:end] - places[begin:end].mean(axis=0)
+            away[..., 2] = 0.0  # it may roll, but not slide
+            target[begin:end] = places[begin:end] - _fade(end - begin, rate) * away
         targets.append(target + travel)
-        weights.append(np.repeat(weight[:, None], len(points), axis=1))
     anchors = [
         replace(point, weight=ANCHOR_WEIGHT * mean_weight) for points in soles for point in points
     ]
@@ -131,7 +131,6 @@ def anchored(
         np.concatenate([measured, *targets], axis=1),
         held=held,
         ranges=ranges,
-        weights=np.concatenate([np.ones(measured.shape[:2]), *weights], axis=1),
     )
     solved = replace(
         solved, names=solved.names[:count], marker_errors=solved.marker_errors[:, :count]
@@ -200,9 +199,10 @@ def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Bool
 
 
 def _fade(count: int, rate: float) -> Array:
-    """Weights (count,) that grow from and fall to zero at the ends as a raised cosine."""
+    """Factors (count, 1, 1) that grow from and fall to zero at the ends as a raised cosine."""
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (FADE * rate), 1.0)))
+    grown = 0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (FADE * rate), 1.0))
+    return np.asarray(grown[:, None, None])
 
 
 def _sole(model: BodyModel, side: str) -> list[ModelMarker]:

@@ -155,7 +155,6 @@ def inverse_kinematics(
     *,
     held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
-    weights: Array | None = None,
 ) -> InverseKinematics:
     """Poses of the model that fit measured markers best, frame by frame.
 
@@ -166,7 +165,6 @@ def inverse_kinematics(
     measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
     held : value (rad) of actuated coordinates that are not to be found.
     ranges : lowest and highest value of actuated coordinates, rad; others are free.
-    weights : (T, M) factors on the weight of each marker in each frame; 1 if not given.
 
     Raises
     ------
@@ -175,7 +173,7 @@ def inverse_kinematics(
     RecordError : `measured` has another shape, is not in metres or shows the pelvis in no frame,
         or the pelvis turns by more than `LARGEST_TURN`.
     """
-    problem = _problem(model, markers, measured, weights)
+    problem = _problem(model, markers, measured)
     held = held or {}
     frozen, start = _held(held)
     low, high = bounds({name: ranges[name] for name in ranges if name not in held})
@@ -220,7 +218,7 @@ def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions
     """Where the model's markers are, (T, M, 3) m in world axes, at `positions` (T, 31)."""
     positions = np.asarray(positions, dtype=float)
     blank = np.zeros((len(positions), len(markers), 3))
-    problem = _problem(model, markers, blank, None)
+    problem = _problem(model, markers, blank)
     _place(problem, positions, blank)
     return blank
 
@@ -255,9 +253,7 @@ class _Work(NamedTuple):
     fixed: Bools
 
 
-def _problem(
-    model: BodyModel, markers: Sequence[ModelMarker], measured: Array, weights: Array | None
-) -> _Problem:
+def _problem(model: BodyModel, markers: Sequence[ModelMarker], measured: Array) -> _Problem:
     measured = np.asarray(measured, dtype=float)
     problems = []
     names = [marker.name for marker in markers]
@@ -294,8 +290,6 @@ def _problem(
             "1000."
         )
     weight = seen * np.array([marker.weight for marker in markers], dtype=float)
-    if weights is not None:
-        weight *= weights
     return _Problem(
         joint_position=tree_arrays(model).joint_position,
         segment=np.array([SEGMENTS.index(marker.segment) for marker in markers], dtype=np.int64),
