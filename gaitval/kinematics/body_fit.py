@@ -31,6 +31,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES, RANGES
@@ -304,29 +305,31 @@ def fit_body(
         places=fit.placement.copy(),
         poses=np.concatenate([stood.positions, walked.positions[chosen]]),
     )
-    sigma = _measurement_sd(fit, state)
-    iterations = 0
-    fitted = state
-    for _ in range(_NOISE_UPDATES):
-        fitted, count, converged = _solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
-        iterations += count
-        last, sigma = sigma, _measurement_sd(fit, fitted)
-        if abs(sigma - last) < 0.01 * last:
-            break
-    else:
-        converged = False
-    return _result(
-        model,
-        markers,
-        fit,
-        state,
-        fitted,
-        _precision(fit, sigma, soft_tissue_sd),
-        sigma,
-        chosen,
-        iterations,
-        converged,
-    )
+    # More threads wait for each other longer than they compute on blocks of 31 × 150.
+    with threadpool_limits(1, user_api="blas"):
+        sigma = _measurement_sd(fit, state)
+        iterations = 0
+        fitted = state
+        for _ in range(_NOISE_UPDATES):
+            fitted, count, converged = _solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
+            iterations += count
+            last, sigma = sigma, _measurement_sd(fit, fitted)
+            if abs(sigma - last) < 0.01 * last:
+                break
+        else:
+            converged = False
+        return _result(
+            model,
+            markers,
+            fit,
+            state,
+            fitted,
+            _precision(fit, sigma, soft_tissue_sd),
+            sigma,
+            chosen,
+            iterations,
+            converged,
+        )
 
 
 class _Fit(NamedTuple):
