@@ -1,6 +1,7 @@
 """The `gaitval` command: one command per stage, and `subject` for all of them."""
 
 import csv
+import math
 import os
 import re
 import sys
@@ -347,12 +348,17 @@ def _print_import(found: "Import") -> None:
     for name in ("parameter", "right", "left", "unit"):
         table.add_column(name)
     for entry in spatiotemporal_rows(found.walks):
-        sides = (
-            "" if pair is None else f"{pair[0]:.{entry.digits}f} ± {pair[1]:.{entry.digits}f}"
-            for pair in (entry.right, entry.left)
-        )
+        sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
         table.add_row(entry.name, *sides, entry.unit)
     output.print(table)
+
+
+def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
+    if pair is None:
+        return "not measured"
+    mean, deviation = pair
+    spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
+    return f"{mean:.{digits}f}{spread}"
 
 
 # --- commands ----------------------------------------------------------------------------

@@ -194,6 +194,7 @@ class Walk:
 
     Attributes
     ----------
+    name : of the trial's file.
     recording : cleaned.
     kinematics : of every frame as recorded.
     compared : the same trial with the body that was scaled by marker pairs.
@@ -210,6 +211,7 @@ class Walk:
     findings : about forces and plates.
     """
 
+    name: str
     recording: Recording
     kinematics: InverseKinematics
     compared: InverseKinematics
@@ -285,8 +287,8 @@ def work_out(request: Request, processing: Processing, tell: Tell = _silent) -> 
     session = read_session(request, processing, noted)
     body = scale_body(request, processing, session, noted)
     walks = [
-        work_out_walk(request, processing, session, body, recording, noted)
-        for recording in session.walking
+        work_out_walk(request, processing, session, body, trial.name, recording, noted)
+        for trial, recording in zip(request.trials, session.walking, strict=True)
     ]
     weight_ratio = check_mass(request, walks)
     moments, forces = _mean_kinetics(request, walks)
@@ -525,6 +527,7 @@ def work_out_walk(
     processing: Processing,
     session: Session,
     body: Body,
+    name: str,
     recording: Recording,
     tell: Tell = _silent,
 ) -> Walk:
@@ -577,6 +580,7 @@ def work_out_walk(
         side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
     }
     return Walk(
+        name=name,
         recording=recording,
         kinematics=kinematics,
         compared=compared,
