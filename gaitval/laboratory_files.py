@@ -508,8 +508,8 @@ def summary_of(found: Import) -> RecordingSummary:
         if dynamics is None
         else ResidualCurves(
             time=dynamics.time,
-            force=dynamics.residual_force,
-            moment=dynamics.residual_moment,
+            force=_where_known(first, dynamics.residual_force),
+            moment=_where_known(first, dynamics.residual_moment),
             force_limit=limits.get("residual-force-peak", np.nan),
             moment_limit=limits.get("residual-moment-peak", np.nan),
         ),
@@ -531,6 +531,12 @@ _DECIDED: Final = ("read", "markers", "axes", "scaling", "consistent")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 
 
+def _where_known(walk: Walk, residual: Array) -> Array:
+    """NaN where the plates do not show both feet: what is missing there is no residual."""
+    assert walk.loads is not None
+    return np.where(walk.loads.valid.all(axis=1)[:, None], residual, np.nan)
+
+
 def limit_rows(found: Import) -> list[GateRow]:
     """Every published limit and how the import stands to it."""
     rows = [
@@ -540,7 +546,7 @@ def limit_rows(found: Import) -> list[GateRow]:
             limit=verdict.tolerance.value,
             unit=verdict.tolerance.unit,
             passed=verdict.passed,
-            source=f"{verdict.tolerance.citation}; {verdict.tolerance.locator}",
+            source=f"{verdict.tolerance.citation.split('.')[0]}: {verdict.tolerance.locator}",
         )
         for verdict in verdicts(found)
     ]
@@ -612,6 +618,8 @@ def _changes(walk: Walk) -> list[Change]:
     for name, change in consistent.coordinate_change.items():
         length = name.startswith("pelvis_t")
         value = 1000 * change if length else float(np.degrees(change))
+        if value < 0.005:
+            continue  # shown as 0.00: a held coordinate
         rows.append(Change(f"{name}, RMS change", 0.0, value, "mm" if length else "°"))
     rows += [
         Change(f"mass of {name}, factor", 1.0, factor, "1")
