@@ -534,7 +534,8 @@ _DECIDED: Final = ("read", "markers", "axes", "scaling", "consistent")
 def _where_known(walk: Walk, residual: Array) -> Array:
     """NaN where the plates do not show both feet: what is missing there is no residual."""
     assert walk.loads is not None
-    return np.where(walk.loads.valid.all(axis=1)[:, None], residual, np.nan)
+    known = np.asarray(walk.loads.valid.all(axis=1))
+    return np.where(known[:, None], residual, np.nan)
 
 
 def limit_rows(found: Import) -> list[GateRow]:
