@@ -40,6 +40,7 @@ from gaitval.data.subject import GRAVITY
 from gaitval.errors import RecordError
 from gaitval.kinematics.body_fit import BodyFit, FittedLength, fit_body
 from gaitval.kinematics.consistency import ConsistentMotion, make_consistent
+from gaitval.kinematics.foot_anchoring import AnchoredFeet, anchored
 from gaitval.kinematics.inverse_dynamics import (
     InverseDynamics,
     cardan_coordinates,
@@ -196,7 +197,8 @@ class Walk:
     ----------
     name : of the trial's file.
     recording : cleaned.
-    kinematics : of every frame as recorded.
+    kinematics : of every frame as recorded, with the resting feet anchored.
+    anchoring : what that changed.
     compared : the same trial with the body that was scaled by marker pairs.
     positions : (T, 31) low-passed, with trunk and arms where no marker shows them upright and
         hanging.
@@ -214,6 +216,7 @@ class Walk:
     name: str
     recording: Recording
     kinematics: InverseKinematics
+    anchoring: AnchoredFeet
     compared: InverseKinematics
     positions: Array
     events: tuple[Event, ...]
@@ -535,7 +538,21 @@ def work_out_walk(
     landmarks = session.marker_set.landmarks
     markers = [marker for marker in body.markers if marker.name in recording.names]
     measured = _columns(recording, [marker.name for marker in markers], recording.markers)
-    kinematics = inverse_kinematics(body.model, markers, measured)
+    anchoring = anchored(
+        body.model,
+        markers,
+        measured,
+        inverse_kinematics(body.model, markers, measured),
+        rate=recording.marker_rate,
+    )
+    kinematics = anchoring.kinematics
+    if anchoring.resting.any():
+        tell(
+            "kinematics",
+            f"{name}: resting feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
+            f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
+            f"{1000 * anchoring.marker_rms_before:.1f} to {1000 * anchoring.marker_rms_after:.1f} mm",
+        )
     model, placement = body.paired
     placed = [marker for marker in placement.markers if marker.name in recording.names]
     compared = inverse_kinematics(model, placed, measured)
@@ -583,6 +600,7 @@ def work_out_walk(
         name=name,
         recording=recording,
         kinematics=kinematics,
+        anchoring=anchoring,
         compared=compared,
         positions=positions,
         events=events,

@@ -394,6 +394,17 @@ def _trial_record(walk: Walk) -> dict[str, Any]:
                 ("marker pairs", marker_errors(walk.compared)),
             )
         },
+        "anchoring": {
+            name: getattr(walk.anchoring, name)
+            for name in (
+                "sliding_before",
+                "sliding_after",
+                "largest_before",
+                "largest_after",
+                "marker_rms_before",
+                "marker_rms_after",
+            )
+        },
         "frames_not_converged": int((~walk.kinematics.converged).sum()),
         "gait": {side: walk.gait[side].summary() for side in SIDES},
         "findings": [str(finding) for finding in walk.findings],
@@ -527,7 +538,7 @@ def summary_of(found: Import) -> RecordingSummary:
     )
 
 
-_DECIDED: Final = ("read", "markers", "axes", "scaling", "consistent")
+_DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 
 
