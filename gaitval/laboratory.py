@@ -551,7 +551,8 @@ def work_out_walk(
             "kinematics",
             f"{name}: resting feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
             f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
-            f"{1000 * anchoring.marker_rms_before:.1f} to {1000 * anchoring.marker_rms_after:.1f} mm",
+            f"{1000 * anchoring.marker_rms_before:.1f} to "
+            f"{1000 * anchoring.marker_rms_after:.1f} mm",
         )
     model, placement = body.paired
     placed = [marker for marker in placement.markers if marker.name in recording.names]
