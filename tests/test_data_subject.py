@@ -18,6 +18,9 @@ from gaitval.data.subject import (
     parse_subject,
 )
 from gaitval.errors import SubjectError
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.measurements import with_fitted_lengths
+from gaitval.scaling.scaling import scale_subject
 
 TEXT = load_subject("S05").to_toml()
 
@@ -223,3 +226,26 @@ def test_what_a_laboratory_does_not_measure_may_be_left_out(tmp_path):
     assert set(subject.record().angles) == set(REQUIRED_ANGLES)
     del gait["angles"]["knee_angle_l"]
     assert "missing: knee_angle_l" in refusal(changed(gait=gait))
+
+
+def test_lengths_by_tape_measure_scale_a_subject_without_markers(tmp_path):
+    taped = changed(markers=None, tape={"thigh": 0.40, "shank": 0.37})
+    file = tmp_path / "taped.toml"
+    file.write_text(make_subject(taped, "taped.toml").to_toml())
+    body = scale_subject(load_subject(file))
+    assert body.model["shank_r"].joint_position[2] == pytest.approx(-0.40)
+    assert body.model["foot_l"].joint_position[2] == pytest.approx(-0.37)
+    rows = {row.segment: row.source for row in body.table}
+    assert rows["thigh"].startswith("tape")
+    assert rows["foot"].startswith("stature")
+    assert "did you mean shank?" in refusal(changed(markers=None, tape={"shnk": 0.37}))
+
+
+def test_stored_measurements_count_more_than_markers(tmp_path):
+    five = load_subject(5)
+    measured = with_fitted_lengths(measure(five.markers), {"thigh": 0.40}, "joint fit")
+    file = tmp_path / "fitted.toml"
+    file.write_text(make_subject(changed(measurements=measured.to_dict()), "fitted.toml").to_toml())
+    body = scale_subject(load_subject(file))
+    assert body.model["shank_l"].joint_position[2] == pytest.approx(-0.40)
+    assert {row.segment: row.source for row in body.table}["thigh"].startswith("joint fit")

@@ -76,6 +76,9 @@ MARKERS: Final = tuple(
 greater trochanter, knee epicondyles, fibula head, tibial tuberosity, malleoli, heel and
 metatarsal heads."""
 
+TAPE: Final = ("hip_height", "thigh", "shank", "ankle_height", "foot", "pelvis_width")
+"""Lengths that a tape measure gives; `scaling.tape` says between which points."""
+
 # Plausible ranges. They catch units and swapped columns, not unusual people: each is wider
 # than the range over the 50 people of the WBDS dataset.
 HEIGHT = (1.2, 2.3)  # m
@@ -131,6 +134,13 @@ def _markers_known(markers: "dict[str, Position]") -> "dict[str, Position]":
     if problems:
         raise ValueError(" ".join(problems))
     return markers
+
+
+def _tape_known(lengths: "dict[str, Number]") -> "dict[str, Number]":
+    problems = _keys_problems(lengths, TAPE)
+    if problems:
+        raise ValueError(" ".join(problems))
+    return lengths
 
 
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
@@ -248,7 +258,9 @@ class Subject(_Part):
     paper: Printed | None = None
     gait: Gait
     markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = {}
-    """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses stature."""
+    """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses `tape`."""
+    tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = {}
+    """Lengths by tape measure, m (`TAPE`), for scaling without markers; stature for the others."""
     measurements: dict[str, Number | Position | dict[str, str]] = {}
     """Lengths of the body as `scaling.joint_centres.Measurements.to_dict` gives them, m; they count
     more than the markers. Empty where scaling finds them from the markers."""
@@ -327,7 +339,7 @@ def _toml(subject: Subject) -> str:
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    tables = ("stance_fraction", "paper", "gait", "markers", "measurements")
+    tables = ("stance_fraction", "paper", "gait", "markers", "tape", "measurements")
     lines += _table_lines(subject, tables)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     if subject.paper is not None:
@@ -335,6 +347,9 @@ def _toml(subject: Subject) -> str:
     if subject.markers:
         lines += ["", "[markers]"]
         lines += [f'"{name}" = {_figures(at)}' for name, at in subject.markers.items()]
+    if subject.tape:
+        lines += ["", "[tape]"]
+        lines += [_value_line(name, value) for name, value in subject.tape.items()]
     if subject.measurements:
         lines += ["", "[measurements]"]
         lines += [_value_line(name, value) for name, value in subject.measurements.items()]

@@ -103,11 +103,15 @@ class Person(Protocol):
 
 
 class MeasuredPerson(Person, Protocol):
-    """A person whose lengths are known already; they count more than the markers."""
+    """A person with lengths of other sources than markers."""
 
     @property
     def measurements(self) -> Mapping[str, object]:
         """As `Measurements.to_dict` stores them; empty where not known."""
+
+    @property
+    def tape(self) -> Mapping[str, float]:
+        """Lengths by tape measure, m, as `tape.measure_by_tape` takes them; may be empty."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +183,8 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     """Scale the body model to a person.
 
     The lengths are the person's `measurements` where there are any, else those between the
-    `markers` of the standing trial, else what the stature leads to expect (`tape`).
+    `markers` of the standing trial, else those by `tape` measure, with what the stature leads to
+    expect for the ones not measured.
 
     Parameters
     ----------
@@ -200,7 +205,8 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
         return build_body(subject, Measurements.from_dict(stored))
     if subject.markers:
         return build_body(subject, measure(subject.markers))
-    return build_body(subject, measure_by_tape(height_m=subject.height_m))
+    by_tape: Mapping[str, float] = getattr(subject, "tape", {})
+    return build_body(subject, measure_by_tape(height_m=subject.height_m, **by_tape))
 
 
 def build_body(subject: Person, measured: Measurements) -> ScaledBody:
