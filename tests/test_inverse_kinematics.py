@@ -219,6 +219,22 @@ def test_any_first_pose_is_found(walk):
     assert marker_errors(found).whole_largest < ROUNDING
 
 
+def test_markers_that_jump_do_not_leave_the_body_in_a_wrong_pose(walk):
+    """Every frame another pose of the legs and pelvis, up to 60 % of the way to their limits."""
+    model, _, _, _ = walk
+    random = np.random.default_rng(8)
+    markers = spread_markers(model, LEG_SEGMENTS)
+    poses = np.zeros((200, 31))
+    for name in ACTUATED:
+        if name.startswith(("hip", "knee", "ankle", "subtalar")):
+            poses[:, column(name)] = 0.6 * random.uniform(*RANGES[name], len(poses))
+    poses[:, :3] = random.normal(0.0, 0.3, (len(poses), 3))
+    poses[:, 3:6] = random.normal(0.0, 0.5, (len(poses), 3))
+    found = inverse_kinematics(model, markers, marker_positions(model, markers, poses))
+    assert found.converged.all()
+    assert marker_errors(found).whole_largest < ROUNDING
+
+
 def test_gaps_leave_what_the_other_markers_still_show(walk):
     """Markers come and go one at a time on every segment."""
     model, positions, markers, measured = walk

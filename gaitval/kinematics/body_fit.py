@@ -40,6 +40,7 @@ from gaitval.kinematics.inverse_kinematics import (
     bounds,
     inverse_kinematics,
     moved,
+    place,
 )
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.tree import DOF_COUNT, FIRST_DOF, PARENT, forward, tree_arrays
@@ -484,9 +485,8 @@ def _precision(fit: _Fit, sigma: float, soft_tissue_sd: float) -> Array:
 def _model_markers(fit: _Fit, state: _State) -> Array:
     """Model markers (F, M, 3) m, world."""
     points = np.empty_like(fit.measured)
-    turns = np.empty((*points.shape, 3))
     joints = fit.joint_position + fit.shifts @ state.lengths
-    _place(joints, fit.segment, state.places, state.poses, points, turns)
+    place(joints, fit.segment, state.places, state.poses, points)
     return points
 
 
@@ -531,15 +531,12 @@ class _Normal(NamedTuple):
 def _normal_equations(fit: _Fit, state: _State, precision: Array) -> _Normal:
     frames, count = precision.shape
     lengths = len(_SHAPE)
-    points = np.empty_like(fit.measured)
+    points = _model_markers(fit, state)
     turns = np.empty((*points.shape, 3))
     poses = np.zeros((*points.shape, len(COORDINATES)))
     stretches = np.zeros((*points.shape, lengths))
     joints = fit.joint_position + fit.shifts @ state.lengths
-    _place(joints, fit.segment, state.places, state.poses, points, turns)
-    _derivatives(
-        joints, fit.shifts, fit.segment, state.places, state.poses, points, poses, stretches
-    )
+    _derivatives(joints, fit.shifts, fit.segment, state.poses, points, turns, poses, stretches)
     errors = fit.measured - points
     misplaced = state.places - fit.placement - fit.coupling @ state.lengths
 
@@ -731,37 +728,19 @@ def _result(
 
 
 @njit
-def _place(
-    joint_position: Array, segment: Index, places: Array, poses: Array, points: Array, turns: Array
-) -> None:
-    """Model markers (F, M, 3) m and the rotations (F, M, 3, 3) of their segments, world."""
-    rotation = np.empty((len(PARENT), 3, 3))
-    origin = np.empty((len(PARENT), 3))
-    axes = np.zeros((poses.shape[1], 3))
-    for f in range(len(poses)):
-        forward(joint_position, poses[f], rotation, origin, axes, len(PARENT))
-        for m in range(len(segment)):
-            s = segment[m]
-            for i in range(3):
-                points[f, m, i] = origin[s, i]
-                for j in range(3):
-                    points[f, m, i] += rotation[s, i, j] * places[m, j]
-                    turns[f, m, i, j] = rotation[s, i, j]
-
-
-@njit
 def _derivatives(
     joint_position: Array,
     shifts: Array,
     segment: Index,
-    places: Array,
     poses: Array,
     points: Array,
+    place_derivative: Array,
     pose_derivative: Array,
     length_derivative: Array,
 ) -> None:
-    """Of the model markers (F, M, 3): by the coordinates (F, M, 3, 31), the pelvis's turn as a
-    rotation vector in world axes, and by the lengths (F, M, 3, K); both zero at first.
+    """Of the model markers (F, M, 3): by their places (F, M, 3, 3), by the coordinates (F, M, 3,
+    31), the pelvis's turn as a rotation vector in world axes, and by the lengths (F, M, 3, K);
+    the last two are zero at first.
     """
     rotation = np.empty((len(PARENT), 3, 3))
     origin = np.empty((len(PARENT), 3))
@@ -772,6 +751,7 @@ def _derivatives(
         forward(joint_position, poses[f], rotation, origin, axes, len(PARENT))
         for m in range(len(segment)):
             s = segment[m]
+            place_derivative[f, m] = rotation[s]
             point = points[f, m]
             while s >= 0:
                 x = point[0] - origin[s, 0]

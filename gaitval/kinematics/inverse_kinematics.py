@@ -43,7 +43,7 @@ GENERIC_ANGLE = 0.3
 arms would hide some coordinates."""
 
 HEADINGS = 8
-"""Headings from which the first frame is started."""
+"""Headings from which a frame is started that has no good one before it."""
 
 LARGEST_DISTANCE = 50.0
 """m, of a marker from the laboratory's origin; beyond it the markers are in millimetres."""
@@ -56,6 +56,7 @@ _NEWTON_TOLERANCE = 1e-6  # rad or m: an undamped Newton step this long leaves a
 _DAMPED_TOLERANCE = 1e-9  # rad or m: for steps that converge linearly
 _SMALLEST_PIVOT = 1e-6  # of the diagonal; below, the matrix counts as not positive definite
 _MOST_ITERATIONS = 100
+_SUDDEN_ERROR = 0.005  # m, weighted RMS that is not yet taken for a jump
 
 _LAST_DOF = np.array(
     [FIRST_DOF[s] + DOF_COUNT[s] - 1 if s else ROOT_DOFS - 1 for s in range(len(SEGMENTS))]
@@ -186,13 +187,25 @@ def inverse_kinematics(
     count = determined.sum(axis=1) * len(markers) + (problem.weight > 0).sum(axis=1)
     first = int(np.argmax(np.where(solvable, count, -1)))
     positions = np.tile(start, (len(determined), 1))
-    positions[first] = _first_pose(problem, first, start, determined[first], low, high)
     iterations = np.zeros(len(positions), dtype=np.int64)
     converged = np.zeros(len(positions), dtype=np.bool_)
     free = determined & solvable[:, None]
     work = _work()
+    _solve_from_all_sides(
+        problem,
+        problem.weight[first],
+        problem.measured[first],
+        start,
+        positions[first],
+        free[first],
+        low,
+        high,
+        work,
+    )
     for way in (1, -1):
-        _solve_trial(problem, positions, free, low, high, first, way, iterations, converged, work)
+        _solve_trial(
+            problem, positions, start, free, low, high, first, way, iterations, converged, work
+        )
     gaps = _interpolate(positions, free)
     if gaps.any():  # the rest of the body has to fit what was put in
         _solve_frames(problem, positions, free, low, high, gaps, iterations, converged, work)
@@ -201,8 +214,9 @@ def inverse_kinematics(
     edge = 1e-9
     at_limit = determined & ((positions <= low + edge) | (positions >= high - edge))
     points = np.empty_like(problem.measured)
-    _place(problem, positions, points)
-    errors = np.linalg.norm(np.asarray(measured) - points, axis=2)
+    place(problem.joint_position, problem.segment, problem.position, positions, points)
+    seen = np.isfinite(measured).all(axis=2)
+    errors = np.where(seen, np.linalg.norm(problem.measured - points, axis=2), np.nan)
     return InverseKinematics(
         names=tuple(marker.name for marker in markers),
         positions=positions,
@@ -216,11 +230,11 @@ def inverse_kinematics(
 
 def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions: Array) -> Array:
     """Where the model's markers are, (T, M, 3) m in world axes, at `positions` (T, 31)."""
-    positions = np.asarray(positions, dtype=float)
-    blank = np.zeros((len(positions), len(markers), 3))
-    problem = _problem(model, markers, blank)
-    _place(problem, positions, blank)
-    return blank
+    poses = np.array(positions, dtype=float)
+    points = np.zeros((len(poses), len(markers), 3))
+    problem = _problem(model, markers, points)
+    place(problem.joint_position, problem.segment, problem.position, poses, points)
+    return points
 
 
 class _Problem(NamedTuple):
@@ -251,6 +265,9 @@ class _Work(NamedTuple):
     step: Array
     trial: Array
     fixed: Bools
+    other: Array  # another pose
+    stiff: Bools
+    cost: Array  # (1,) of the last pose that was solved
 
 
 def _problem(model: BodyModel, markers: Sequence[ModelMarker], measured: Array) -> _Problem:
@@ -359,29 +376,6 @@ def _why_unsolvable(problem: _Problem, markers: Sequence[ModelMarker]) -> str:
     )
 
 
-def _first_pose(
-    problem: _Problem, frame: int, start: Array, free: Bools, low: Array, high: Array
-) -> Array:
-    """Best of the poses (31,) that headings all around lead to: the stiff body is put onto the
-    markers first, then the joints are freed.
-    """
-    weight, measured = problem.weight[frame], problem.measured[frame]
-    work = _work()
-    stiff = free.copy()
-    stiff[ROOT_DOFS:] = False
-    best, lowest = start, np.inf
-    for heading in 2 * np.pi * np.arange(HEADINGS) / HEADINGS:
-        pose = start.copy()
-        pose[2] = heading
-        pose[3:6] = (weight @ measured) / weight.sum()
-        for mask in (stiff, free):
-            _solve(problem, weight, measured, pose, mask, low, high, work)
-        cost = _evaluate(problem, weight, measured, pose, work)
-        if cost < lowest:
-            best, lowest = pose, cost
-    return best
-
-
 def _interpolate(positions: Array, free: Bools) -> Bools:
     """Fill coordinates of frames that do not determine them from those that do, in place.
 
@@ -451,6 +445,9 @@ def _work() -> _Work:
         step=np.zeros(n),
         trial=np.zeros(n),
         fixed=np.zeros(n, dtype=np.bool_),
+        other=np.zeros(n),
+        stiff=np.zeros(n, dtype=np.bool_),
+        cost=np.zeros(1),
     )
 
 
@@ -733,6 +730,7 @@ def _solve(
     n = len(q)
     damping = 0.0
     cost = _evaluate(problem, weight, measured, q, work)
+    work.cost[0] = cost
     for iteration in range(1, _MOST_ITERATIONS + 1):
         for j in range(n):
             work.fixed[j] = (
@@ -767,6 +765,7 @@ def _solve(
         if new <= cost * (1.0 + 1e-13):
             q[:] = work.trial
             cost = new
+            work.cost[0] = cost
             damping = 0.0 if damping < 1e-6 else 0.1 * damping
         else:
             if damping > 1e12:
@@ -777,9 +776,48 @@ def _solve(
 
 
 @njit
+def _solve_from_all_sides(
+    problem: _Problem,
+    weight: Array,
+    measured: Array,
+    start: Array,
+    q: Array,
+    free: Bools,
+    low: Array,
+    high: Array,
+    work: _Work,
+) -> int:
+    """As `_solve`, but from `start` at headings all around, for the best of the poses that these
+    lead to, into q: the stiff body is put onto the markers first, then the joints are freed.
+    """
+    total = weight.sum()
+    best, iterations = np.inf, 0
+    for j in range(len(q)):
+        work.stiff[j] = free[j] and j < ROOT_DOFS
+    for heading in range(HEADINGS):
+        for j in range(len(q)):
+            work.other[j] = start[j] if free[j] else q[j]
+        if free[0]:
+            work.other[0], work.other[1] = 0.0, 0.0
+            work.other[2] = 2.0 * np.pi * heading / HEADINGS
+            for i in range(3):
+                work.other[3 + i] = 0.0
+                for m in range(len(weight)):
+                    work.other[3 + i] += weight[m] * measured[m, i] / total
+        _solve(problem, weight, measured, work.other, work.stiff, low, high, work)
+        count = _solve(problem, weight, measured, work.other, free, low, high, work)
+        if work.cost[0] < best:
+            best, iterations = work.cost[0], count
+            q[:] = work.other
+    work.cost[0] = best
+    return iterations
+
+
+@njit
 def _solve_trial(
     problem: _Problem,
     positions: Array,
+    start_pose: Array,
     free: Bools,
     low: Array,
     high: Array,
@@ -790,13 +828,17 @@ def _solve_trial(
     work: _Work,
 ) -> None:
     """Solve all frames from `start` forwards (direction 1) or backwards (-1), each from where
-    the motion of the last two leads; `positions[start]` is solved already.
+    the motion of the last two leads; `positions[start]` is solved already. Where the markers
+    jump, this may lead into another minimum: if the error of a frame is suddenly large, it is
+    solved from all sides as well.
     """
     q = positions[start].copy()
     last = q.copy()
     turn = np.zeros(3)
     guess = np.empty_like(q)
+    another = np.empty_like(q)
     inverse = np.empty(3)
+    good_error = np.inf
     known = 0
     t = start
     while 0 <= t < len(positions):
@@ -816,6 +858,30 @@ def _solve_trial(
             count = _solve(
                 problem, problem.weight[t], problem.measured[t], guess, free[t], low, high, work
             )
+            total = problem.weight[t].sum()
+            if count < 0 or work.cost[0] > total * (4.0 * good_error + _SUDDEN_ERROR**2):
+                cost = work.cost[0]
+                another[:] = guess
+                other_count = _solve_from_all_sides(
+                    problem,
+                    problem.weight[t],
+                    problem.measured[t],
+                    start_pose,
+                    another,
+                    free[t],
+                    low,
+                    high,
+                    work,
+                )
+                if work.cost[0] < 0.99 * cost:
+                    guess[:] = another
+                    count = other_count
+                    known = 0
+                else:
+                    work.cost[0] = cost
+            # A good error is forgotten slowly, so that a wrong minimum is left again soon.
+            error = work.cost[0] / total
+            good_error = min(error, 1.1 * good_error + 1e-6)  # m²
             iterations[t] = abs(count)
             converged[t] = count > 0
             known += 1
@@ -860,19 +926,29 @@ def _solve_frames(
 
 
 @njit
-def _place(problem: _Problem, positions: Array, points: Array) -> None:
-    """Model markers (T, M, 3) in world axes, into `points`."""
+def place(
+    joint_position: Array, segment: Index, position: Array, poses: Array, points: Array
+) -> None:
+    """Markers (T, M, 3) in world axes, into `points`.
+
+    Parameters
+    ----------
+    joint_position : (14, 3) m, as in `tree.Tree`.
+    segment : (M,) index into `SEGMENTS`.
+    position : (M, 3) m, in the frames of the segments.
+    poses : (T, 31).
+    """
     rotation = np.empty((len(PARENT), 3, 3))
     origin = np.empty((len(PARENT), 3))
-    axes = np.zeros((positions.shape[1], 3))
-    for t in range(len(positions)):
-        forward(problem.joint_position, positions[t], rotation, origin, axes, len(PARENT))
-        for m in range(len(problem.segment)):
-            s = problem.segment[m]
+    axes = np.zeros((poses.shape[1], 3))
+    for t in range(len(poses)):
+        forward(joint_position, poses[t], rotation, origin, axes, len(PARENT))
+        for m in range(len(segment)):
+            s = segment[m]
             for i in range(3):
                 points[t, m, i] = (
                     origin[s, i]
-                    + rotation[s, i, 0] * problem.position[m, 0]
-                    + rotation[s, i, 1] * problem.position[m, 1]
-                    + rotation[s, i, 2] * problem.position[m, 2]
+                    + rotation[s, i, 0] * position[m, 0]
+                    + rotation[s, i, 1] * position[m, 1]
+                    + rotation[s, i, 2] * position[m, 2]
                 )
