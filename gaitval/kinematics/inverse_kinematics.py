@@ -61,7 +61,7 @@ _SUDDEN_ERROR = 0.005  # m, weighted RMS that is not yet taken for a jump
 _LAST_DOF = np.array(
     [FIRST_DOF[s] + DOF_COUNT[s] - 1 if s else ROOT_DOFS - 1 for s in range(len(SEGMENTS))]
 )
-SEGMENT_OF_DOF: Index = np.array(
+_SEGMENT_OF_DOF: Index = np.array(
     [0] * ROOT_DOFS
     + [
         next(s for s in range(1, len(SEGMENTS)) if FIRST_DOF[s] <= d <= _LAST_DOF[s])
@@ -69,11 +69,11 @@ SEGMENT_OF_DOF: Index = np.array(
     ]
 )
 """(31,) segment that a coordinate moves first."""
-PARENT_DOF: Index = np.array(
+_PARENT_DOF: Index = np.array(
     [
         d - 1
-        if d < ROOT_DOFS or d > FIRST_DOF[SEGMENT_OF_DOF[d]]
-        else _LAST_DOF[PARENT[SEGMENT_OF_DOF[d]]]
+        if d < ROOT_DOFS or d > FIRST_DOF[_SEGMENT_OF_DOF[d]]
+        else _LAST_DOF[PARENT[_SEGMENT_OF_DOF[d]]]
         for d in range(len(COORDINATES))
     ]
 )
@@ -406,7 +406,8 @@ def _continuous(vectors: Array) -> Array:
     """
     vectors = vectors.copy()
     turn = 2 * np.pi
-    for t in range(1, len(vectors)):
+    jumps = np.flatnonzero(np.linalg.norm(np.diff(vectors, axis=0), axis=1) > 1.0)
+    for t in range(jumps[0] + 1 if len(jumps) else len(vectors), len(vectors)):
         length = float(np.linalg.norm(vectors[t]))
         if length < 1e-6:
             continue
@@ -506,7 +507,7 @@ def _evaluate(problem: _Problem, weight: Array, measured: Array, q: Array, work:
     normal, curvature, gradient = work.normal, work.curvature, work.gradient
     _root_derivatives(weight_sum[0], first[0], second[0], force[0], torque[0], work)
     for j in range(ROOT_DOFS, len(q)):
-        s = SEGMENT_OF_DOF[j]
+        s = _SEGMENT_OF_DOF[j]
         a0, a1, a2 = axes[j, 0], axes[j, 1], axes[j, 2]
         o0 = origin[s, 0] - origin[0, 0]
         o1 = origin[s, 1] - origin[0, 1]
@@ -541,7 +542,7 @@ def _evaluate(problem: _Problem, weight: Array, measured: Array, q: Array, work:
         )
         i = j
         while i >= ROOT_DOFS:
-            u = SEGMENT_OF_DOF[i]
+            u = _SEGMENT_OF_DOF[i]
             b0, b1, b2 = axes[i, 0], axes[i, 1], axes[i, 2]
             x0 = origin[u, 0] - origin[0, 0]
             x1 = origin[u, 1] - origin[0, 1]
@@ -552,7 +553,7 @@ def _evaluate(problem: _Problem, weight: Array, measured: Array, q: Array, work:
                 + b2 * (n2 - x0 * f1 + x1 * f0)
             )
             curvature[j, i] = b0 * c0 + b1 * c1 + b2 * c2
-            i = PARENT_DOF[i]
+            i = _PARENT_DOF[i]
         normal[j, 0], normal[j, 1], normal[j, 2] = n0, n1, n2
         normal[j, 3], normal[j, 4], normal[j, 5] = f0, f1, f2
         curvature[j, 0], curvature[j, 1], curvature[j, 2] = c0, c1, c2
@@ -598,7 +599,7 @@ def _independent(normal: Array, frozen: Bools, smallest: float, found: Bools) ->
         i = j
         while i >= 0:
             on_branch[j, i] = True
-            i = PARENT_DOF[i]
+            i = _PARENT_DOF[i]
     for j in range(n):
         found[j] = False
         if frozen[j]:
@@ -636,7 +637,7 @@ def _newton_step(work: _Work, damping: float, second_order: bool) -> bool:
                 matrix[j, i] = work.normal[j, i] - work.curvature[j, i]
             else:
                 matrix[j, i] = work.normal[j, i]
-            i = PARENT_DOF[i]
+            i = _PARENT_DOF[i]
         if work.fixed[j]:
             matrix[j, j] = 1.0
             step[j] = 0.0
@@ -649,28 +650,28 @@ def _newton_step(work: _Work, damping: float, second_order: bool) -> bool:
             return False
         pivot = np.sqrt(matrix[k, k])
         matrix[k, k] = pivot
-        i = PARENT_DOF[k]
+        i = _PARENT_DOF[k]
         while i >= 0:
             matrix[k, i] /= pivot
-            i = PARENT_DOF[i]
-        i = PARENT_DOF[k]
+            i = _PARENT_DOF[i]
+        i = _PARENT_DOF[k]
         while i >= 0:
             j = i
             while j >= 0:
                 matrix[i, j] -= matrix[k, i] * matrix[k, j]
-                j = PARENT_DOF[j]
-            i = PARENT_DOF[i]
+                j = _PARENT_DOF[j]
+            i = _PARENT_DOF[i]
     for k in range(n - 1, -1, -1):  # Lᵀ y = −g
         step[k] /= matrix[k, k]
-        i = PARENT_DOF[k]
+        i = _PARENT_DOF[k]
         while i >= 0:
             step[i] -= matrix[k, i] * step[k]
-            i = PARENT_DOF[i]
+            i = _PARENT_DOF[i]
     for k in range(n):  # L x = y
-        i = PARENT_DOF[k]
+        i = _PARENT_DOF[k]
         while i >= 0:
             step[k] -= matrix[k, i] * step[i]
-            i = PARENT_DOF[i]
+            i = _PARENT_DOF[i]
         step[k] /= matrix[k, k]
     return True
 
