@@ -14,12 +14,14 @@ from typer.testing import CliRunner
 
 from gaitval import __version__, cli
 from gaitval.artefacts import write_json
+from gaitval.data import archive
 from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.pipeline import STORED_FILES
 
 COMMANDS = (
     "subjects",
+    "import",
     "scale",
     "reference",
     "train",
@@ -59,6 +61,51 @@ def test_help_of_a_command_has_examples(command: str) -> None:
     assert result.exit_code == 0
     assert "Examples:" in result.output
     assert f"gaitval {command}" in result.output
+
+
+def test_data_lists_what_can_be_fetched_and_what_is_here(tmp_path: Path) -> None:
+    for command in ("list", "fetch"):
+        assert f"gaitval data {command}" in gaitval("data", command, "--help").output
+    result = gaitval("data", "list", "--folder", str(tmp_path))
+    assert result.exit_code == 0
+    assert "10.6084/m9.figshare.5722711" in result.output
+    assert "missing: WBDSascii.zip, WBDSc3d.zip" in result.output
+
+
+def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.StringIO) -> None:
+    result = gaitval("data", "fetch", "wbsd", "--folder", str(tmp_path))
+    assert result.exit_code == 2
+    assert "no such data set. There are: wbds" in plain_messages.getvalue()
+    assert not list(tmp_path.iterdir())
+
+
+def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fetch(name: str, folder: Path, *, on_progress: archive.Progress) -> list[archive.Fetched]:
+        on_progress("walks.zip", 5, 10)
+        file = archive.Fetched(folder / "walks.zip", None, 10, "ab12", "registry", True, 4_000_000)
+        return [file]
+
+    monkeypatch.setattr(archive, "fetch", fetch)
+    output = " ".join(gaitval("data", "fetch", "wbds", "--folder", str(tmp_path)).output.split())
+    assert "downloaded, continued from 4 MB; MD5 ab12 as stated by the registry" in output
+
+
+@pytest.mark.parametrize(
+    ("values", "hint"),
+    [
+        (("--mass", "172.5", "--height", "74.3"), "the columns look swapped"),
+        (("--mass", "74.3", "--height", "172.5"), "this looks like centimetres"),
+        (("--mass", "163.8", "--height", "1.725"), "this looks like pounds"),
+    ],
+)
+def test_import_refuses_an_impossible_body_before_it_reads(
+    values: tuple[str, ...], hint: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    files = ("--static", "no.c3d", "--trial", "no.c3d", "--sex", "M")
+    result = gaitval("import", *files, *values, "--out", str(tmp_path / "mine"))
+    assert result.exit_code == 2
+    assert hint in plain_messages.getvalue()
+    assert not (tmp_path / "mine").exists()
 
 
 def test_version() -> None:
