@@ -154,7 +154,7 @@ class BodyFit:
     rms_before, rms_after, largest_before, largest_after : m, distance of measured and model
         markers over the frames used (standing and walking).
     standing_change : (31,) rad or m, pose in standing after the fit less that before.
-    measurement_sd : m, σ, each way, of a walking marker of weight 1.
+    measurement_sd : m, each way, of a walking marker of mean weight, as the residuals show it.
     frames : (F,) indices of the walking frames used.
     iterations, converged : of Gauss-Newton, over all estimates of σ.
     """
