@@ -289,7 +289,7 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         written += [files["markers.trc"], files["ik.mot"]]
         if walk.forces is not None and walk.moments is not None:
             write_ground_reaction(files["grf.mot"], walk.forces)
-            write_external_loads(files["external_loads.xml"], files["grf.mot"])
+            write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
             write_moments(files["id.sto"], walk.motion, walk.moments)
             written += [files["grf.mot"], files["external_loads.xml"], files["id.sto"]]
     tables = {
