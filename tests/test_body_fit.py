@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
+from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.data.cleaning import low_pass
@@ -227,6 +228,62 @@ def test_the_derivatives_are_those_of_the_model_markers(seed):
         np.testing.assert_allclose(by_length[..., k], numeric, atol=1e-8)
     frames = segment_frames(model, pose)[:, segment]
     np.testing.assert_allclose(by_place, frames[..., :3, :3], atol=1e-12)
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+def test_skin_stays_where_it_is_when_the_standing_trials_joints_move(side):
+    """The places that standing gives on a body with other joints, by geometry: the thigh's frame
+    has its origin at the hip and its z from the knee, and the skin does not move."""
+    model, _ = moving_walk()
+    hip = model[f"thigh_{side}"].joint_position
+    knee = hip + model[f"shank_{side}"].joint_position
+    down = np.linspace(0.0, 1.0, 5)[:, None]
+    skin = hip + down * (knee - hip)  # along the thigh, seen from the pelvis as it was
+    markers = [ModelMarker(f"{i}", f"thigh_{side}", at - hip) for i, at in enumerate(skin)]
+    markers.append(ModelMarker("asis", "pelvis", np.array([0.08, 0.1, 0.07])))
+    names = list(LENGTH_SD)
+    coupling = module._coupling(model, markers)
+    outwards = -1.0 if side == "r" else 1.0
+    for change in (
+        {"hip_up": 0.01, "thigh": 0.01},
+        {"hip_forward": 0.01},
+        {"hip_half_width": 0.01},
+    ):
+        lengths = np.array([change.get(name, 0.0) for name in names])
+        moved = np.array(
+            [
+                change.get("hip_forward", 0.0),
+                outwards * change.get("hip_half_width", 0.0),
+                change.get("hip_up", 0.0),
+            ]
+        )
+        z = hip + moved - knee
+        turn, _ = Rotation.align_vectors(z[None] / np.linalg.norm(z), [[0.0, 0.0, 1.0]])
+        places = turn.inv().apply(skin - hip - moved)
+        expected = places - np.array([m.position for m in markers[:-1]])
+        # to first order in 10 mm over the length of the thigh
+        np.testing.assert_allclose(coupling[:-1] @ lengths, expected, atol=0.0003)
+        # the pelvis's origin is between the hips, in the middle of the body
+        np.testing.assert_allclose(
+            coupling[-1] @ lengths, -moved * np.array([1.0, 0.0, 1.0]), atol=1e-12
+        )
+    longer = np.array([0.01 * (name == "thigh") for name in names])
+    # A thigh that is longer at the knee takes the skin there along.
+    np.testing.assert_allclose((coupling[:-1] @ longer)[:, 2], -0.01 * down[:, 0], atol=1e-12)
+
+
+def test_the_skin_of_shank_arm_and_trunk_goes_with_their_joints():
+    model, _ = moving_walk()
+    ends = {"shank_r": ("foot_r", "shank"), "upper_arm_l": ("forearm_l", "upper_arm")}
+    for segment, (below, length) in ends.items():
+        end = ModelMarker("end", segment, model[below].joint_position)
+        (row,) = module._coupling(model, [end])
+        step = row @ np.array([0.01 * (name == length) for name in LENGTH_SD])
+        np.testing.assert_allclose(step, [0.0, 0.0, -0.01], atol=1e-12)
+    (row,) = module._coupling(model, [ModelMarker("c7", "torso", np.array([-0.1, 0.0, 0.4]))])
+    lumbar = {"lumbar_forward": 0.01, "lumbar_up": 0.02}
+    step = row @ np.array([lumbar.get(name, 0.0) for name in LENGTH_SD])
+    np.testing.assert_allclose(step, [-0.01, 0.0, -0.02], atol=1e-12)
 
 
 def test_with_lengths_gives_those_lengths_and_keeps_mass_and_symmetry():
