@@ -87,7 +87,27 @@ def _subject() -> tuple[BodyModel, GaitRecord, ReferenceMotion]:
     return model, record, build_reference(record, model)
 
 
-def known_walk(*, seconds: float = 3.0, rate: float = RATE, heading: float = 0.0) -> KnownWalk:
+def _shares(record: GaitRecord, phase: np.ndarray) -> np.ndarray:
+    """Of each foot in the vertical ground reaction, (T, 2)."""
+    vertical = np.column_stack(
+        [
+            record.ground_reaction(side, phase - (record.left_phase if side == "left" else 0.0))[
+                :, 2
+            ]
+            for side in SIDES
+        ]
+    ).clip(0.0)
+    return vertical / vertical.sum(axis=1, keepdims=True)
+
+
+def known_walk(
+    *,
+    seconds: float = 3.0,
+    rate: float = RATE,
+    heading: float = 0.0,
+    body: BodyModel | None = None,
+    settling: float = 0.0,
+) -> KnownWalk:
     """Subject 5's reference motion as a Fourier series over several cycles, with the ground
     reactions that it needs. Its toes stay straight, for no usual marker set shows them.
 
@@ -96,8 +116,13 @@ def known_walk(*, seconds: float = 3.0, rate: float = RATE, heading: float = 0.0
     with the moment that is left as a free moment about all three axes.
 
     heading : rad, direction of the walk, turned to the left from x.
+    body : that walks so; subject 5's own if left out.
+    settling : s, in which the share of the ground reaction changes smoothly at strikes and
+        toe-offs, where the mean curves of the record jump by up to 7 %.
     """
     model, record, reference = _subject()
+    if body is not None:
+        model, reference = body, build_reference(record, body)
     time = np.arange(round(seconds * rate)) / rate
     cycle = cardan_coordinates(reference.positions)
     cycle[:, [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]] = 0.0
@@ -126,16 +151,12 @@ def known_walk(*, seconds: float = 3.0, rate: float = RATE, heading: float = 0.0
     needed = inverse_dynamics(
         model, time, positions, nowhere, nowhere, nowhere, kinematics=kinematics
     )
-    phase = time / reference.stride_time
-    vertical = np.column_stack(
-        [
-            record.ground_reaction(side, phase - (record.left_phase if side == "left" else 0.0))[
-                :, 2
-            ]
-            for side in SIDES
-        ]
-    ).clip(0.0)
-    share = vertical / vertical.sum(axis=1, keepdims=True)
+    window = np.hanning(round(settling * rate) + 3)[1:-1]
+    moments_in_it = settling * np.linspace(-0.5, 0.5, len(window) + 2)[1:-1]
+    share = sum(
+        weight * _shares(record, (time + moment) / reference.stride_time)
+        for weight, moment in zip(window / window.sum(), moments_in_it, strict=True)
+    )
     feet = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
     point = segment_frames(model, positions)[:, feet][..., :3, 3] * [1.0, 1.0, 0.0]
     force = share[..., None] * needed.residual_force[:, None]

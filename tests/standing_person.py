@@ -1,5 +1,6 @@
 """A made-up person who stands: a body model in a known pose and the landmarks on it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -94,12 +95,16 @@ def made_up_measurements() -> Measurements:
     )
 
 
-def standing_person(*, raised: float = 0.0) -> StandingPerson:
+def standing_person(
+    *, raised: float = 0.0, toe_out: Mapping[str, float] = TOE_OUT
+) -> StandingPerson:
     """Someone who stands with knees a little bent, toes out and arms hanging.
 
     Parameters
     ----------
     raised : degrees of arm abduction; the girdle goes up by 4 and in by 3 cm where above 45.
+    toe_out : degrees, of each side. The hip turns the leg about the thigh, which leans by 3°: a
+        foot turned by 7° stands 0.4° on its edge, and standing is where inversion is zero.
     """
     measured = made_up_measurements()
     model = build_body(PERSON, measured).model
@@ -108,7 +113,7 @@ def standing_person(*, raised: float = 0.0) -> StandingPerson:
         for coordinate in (name, f"{name}_r", f"{name}_l"):
             if coordinate in COORDINATES:
                 pose[COORDINATES.index(coordinate)] = np.radians(value)
-    for side, angle in TOE_OUT.items():
+    for side, angle in toe_out.items():
         pose[COORDINATES.index(f"hip_rotation_{side}")] = -np.radians(angle)
         if raised:
             pose[COORDINATES.index(f"arm_add_{side}")] = -np.radians(raised)
