@@ -5,8 +5,9 @@ markers; scale the body and fit it to both trials; inverse kinematics; forces to
 dynamics; gait cycles. `gaitval.laboratory_files` writes what comes out.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import Processing
-from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.data.cleaning import CleaningReport, Finding, clean, low_pass
-from gaitval.data.events import find_events
+from gaitval.data.events import FOOT_CUTOFF_HZ, find_events
 from gaitval.data.foot_forces import assign_forces, resample_forces, zero_plates
 from gaitval.data.gait_cycles import (
+    PLAUSIBLE_STRIDE,
     AverageCurve,
     GaitCycle,
     SpatioTemporal,
@@ -26,6 +28,7 @@ from gaitval.data.gait_cycles import (
     cut_cycles,
     normalise,
     spatiotemporal,
+    without_gaps,
 )
 from gaitval.data.laboratory_axes import (
     LaboratoryAxes,
@@ -37,7 +40,7 @@ from gaitval.data.laboratory_axes import (
 from gaitval.data.reading import read_recording
 from gaitval.data.recording import Event, FootForces, Recording
 from gaitval.data.subject import GRAVITY
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, ScalingError
 from gaitval.kinematics.body_fit import BodyFit, FittedLength, fit_body
 from gaitval.kinematics.consistency import ConsistentMotion, make_consistent
 from gaitval.kinematics.foot_anchoring import AnchoredFeet, anchored
@@ -47,13 +50,19 @@ from gaitval.kinematics.inverse_dynamics import (
     inverse_dynamics,
 )
 from gaitval.kinematics.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.kinematics.marker_labels import check_exchanged
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.placement import Placement, place_markers
 from gaitval.kinematics.reference import pelvis_angles, pelvis_rotation, trunk_upright
 from gaitval.kinematics.tree import segment_frames
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.marker_sets import MarkerSet, load_marker_set, recognise
+from gaitval.scaling.marker_sets import (
+    RECOGNISED_SHARE,
+    MarkerSet,
+    load_marker_set,
+    recognise,
+)
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.model import SEGMENTS, BodyModel
 from gaitval.scaling.pair_factors import MeasurementFactor, scale_by_pairs
@@ -65,11 +74,23 @@ Array = NDArray[np.float64]
 ANATOMICAL_SD = 0.005
 """m: a marker on a bony landmark is placed this well, each way."""
 
+LARGEST_SWAY = 0.04
+"""m. Nine tenths of the time every marker of pelvis and feet is within this of its median place in
+a standing trial; 0.019 at most in those of WBDS01 and Rajagopal et al. 2016, 0.07 and more in
+walking, also on a treadmill."""
+
 MASS_TOLERANCE = 0.12
 """Share of the body mass by which the force plates may say otherwise. Plates with a wrong offset
 or a foot beside them miss some per cent; a mass in pounds is off by 120 %."""
 
 POUND = 0.45359237  # kg
+
+_MASS_HINTS = (
+    (POUND, "The mass looks like pounds: give --mass {mass:.1f}."),
+    (1.0 / GRAVITY, "The forces look like kilograms (kgf): export them in N."),
+    (POUND / GRAVITY, "The forces look like pounds (lbf): export them in N."),
+)
+"""By the ratio of the weight on the plates to the mass."""
 
 ANGLES = (
     "hip_flexion",
@@ -313,12 +334,13 @@ def work_out(request: Request, processing: Processing, tell: Tell = _silent) -> 
 
 
 def read_session(request: Request, processing: Processing, tell: Tell = _silent) -> Session:
-    """Read all trials, bring them into the project's axes and clean them."""
-    if request.forces and len(request.forces) != len(request.trials):
-        raise RecordError(
-            f"{len(request.forces)} files of forces for {len(request.trials)} walking trials. Give "
-            "one --forces for each --trial, in the same order."
-        )
+    """Read all trials, bring them into the project's axes and clean them.
+
+    Raises
+    ------
+    RecordError : a file that cannot be used, or files that do not belong together.
+    """
+    _check_files(request)
     standing = read_recording(request.static)
     walking = [
         read_recording(trial, forces=request.forces[i] if request.forces else None)
@@ -326,16 +348,23 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
     ]
     for recording in (standing, *walking):
         tell("read", _described(recording))
-    marker_set = (
-        recognise(standing.names)
-        if request.marker_set is None
-        else load_marker_set(request.marker_set)
-    )
+    for recording in walking:
+        _check_length(recording, processing)
+    with _about(standing.source):
+        marker_set = (
+            recognise(standing.names)
+            if request.marker_set is None
+            else load_marker_set(request.marker_set)
+        )
     tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
     ignored = marker_set.ignored(standing.names)
     if ignored:
         tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
     standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))
+    for trial, recording in zip(request.trials, walking, strict=True):
+        lacking = [name for name in marker_set.essential if name not in recording.names]
+        if lacking:
+            tell("markers", f"{trial.name}: without {', '.join(lacking)}")
     landmarks = marker_set.landmarks
     if request.axes is None:
         axes = detect_axes(standing, landmarks)
@@ -347,14 +376,15 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
     standing, report = clean(
         standing.turned(axes.rotation), segments, processing, landmarks=landmarks
     )
-    _tell_cleaning(tell, standing, report)
+    _tell_cleaning(tell, request.static, report)
+    check_stands(standing, landmarks)
     turned, headings, reports = [], [], []
-    for recording in walking:
+    for trial, recording in zip(request.trials, walking, strict=True):
         recording = recording.turned(axes.rotation)
         recording, heading = turn_to_walking_direction(recording, landmarks)
         tell("axes", heading)
         recording, report = clean(recording, segments, processing, landmarks=landmarks)
-        _tell_cleaning(tell, recording, report)
+        _tell_cleaning(tell, trial, report)
         check_same_person(
             _trajectories(standing),
             _trajectories(recording),
@@ -381,6 +411,59 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
     )
 
 
+def _check_files(request: Request) -> None:
+    """Refuse forces that do not pair with trials, and a file that is given twice."""
+    if request.forces and len(request.forces) != len(request.trials):
+        raise RecordError(
+            f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
+            "times. Give one --forces for each --trial, in the same order."
+        )
+    roles: dict[Path, str] = {}
+    for option, path in (
+        ("--static", request.static),
+        *(("--trial", path) for path in request.trials),
+        *(("--forces", path) for path in request.forces),
+    ):
+        other = roles.get(path.resolve())
+        if other is not None:
+            raise RecordError(
+                f"{path}: given twice, with {other} and with {option}. Give each file once: its "
+                "cycles would be counted twice, and standing and walking are different trials."
+            )
+        roles[path.resolve()] = option
+
+
+@contextmanager
+def _about(source: str) -> Iterator[None]:
+    """Name the file in errors of functions that know only what is in it."""
+    try:
+        yield
+    except (RecordError, ScalingError) as error:
+        raise type(error)(f"{source}: {error}") from None
+
+
+def _check_length(recording: Recording, processing: Processing) -> None:
+    """Refuse a walking trial that is too short for a stride or too coarse for the filters."""
+    where, rate = recording.source, recording.marker_rate
+    length = len(recording.markers) / rate
+    if length < PLAUSIBLE_STRIDE[0]:
+        raise RecordError(
+            f"{where}: {len(recording.markers)} frame(s) at {rate:g} Hz, {length:.3g} s: shorter "
+            "than a gait cycle. Give a walking trial in which both feet strike the ground at "
+            "least twice."
+        )
+    for what, found, cutoff in (
+        ("markers", rate, max(processing.marker_cutoff_hz, FOOT_CUTOFF_HZ)),
+        ("forces", recording.force_rate, processing.force_cutoff_hz),
+    ):
+        if 0.0 < found <= 2.0 * cutoff:
+            raise RecordError(
+                f"{where}: {what} at {found:g} Hz; the low-pass at {cutoff:g} Hz needs more than "
+                f"{2.0 * cutoff:g} Hz. Walking is recorded at 50 Hz and more, forces at 200 Hz and "
+                "more: export the trial at the rate at which it was recorded."
+            )
+
+
 def _described(recording: Recording) -> str:
     frames, count = recording.markers.shape[:2]
     plates = (
@@ -396,11 +479,15 @@ def _described(recording: Recording) -> str:
 
 def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
     """Only the markers of the set, by its names."""
-    names = marker_set.renamed(recording.names)
-    if not names:
+    with _about(recording.source):
+        names = marker_set.renamed(recording.names)
+    missing = [marker for marker in marker_set.essential if marker not in names.values()]
+    if len(missing) > (1.0 - RECOGNISED_SHARE) * len(marker_set.essential):
         raise RecordError(
-            f"{recording.source}: none of its markers ({', '.join(recording.names[:8])}, …) is of "
-            f"the marker set {marker_set.name}. Give the right set with --marker-set."
+            f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
+            f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
+            f"has {', '.join(recording.names)}. Label the trial by the same names as the standing "
+            "trial, or give the right set with --marker-set."
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
@@ -410,9 +497,9 @@ def _trajectories(recording: Recording) -> dict[str, Array]:
     return {name: recording.marker(name) for name in recording.names}
 
 
-def _tell_cleaning(tell: Tell, recording: Recording, report: CleaningReport) -> None:
+def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
     for finding in report.findings:
-        tell("cleaning", f"{Path(recording.source).name}: {finding}")
+        tell("cleaning", f"{file.name}: {finding}")
 
 
 # --- scaling -----------------------------------------------------------------------------
@@ -429,6 +516,35 @@ def standing_places(recording: Recording) -> dict[str, Array]:
     return places
 
 
+def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Refuse a standing trial in which the person walks or changes place.
+
+    Raises
+    ------
+    RecordError : names the marker that moves most.
+    """
+    sway = {}
+    for landmark, name in landmarks.items():
+        if name in recording.names and landmark.rpartition(".")[2] in _STILL:
+            trajectory = recording.marker(name)
+            seen = trajectory[np.isfinite(trajectory).all(axis=1)]
+            if len(seen):
+                away = np.linalg.norm(seen - np.median(seen, axis=0), axis=1)
+                sway[name] = float(np.percentile(away, 90.0))
+    most = max(sway, key=lambda name: sway[name], default=None)
+    if most is not None and sway[most] > LARGEST_SWAY:
+        raise RecordError(
+            f"{recording.source}: the person does not stand still: {most} is more than "
+            f"{100 * sway[most]:.0f} cm from its median place in a tenth of the frames (at most "
+            f"{100 * LARGEST_SWAY:.0f} cm in standing). Give the standing trial as --static, cut "
+            "to the time in which the person stands."
+        )
+
+
+_STILL = ("ASIS", "PSIS", "Sacrum", "Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
+"""Landmarks that stay in place in standing; knees may bend and arms move."""
+
+
 def scale_body(
     request: Request, processing: Processing, session: Session, tell: Tell = _silent
 ) -> Body:
@@ -436,9 +552,12 @@ def scale_body(
     places = standing_places(session.standing)
     marker_set = session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
-    measured = measure(on_landmarks, **request.widths)
-    scaled = build_body(request, measured)
-    placement = place_markers(scaled.model, measured, places, marker_set, **request.widths)
+    with _about(str(request.static)):
+        measured = measure(on_landmarks, **request.widths)
+        scaled = build_body(request, measured)
+        placement = place_markers(scaled.model, measured, places, marker_set, **request.widths)
+    for walking in session.walking:
+        _check_labels(scaled.model, placement, walking, request.static)
     first = session.walking[0]
     names = [marker.name for marker in placement.markers]
     stood = _columns(session.standing, names, session.standing.markers)
@@ -487,6 +606,16 @@ def scale_body(
             place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
         ),
     )
+
+
+def _check_labels(model: BodyModel, placement: Placement, walking: Recording, static: Path) -> None:
+    markers = [
+        marker
+        for marker in placement.markers
+        if marker.name in walking.names and marker.name not in placement.moved
+    ]
+    measured = _columns(walking, [marker.name for marker in markers], walking.markers)
+    check_exchanged(model, markers, measured, names=(str(static), walking.source))
 
 
 def _taken(length: FittedLength) -> bool:
@@ -546,6 +675,15 @@ def work_out_walk(
         rate=recording.marker_rate,
     )
     kinematics = anchoring.kinematics
+    shown = {side: _leg_shown(kinematics, side, recording) for side in SIDES}
+    ever = np.asarray(kinematics.determined.any(axis=0))
+    hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
+    if hidden:
+        tell(
+            "kinematics",
+            f"{name}: not shown by the markers, so kept as in standing upright: "
+            f"{', '.join(hidden)}",
+        )
     if anchoring.resting.any():
         tell(
             "kinematics",
@@ -577,6 +715,8 @@ def work_out_walk(
             cutoff_hz=processing.moment_force_cutoff_hz,
         )
         loads = resample_forces(slow, recording.time)
+        moving = shown["right"] & shown["left"]
+        loads = replace(loads, valid=loads.valid & moving[:, None])
         wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
         dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
         if request.consistent:
@@ -590,9 +730,16 @@ def work_out_walk(
             )
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
-    cycles: dict[Side, tuple[GaitCycle, ...]] = {
-        side: cut_cycles(events, side, forces=forces) for side in SIDES
-    }
+    with _about(recording.source):
+        cycles: dict[Side, tuple[GaitCycle, ...]] = {
+            side: without_gaps(
+                cut_cycles(events, side, forces=forces),
+                recording.time,
+                shown[side],
+                longest_gap_s=processing.largest_gap_s,
+            )
+            for side in SIDES
+        }
     belt = belt_speed(recording, events, landmarks=landmarks)
     gait = {
         side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
@@ -614,6 +761,32 @@ def work_out_walk(
         gait=gait,
         findings=findings,
     )
+
+
+def _leg_shown(
+    kinematics: InverseKinematics, side: Side, recording: Recording
+) -> NDArray[np.bool_]:
+    """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
+
+    Raises
+    ------
+    RecordError : an angle of hip, knee or ankle is never shown.
+    """
+    names = [*ROOT, *(f"{name}_{side[0]}" for name in ANGLES)]
+    seen = kinematics.determined[:, [COORDINATES.index(name) for name in names]]
+    ever = np.asarray(seen.any(axis=0))
+    never = [
+        name
+        for name, one in zip(names, ever, strict=True)
+        if not one and not name.startswith("subtalar")
+    ]
+    if never:
+        raise RecordError(
+            f"{recording.source}: the markers never show {', '.join(never)}: too few of the {side} "
+            f"leg are seen together. Markers seen: {', '.join(recording.names)}. Label the "
+            "missing ones in the recording program and export again."
+        )
+    return np.asarray(seen[:, ever].all(axis=1))
 
 
 def smoothed(positions: Array, rate: float, processing: Processing) -> Array:
@@ -760,11 +933,10 @@ def check_mass(request: Request, walks: Sequence[Walk]) -> float | None:
     weight = float(np.mean(shares)) / GRAVITY
     ratio = weight / request.mass_kg
     if abs(ratio - 1.0) > MASS_TOLERANCE:
-        hint = (
-            f"The mass looks like pounds: give --mass {request.mass_kg * POUND:.1f}."
-            if abs(ratio / POUND - 1.0) < MASS_TOLERANCE
-            else "Check the mass, the unit of the forces, and that the trial is of this person."
-        )
+        hint = next(
+            (words for factor, words in _MASS_HINTS if abs(ratio / factor - 1.0) < MASS_TOLERANCE),
+            "Check the mass, the unit of the forces, and that the trial is of this person.",
+        ).format(mass=request.mass_kg * POUND)
         raise RecordError(
             f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but the "
             f"mass given is {request.mass_kg:.1f} kg. Over whole cycles both must agree within "

@@ -92,13 +92,23 @@ def subject_of(
     """
     request = found.request
     if set(found.forces) != set(SIDES) or len(found.moments) < len(MOMENT_NAMES):
-        missing = ", ".join(side for side in SIDES if side not in found.forces) or "a"
+        missing = " and no ".join(s for s in SIDES if s not in found.forces) or "complete"
+        reasons = [
+            f"{walk.name}: {cycle}"
+            for walk in found.walks
+            for side in SIDES
+            for cycle in walk.cycles[side]
+            if side not in found.forces and not cycle.kinetics_valid
+        ]
+        plates = [f"{walk.name}: {finding}" for walk in found.walks for finding in walk.findings]
         raise RecordError(
-            f"{', '.join(walk.recording.source for walk in found.walks)}: no {missing} gait cycle "
-            "whose ground reaction the plates show from heel strike to heel strike, so there is "
-            "no mean of moments and forces for a subject. The list of cycles says why each was "
-            "left out. Give a trial (or several, --trial repeated) in which both feet meet a "
-            "plate of their own, or --kinematics-only."
+            f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
+            "heel strike, so there is no mean of moments and forces for a subject.\n"
+            + _some("the cycles", reasons)
+            + _some("the plates", plates)
+            + "Give a trial (or several, --trial repeated) in which each foot meets a plate of its "
+            "own. If this is one, the forces are of another trial, of the other foot or in other "
+            "axes than the markers: check their file. Or use --kinematics-only."
         )
     where = request.identifier
     means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
@@ -146,6 +156,14 @@ def subject_of(
         "measurements": body.chosen.to_dict(),
     }
     return make_subject(values, where)
+
+
+def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
+    """The first of some lines, below what they are about; nothing if there are none."""
+    if not lines:
+        return ""
+    more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
+    return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"
 
 
 LARGEST_DRIFT: Final = {"angle": float(np.radians(6.0)), "moment": 0.6}

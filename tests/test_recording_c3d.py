@@ -497,7 +497,7 @@ class TestRefusals:
         self.refuse(path, "POINT:UNITS", words, "mm")
 
     def test_wrong_unit(self, tmp_path):
-        self.refuse(write(tmp_path / "a.c3d", unit="m"), "spread", "0.001")
+        self.refuse(write(tmp_path / "a.c3d", unit="m"), "spread", "millimetres that are called m")
 
     def test_no_marker_is_ever_seen(self, tmp_path):
         path = write(tmp_path / "a.c3d", markers=np.zeros((8, 3, 3)))

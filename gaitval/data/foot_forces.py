@@ -19,7 +19,7 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from gaitval.configuration import Processing
 from gaitval.coordinates import SIDES
 from gaitval.data.cleaning import Finding, FindingKind, low_pass, runs
-from gaitval.data.events import foot_contacts, marker_stance
+from gaitval.data.events import foot_contacts, marker_events, marker_stance
 from gaitval.data.foot_markers import FootMarkers, foot_markers
 from gaitval.data.force_plates import make_plate, plate_axes
 from gaitval.data.recording import FootForces, Plate, Recording
@@ -55,6 +55,10 @@ BRUSH_FORCE: Final = 2.0
 """Thresholds of force above which a touch too short for a stance is reported."""
 SHORTEST_SHARED_SECONDS: Final = 0.03
 """Both feet on a plate for less than this is within the error of the markers' events, s."""
+
+LARGEST_LAG_SECONDS: Final = 0.06
+"""Events from forces may be this much earlier or later than those from markers, both strikes and
+toe-offs in the median: 0.03 s at most in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,8 @@ def assign_forces(
 
     Raises
     ------
-    RecordError : no plates; forces of another length than the markers; nobody on the plates.
+    RecordError : no plates; forces of another length than the markers, or of another time; nobody
+        on the plates.
     """
     _require_plates(recording)
     cutoff_hz = processing.force_cutoff_hz if cutoff_hz is None else cutoff_hz
@@ -187,12 +192,15 @@ def assign_forces(
             used[begin:end] = True
         findings += _brushes(recording, plate, feet, vertical, used, processing, valid)
     if not touched.any():
+        largest = max(float(plate.force[:, 2].max()) for plate in recording.plates)
         raise RecordError(
             f"{recording.source}: no foot is on the {len(recording.plates)} force plate(s): their "
-            f"vertical force never rises above {processing.force_threshold_n:g} N for "
-            "the length of a step. Check that the forces belong to this trial and act on the "
-            "person (up is positive), and their unit; or give a trial without plates."
+            f"vertical force is at most {largest:.3g} N, and never above "
+            f"{processing.force_threshold_n:g} N for the length of a step. If the plates were "
+            "walked on, the forces are in another unit than N or of another trial: export them "
+            "again. If not, give a trial in which they were."
         )
+    _check_synchrony(recording, touched, landmarks)
     findings += _unshown(recording, feet, touched, valid)
     filtered = low_pass(
         wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
@@ -552,6 +560,34 @@ def _brushes(
         names = (f"plate {plate.name}", f"{SIDES[column]} foot")
         findings.append(_finding(recording, names, begin, end, action))
     return findings
+
+
+def _check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str, str]) -> None:
+    """Refuse forces that rise and fall at other times than the feet strike and leave the ground."""
+    events = marker_events(recording, landmarks=landmarks)
+    lags = {}
+    for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
+        found: list[float] = []
+        for column, side in enumerate(SIDES):
+            shown = np.array([e.time for e in events if (e.side, e.kind) == (side, kind)])
+            samples = foot_contacts(touched[:, column], rate=recording.force_rate)[edge]
+            samples = samples[(samples > 0) & (samples < len(touched))]
+            if len(shown):
+                away = recording.start + samples[:, None] / recording.force_rate - shown
+                nearest = np.argmin(np.abs(away), axis=1)
+                found += away[np.arange(len(samples)), nearest].tolist()
+        lags[kind] = float(np.median(found)) if found else 0.0
+    early, late = sorted(lags.values())
+    lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
+    if lag:
+        when = "after" if lag > 0 else "before"
+        raise RecordError(
+            f"{recording.source}: by the forces the feet strike the ground "
+            f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} "
+            "the markers show it (medians): the forces are of another trial, or not "
+            "synchronised with the cameras. Give the forces of this trial, exported by the clock "
+            "of the markers."
+        )
 
 
 def _unshown(recording: Recording, feet: _Feet, touched: Flags, valid: Flags) -> list[Finding]:

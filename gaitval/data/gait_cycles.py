@@ -5,7 +5,7 @@ one that is not used says why.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Final
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gaitval.coordinates import SIDES, Side
+from gaitval.data.cleaning import runs
 from gaitval.data.foot_markers import facing, foot_markers
 from gaitval.data.recording import Event, EventKind, FootForces, Recording
 from gaitval.errors import RecordError
@@ -186,16 +187,62 @@ def cut_cycles(
                 reasons=tuple(reasons),
             )
         )
+    _require(cycles, side, fewest, len(strikes))
+    return tuple(cycles)
+
+
+def without_gaps(
+    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
+) -> tuple[GaitCycle, ...]:
+    """The same cycles; those through which the markers do not show the motion are not valid.
+
+    Parameters
+    ----------
+    cycles : of one foot, at least one.
+    time : (T,) s, of the marker frames.
+    seen : (T,) whether the markers show the pelvis and this foot's leg.
+    longest_gap_s : frames up to this long without them are bridged.
+
+    Raises
+    ------
+    RecordError : no valid cycle is left; it gives the reason of each.
+    """
+    cycles = tuple(cycles)
+    longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
+    gaps = [
+        (float(time[begin]), float(time[end - 1]))
+        for begin, end in zip(*runs(~seen), strict=True)
+        if end - begin > longest
+    ]
+    found = []
+    for cycle in cycles:
+        inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
+        if inside:
+            reasons = tuple(
+                f"the markers do not show pelvis and {cycle.side} leg at {begin:.3f}-{end:.3f} s"
+                for begin, end in inside
+            )
+            cycle = replace(
+                cycle,
+                kinematics_valid=False,
+                kinetics_valid=False,
+                reasons=cycle.reasons + reasons,
+            )
+        found.append(cycle)
+    _require(found, cycles[0].side, 1, len(cycles) + 1)
+    return tuple(found)
+
+
+def _require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:
     usable = sum(cycle.kinematics_valid for cycle in cycles)
     if usable < fewest:
         listed = "".join(f"\n  {cycle}" for cycle in cycles if not cycle.kinematics_valid)
         raise RecordError(
-            f"{usable} complete {side} gait cycle(s) where {fewest} are needed: "
-            f"{len(strikes)} {side} heel strike(s) were found in the trial. Give a longer trial of "
-            f"steady walking, in which the {side} foot strikes the ground at least {fewest + 1} "
-            f"times.{listed}"
+            f"{usable or 'no'} complete {side} gait cycle{'s' if usable > 1 else ''} in the trial, "
+            f"at least {fewest} needed: {strikes} {side} heel strike{'' if strikes == 1 else 's'} "
+            "found, and a cycle goes from one to the next. Give a longer trial of steady walking, "
+            f"in which the {side} foot strikes the ground at least {fewest + 1} times.{listed}"
         )
-    return tuple(cycles)
 
 
 def _faults(side: Side, start: float, end: float, usual: float, between: list[Array]) -> list[str]:

@@ -29,6 +29,10 @@ LARGEST_TURN: Final = float(np.radians(30.0))
 PELVIS_HEIGHT: Final = (0.3, 1.4)
 """Pelvis above the ankles of a person, m: from small children to the tallest adults."""
 
+FARTHEST_LEAN: Final = 45.0
+"""Degrees. A walking person's pelvis is over the middle of the ankles within this angle in the
+median frame; axes that are exchanged put it 90 or 180 off."""
+
 SLOWEST_WALK: Final = 0.1
 """Walking is faster than this, m/s; sway in standing is not."""
 
@@ -224,8 +228,9 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
     ):
         if not any(f"{side}.{name}" in found for side in "RL" for name in names):
             raise RecordError(
-                f"{recording.source}: no marker on {what} is seen, so the axes of the laboratory "
-                'cannot be found. Give a standing trial with them, or --axes "forward=+x up=+z".'
+                f"{recording.source}: no marker on {what} is seen, or the marker set names none "
+                "there, so that neither the axes of the laboratory nor the person's size can be "
+                "found. Label them in the standing trial, or complete the marker set."
             )
     _check_height(recording.source, float(np.linalg.norm(_upward(found))))
     return found
@@ -239,7 +244,8 @@ def _check_height(where: str, height: float) -> None:
             f"the markers are in the wrong unit, by a factor of {factors[0]:g}: correct the unit "
             "in the file (mm, cm or m)"
             if factors
-            else "this is no person who stands, or the markers' names are wrong: check them"
+            else "the markers' names are wrong, or this is no upright person. Check "
+            "the labels in the recording program"
         )
         raise RecordError(
             f"{where}: the pelvis is {height:.3g} m from the ankles, a person's is "
@@ -354,14 +360,18 @@ def turn_to_walking_direction(
             f"{where}: no marker of the pelvis (ASIS, PSIS) is seen, so the direction of walking "
             "is unknown. Label the trial and export it again."
         )
-    ankles = _path(recording, landmarks, ("R.Ankle", "L.Ankle"))[:, 2]
-    if np.isfinite(ankles).any():
-        height = float(np.median(pelvis[seen, 2]) - np.nanmedian(ankles))
-        _check_height(where, abs(height))
-        if height < 0:
+    upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
+    upward = upward[np.isfinite(upward).all(axis=1)]
+    if len(upward):
+        # of each frame: overground the pelvis is nowhere near where the ankles are on average
+        middle = np.median(upward, axis=0)
+        _check_height(where, float(np.linalg.norm(middle)))
+        off = float(np.degrees(np.arccos(np.clip(_unit(middle)[2], -1, 1))))
+        if off > FARTHEST_LEAN:
             raise RecordError(
-                f"{where}: the pelvis is under the ankles: the trial has other axes than the "
-                "standing trial. Export both in the same axes."
+                f"{where}: by the axes of the standing trial the pelvis is {off:.0f}° off being "
+                "above the ankles: this trial has other axes than the standing trial. Export both "
+                "in the same axes."
             )
     time = recording.time[seen]
     drift = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.artefacts import write_text
-from gaitval.data.c3d import METRES
+from gaitval.data.c3d import CERTAIN_LOAD_N, METRES
 from gaitval.data.force_plates import UNLOADED_N
 from gaitval.data.recording import Plate, Recording
 from gaitval.errors import RecordError
@@ -26,6 +26,11 @@ Array = NDArray[np.float64]
 WBDS_MARKER_RATE: Final = 150.0
 WBDS_FORCE_RATE: Final = 300.0
 """Hz; the force files of WBDS have a sample's index for its time."""
+
+LONGEST_LEVER_M: Final = 0.1
+"""The torque about the centre of pressure is at most this times the force, m: friction holds it
+under half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
+whose plates are not zeroed)."""
 
 _AXES: Final = "xyz"
 
@@ -431,12 +436,34 @@ def _pressed(path: Path, name: str, force: Array, point: Array, torque: Array) -
             f"{path}: plate {name}: the centre of pressure or the torque is missing where the "
             "plate is loaded. Export the forces without gaps."
         )
+    _check_torque(path, name, force, torque)
     return Plate(
         name=name,
         corners=np.full((4, 3), np.nan),
         force=force,
         centre_of_pressure=np.where(loaded[:, None], point, np.nan),
         free_moment=np.where(loaded[:, None], torque, 0.0),
+    )
+
+
+def _check_torque(path: Path, name: str, force: Array, torque: Array) -> None:
+    """Refuse a torque about the centre of pressure that no foot can give."""
+    size = np.linalg.norm(force, axis=1)
+    strong = size > CERTAIN_LOAD_N
+    if not strong.any():
+        return
+    lever = float(np.median(np.linalg.norm(torque[strong], axis=1) / size[strong]))
+    if lever <= LONGEST_LEVER_M:
+        return
+    why = (
+        "It looks like Nmm: divide the torques by 1000"
+        if lever / 1e3 <= LONGEST_LEVER_M
+        else "It looks like the moment about the plate's middle or origin: export the free moment "
+        "about the centre of pressure"
+    )
+    raise RecordError(
+        f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median); "
+        f"a foot turns on the ground with at most {LONGEST_LEVER_M:g} m. {why}."
     )
 
 

@@ -37,6 +37,20 @@ SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
 """m. The markers of a person, and of things around, spread over at least and at most this."""
 
+PERSON_SPREAD_M: Final = (0.5, 2.2)
+"""m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
+
+_CONFUSED: Final = {
+    1e3: "metres that are called mm",
+    1e-3: "millimetres that are called m",
+    100.0: "metres that are called cm",
+    0.01: "centimetres that are called m",
+    25.4: "inches that are called mm",
+    10.0: "centimetres that are called mm",
+    0.1: "millimetres that are called cm",
+}
+"""By the factor that puts it right."""
+
 
 def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     """Read a trial: C3D, TRC or a marker file of WBDS.
@@ -107,11 +121,10 @@ def _check_markers(recording: Recording) -> None:
         )
     spread = _spread(recording.markers)
     if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
-        factor = 1e3 if spread < SMALLEST_SPREAD_M else 1e-3
         raise RecordError(
             f"{recording.source}: the markers of a frame spread over {spread:.3g} m, a person's "
-            f"over 1 to 2 m: the unit is wrong by a factor of {factor:g}. The file says mm where "
-            "it is m, or the other way round: correct the unit in the file."
+            f"over 1 to 2 m: the unit that the file states is wrong{_unit_hint(spread)}. Correct "
+            "the unit in the file (TRC: line 3; C3D: POINT:UNITS), or export it again."
         )
 
 
@@ -122,6 +135,14 @@ def _spread(markers: Array) -> float:
         some = np.isfinite(markers).any(axis=(1, 2))
     shown = markers[some]
     return float(np.median((np.nanmax(shown, axis=1) - np.nanmin(shown, axis=1)).max(axis=1)))
+
+
+def _unit_hint(spread: float) -> str:
+    """Which wrong unit makes a person's markers spread over this many metres, in words."""
+    for factor, what in _CONFUSED.items():
+        if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
+            return f" (it looks like {what})"
+    return ""
 
 
 def _with_forces(recording: Recording, path: Path) -> Recording:
@@ -196,12 +217,14 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
             why = (
                 "it looks like millimetres: divide the points (px, py, pz) by 1000"
                 if shrunk < LARGEST_DISTANCE_M
-                else "they are of another trial or in other axes than the markers"
+                else "the forces are of another trial or in other axes than the markers, or the "
+                "markers are in another unit than their file says. Export both together"
             )
             raise RecordError(
                 f"{path}: plate {plate.name}: the centre of pressure is at "
                 f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside the "
-                f"space of the markers; {why}."
+                f"space of the markers, which goes from {np.round(low, 2).tolist()} to "
+                f"{np.round(high, 2).tolist()} m; {why}."
             )
         towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
         cosine = np.nanmean(

@@ -303,8 +303,13 @@ def _check_widths(*widths: float | None) -> None:
                 ),
                 "",
             )
-            problems.append(f"{name} = {width:g}, plausible are {low:g} to {high:g} m{hint}")
+            problems.append(f"{_option(name)} {width:g}, plausible are {low:g} to {high:g} m{hint}")
     _fail("implausible width of a joint", problems, "Measure it across the bones, in metres.")
+
+
+def _option(name: str) -> str:
+    """A width as the command line names it."""
+    return f"--{name.replace('_', '-')}"
 
 
 def _points(
@@ -321,13 +326,14 @@ def _points(
             + ", ".join(needed)
             + "."
             if without_medial
-            else "Without the medial markers give the width of the joint in metres: "
+            else "Without the medial markers give the width of the joint, across the bones, in "
+            "metres: "
             + " and ".join(
-                f"{joint.lower()}_width"
+                _option(f"{joint.lower()}_width")
                 for joint in ("Knee", "Ankle")
                 if any(joint in name for name in missing)
             )
-            + "."
+            + " of gaitval import."
         ),
     )
     used = [*needed, *(n for n in LANDMARK_NAMES if n in markers and n not in needed)]

@@ -8,7 +8,7 @@ and without what precedes a colon ("Subject:RASI").
 import difflib
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -251,10 +251,7 @@ def _parsed(text: str, name: str) -> MarkerSet:
     except tomllib.TOMLDecodeError as error:
         raise RecordError(f"{name}: not valid TOML: {error}. Mend that line.") from None
     except ValidationError as error:
-        problems = [
-            f"{'.'.join(str(key) for key in item['loc'])}: {item['msg']}."
-            for item in error.errors()
-        ]
+        problems = [_problem(item["loc"], item["type"], item["msg"]) for item in error.errors()]
     else:
         problems = _problems(parsed.markers)
         if not problems:
@@ -262,6 +259,17 @@ def _parsed(text: str, name: str) -> MarkerSet:
     raise RecordError(
         f"{name}: {len(problems)} problem{'s' if len(problems) > 1 else ''} in the marker set\n"
         + "\n".join(f"  - {problem}" for problem in problems)
+    )
+
+
+def _problem(place: Sequence[int | str], kind: str, message: str) -> str:
+    where = ".".join(str(key) for key in place)
+    if kind != "extra_forbidden":
+        return f"{where}: {message}."
+    known = MarkerDefinition.model_fields if len(place) > 1 else _File.model_fields
+    near = difflib.get_close_matches(str(place[-1]), known, n=1)
+    return f"{where}: unknown key" + (
+        f", did you mean {near[0]}?" if near else f"; known: {', '.join(known)}."
     )
 
 
