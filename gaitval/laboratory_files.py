@@ -1,6 +1,8 @@
 """Writes what an import found: the subject for the main job, OpenSim's files, tables, the page."""
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
@@ -15,6 +17,7 @@ from gaitval.artefacts import (
     value_hash,
     versions,
     write_json,
+    write_text,
 )
 from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
@@ -36,7 +39,7 @@ from gaitval.data.subject import (
     make_subject,
     mass_and_height_problems,
 )
-from gaitval.errors import RecordError, SubjectError
+from gaitval.errors import ArtefactError, RecordError, SubjectError
 from gaitval.interchange.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -71,6 +74,9 @@ Array = NDArray[np.float64]
 
 FOLDER: Final = "recording"
 """In the folder of the subject: all but `subject.toml`."""
+
+SUBJECT: Final = "subject.toml"
+RECORD: Final = "import.json"
 
 PHASE: Final = np.linspace(0.0, 1.0, 101)
 
@@ -224,9 +230,12 @@ def check_person(mass_kg: float, height_m: float, sex: str) -> Sex:
     ------
     SubjectError : another sex than F or M, or swapped, missing or wrong units.
     """
-    problems = mass_and_height_problems(mass_kg, height_m)
+    problems = [
+        problem.replace("mass_kg =", "--mass").replace("height_m =", "--height")
+        for problem in mass_and_height_problems(mass_kg, height_m)
+    ]
     if sex not in ("F", "M"):
-        problems.append(f"sex = {sex!r}: give F or M, which choose the segment tables.")
+        problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
     if problems:
         raise SubjectError("\n".join(problems))
     return "F" if sex == "F" else "M"
@@ -277,14 +286,74 @@ def _residuals(walk: Walk) -> list[tuple[str, Residuals]]:
 # --- files -------------------------------------------------------------------------------
 
 
+def check_folder(folder: Path) -> None:
+    """Refuse a folder for the results before the work is done for it.
+
+    Raises
+    ------
+    ArtefactError : a file, below one, may not be written to, or with a subject in it that no
+        import wrote.
+    """
+    for wanted in (Path(folder), Path(folder) / FOLDER):
+        nearest = wanted
+        while not os.path.lexists(nearest):
+            nearest = nearest.parent
+        if not nearest.is_dir():
+            raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise ArtefactError(
+                f"{nearest}: may not be written to. Give another folder with --out."
+            )
+    subject = Path(folder) / SUBJECT
+    if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
+        raise ArtefactError(
+            f"{subject}: is there and was not written by an import, which would replace it. Give "
+            "another folder with --out, or move the file."
+        )
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ArtefactError(
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free the disk, or "
+            "give another folder with --out; the same command then does the import anew."
+        ) from None
+
+
+def write_subject(folder: Path, subject: Subject) -> Path:
+    """Write `subject.toml`, after all others; returns the file."""
+    with _writing(folder):
+        write_text(Path(folder) / SUBJECT, subject.to_toml())
+    return Path(folder) / SUBJECT
+
+
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     """Write everything but the subject below `folder`/recording; returns the files.
 
-    Each file is written whole or not at all. `import.json` is written last: where it stands, all
-    others do.
+    OpenSim's files of a trial belong together: from its motion and ground reaction its inverse
+    dynamics finds the moments that are written. So the ground reaction is as inverse dynamics used
+    it, and a trial that was made consistent has a model with its own masses.
+
+    Each file is written whole or not at all. What an earlier import left of `subject.toml` and
+    `import.json` is removed first, and `import.json` is written last: where it stands, all others
+    do, and are of one import.
+
+    Raises
+    ------
+    ArtefactError : the folder cannot be written to.
     """
-    target = Path(folder) / FOLDER
+    with _writing(folder):
+        return _write_import(Path(folder), found, configuration)
+
+
+def _write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
+    target = folder / FOLDER
     target.mkdir(parents=True, exist_ok=True)
+    for earlier in (folder / SUBJECT, target / RECORD):
+        earlier.unlink(missing_ok=True)
     body = found.body
     motion = found.walks[0].kinematics
     determined = np.asarray(motion.determined.any(axis=0))
@@ -294,8 +363,13 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         if not seen and name not in ROOT
     }
     friction = float(nominal_parameters()[PARAMETERS.index("friction")])
-    written = [target / "model.osim"]
-    write_osim(written[0], body.model, body.markers, configuration.contact, friction, held=held)
+
+    def write_model(path: Path, model: BodyModel) -> None:
+        write_osim(path, model, body.markers, configuration.contact, friction, held=held)
+        written.append(path)
+
+    written: list[Path] = []
+    write_model(target / "model.osim", body.model)
     for number, walk in enumerate(found.walks, start=1):
         stem = target / f"trial{number}"
         files = {
@@ -305,8 +379,10 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         write_markers(files["markers.trc"], walk.recording)
         write_motion(files["ik.mot"], walk.recording.time, walk.motion)
         written += [files["markers.trc"], files["ik.mot"]]
-        if walk.forces is not None and walk.moments is not None:
-            write_ground_reaction(files["grf.mot"], walk.forces)
+        if walk.consistent is not None:
+            write_model(stem.with_name(f"{stem.name}_model.osim"), walk.consistent.model)
+        if walk.loads is not None and walk.moments is not None:
+            write_ground_reaction(files["grf.mot"], walk.loads)
             write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
             write_moments(files["id.sto"], walk.motion, walk.moments)
             written += [files["grf.mot"], files["external_loads.xml"], files["id.sto"]]
@@ -321,8 +397,8 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         written.append(target / name)
     write_recording_report(target, summary_of(found))
     written += [target / "recording.html", target / "recording.pdf"]
-    write_json(target / "import.json", _plain(_record(found)))
-    return [*written, target / "import.json"]
+    write_json(target / RECORD, _plain(_record(found)))
+    return [*written, target / RECORD]
 
 
 def _cycle_table(found: Import) -> pd.DataFrame:
