@@ -29,7 +29,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from gaitval import __version__
-from gaitval.artefacts import read_json, write_text
+from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import GaitvalError, ToleranceError
 from gaitval.pipeline import (
@@ -551,9 +551,17 @@ def import_command(
     the model, motion, moments and forces as OpenSim's files.
     """
     from gaitval.laboratory import Request, work_out
-    from gaitval.laboratory_files import FOLDER, check_person, subject_of, write_import
+    from gaitval.laboratory_files import (
+        FOLDER,
+        check_folder,
+        check_person,
+        subject_of,
+        write_import,
+        write_subject,
+    )
 
     configuration = load_configuration(config, settings=settings or ())
+    check_folder(out)
     request = Request(
         static=static,
         trials=tuple(trial),
@@ -579,11 +587,18 @@ def import_command(
         subject = subject_of(found, age_years=age, citation=citation, licence=licence)
     written = write_import(out, found, configuration)
     _print_import(found)
-    output.print(f"Page: {out / FOLDER / 'recording.html'} ({len(written)} files beside it)")
+    page = out / FOLDER / "recording.html"
+    output.print(
+        f"Page: {page} ({len(written)} files beside it)",
+        markup=False,
+        highlight=False,
+        soft_wrap=True,
+    )
     if subject is not None:
-        write_text(out / "subject.toml", subject.to_toml())
+        path = write_subject(out, subject)
         output.print(
-            f"Subject: {out / 'subject.toml'}; go on with: gaitval subject {out / 'subject.toml'}",
+            f"Subject: {path}; go on with: gaitval subject {path}",
+            markup=False,
             highlight=False,
             soft_wrap=True,
         )

@@ -357,7 +357,8 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
             else load_marker_set(request.marker_set)
         )
     tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
-    ignored = marker_set.ignored(standing.names)
+    with _about(standing.source):
+        ignored = marker_set.ignored(standing.names)
     if ignored:
         tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
     standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))

@@ -36,6 +36,10 @@ median frame; axes that are exchanged put it 90 or 180 off."""
 SLOWEST_WALK: Final = 0.1
 """Walking is faster than this, m/s; sway in standing is not."""
 
+TURNS_ROUND_M: Final = 0.75
+"""m. A pelvis that moves over more, but does not get anywhere, is of a person who turns round; on
+a treadmill and in standing it moves over less."""
+
 ALONG_AXIS: Final = float(np.radians(10.0))
 """Walkways and belts lie along the laboratory's axes. A path within this angle of one is taken to
 be along it, and what remains is how the person walked."""
@@ -381,6 +385,13 @@ def turn_to_walking_direction(
     else:
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
+    extent = float(np.linalg.norm(np.ptp(pelvis[seen, :2], axis=0)))
+    if speed < SLOWEST_WALK and extent > TURNS_ROUND_M:
+        raise RecordError(
+            f"{where}: the pelvis moves over {extent:.1f} m, but ends where it began "
+            f"({speed:.2f} m/s on average): the person turns round. Cut the trial to the part in "
+            "one direction; give the other as a trial of its own."
+        )
     if speed < SLOWEST_WALK:
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "

@@ -27,6 +27,9 @@ WBDS_MARKER_RATE: Final = 150.0
 WBDS_FORCE_RATE: Final = 300.0
 """Hz; the force files of WBDS have a sample's index for its time."""
 
+SLOWEST_RATE: Final = 5.0
+"""Hz. No camera and no force plate is sampled more slowly."""
+
 LONGEST_LEVER_M: Final = 0.1
 """The torque about the centre of pressure is at most this times the force, m: friction holds it
 under half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
@@ -59,6 +62,13 @@ class StorageTable:
         return self.values[:, self.columns.index(name)]
 
 
+def _not_text(path: Path) -> RecordError:
+    return RecordError(
+        f"{path}: not a text file. If it is a C3D file, its name must end in .c3d; else export the "
+        "trial again."
+    )
+
+
 def _lines(path: Path) -> list[str]:
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -71,11 +81,11 @@ def _lines(path: Path) -> list[str]:
             # Motion Analysis and Vicon write the folder's name in the code page of Windows.
             text = path.read_text(encoding="cp1252")
         except UnicodeDecodeError:
-            raise RecordError(f"{path}: not a text file. Export the trial again.") from None
+            raise _not_text(path) from None
     if not text.strip():
         raise RecordError(f"{path}: the file is empty. Copy or export it again.")
     if "\0" in text:
-        raise RecordError(f"{path}: not a text file. Export the trial again.")
+        raise _not_text(path)
     return text.splitlines()
 
 
@@ -101,10 +111,15 @@ def _table(
         try:
             table[i] = [_number(field) for field in fields]
         except ValueError:
-            wrong = next(field for field in fields if not _is_number(field))
+            wrong = next(field for field in fields if not _is_number(field)).strip()
+            mend = (
+                "It has a decimal comma: set the program, or the region of Windows, to a decimal "
+                "point and export the file again"
+                if re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", wrong, flags=re.IGNORECASE)
+                else "Mend it or export the file again"
+            )
             raise RecordError(
-                f"{path}: line {first_line + i}: {wrong.strip()!r} is not a number. Mend it or "
-                "export the file again."
+                f"{path}: line {first_line + i}: {wrong!r} is not a number. {mend}."
             ) from None
     if np.isinf(table).any():
         line = first_line + int(np.flatnonzero(np.isinf(table).any(axis=1))[0])
@@ -154,6 +169,11 @@ def sample_rate(path: Path, time: Array) -> float:
             "Samples are missing; export the trial whole, with gaps left empty."
         )
     rate = 1.0 / float(step)
+    if rate < SLOWEST_RATE:
+        raise RecordError(
+            f"{path}: the times go in steps of {step:.4g} s, {rate:.3g} Hz: they look like "
+            "milliseconds or numbers of frames. Write the time in seconds and export again."
+        )
     whole = round(rate)
     if whole:
         misfit = time - index / whole
@@ -177,6 +197,11 @@ def read_trc(path: Path) -> Recording:
         raise RecordError(
             f"{path}: not a TRC file: the first line must begin with PathFileType and five lines "
             "of header must follow. Export it again."
+        )
+    if not all("\t" in line for line in lines[1:4]):
+        raise RecordError(
+            f"{path}: the fields of lines 2 to 4 are not separated by tabs (by commas, semicolons "
+            "or blanks?), as the format has them. Export the file again as TRC."
         )
     keys, values = lines[1].split(), lines[2].split()
     header = dict(zip(keys, values, strict=False))

@@ -37,7 +37,10 @@ SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
 """m. The markers of a person, and of things around, spread over at least and at most this."""
 
-PERSON_SPREAD_M: Final = (0.5, 2.2)
+SPREAD_FRAMES: Final = 50
+"""Frames that are looked at for it, evenly spread."""
+
+PERSON_SPREAD_M: Final = (0.4, 2.2)
 """m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
 
 _CONFUSED: Final = {
@@ -90,12 +93,19 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     _check_markers(recording)
     if forces is None:
         return recording
+    forces = Path(forces)
+    if forces.suffix.lower() not in (".mot", ".sto", ".txt"):
+        raise RecordError(
+            f"{forces}: forces are read from .mot, .sto and WBDS's grf.txt files, not from "
+            f"{forces.suffix or 'a file without an ending'}. A C3D file that has them beside the "
+            "markers is given as the trial, without --forces."
+        )
     if recording.plates:
         raise RecordError(
             f"{path} has {len(recording.plates)} force plates, and {forces} was given too: which "
             "ones hold is not clear. Leave one out."
         )
-    return _with_forces(recording, Path(forces))
+    return _with_forces(recording, forces)
 
 
 def _check_markers(recording: Recording) -> None:
@@ -129,12 +139,17 @@ def _check_markers(recording: Recording) -> None:
 
 
 def _spread(markers: Array) -> float:
-    """Median over the frames of the largest extent of the markers along an axis, m."""
-    some = np.isfinite(markers).all(axis=2).sum(axis=1) >= 3
-    if not some.any():
-        some = np.isfinite(markers).any(axis=(1, 2))
-    shown = markers[some]
-    return float(np.median((np.nanmax(shown, axis=1) - np.nanmin(shown, axis=1)).max(axis=1)))
+    """Median over the frames of the largest extent of the markers along an axis, m.
+
+    Of the middle eight tenths of them, for a reflex that the cameras took for a marker may be
+    anywhere.
+    """
+    seen = np.flatnonzero(np.isfinite(markers).all(axis=2).sum(axis=1) >= 3)
+    if not len(seen):
+        seen = np.flatnonzero(np.isfinite(markers).any(axis=(1, 2)))
+    frames = seen[np.unique(np.linspace(0, len(seen) - 1, SPREAD_FRAMES).astype(int))]
+    low, high = np.nanpercentile(markers[frames], [10.0, 90.0], axis=1)
+    return float(np.median((high - low).max(axis=1)))
 
 
 def _unit_hint(spread: float) -> str:
@@ -196,14 +211,26 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
     return both
 
 
+def _middle(markers: Array) -> Array:
+    """Mean (T, 3) of the markers of each frame that are near their median: a reflex that the
+    cameras took for a marker may be anywhere. NaN where none is seen.
+    """
+    middle = np.full((len(markers), 3), np.nan)
+    some = np.isfinite(markers).all(axis=2).sum(axis=1) > 0
+    shown = markers[some]
+    median = np.nanmedian(shown, axis=1)
+    near = np.linalg.norm(shown - median[:, None], axis=2) < PERSON_SPREAD_M[1]
+    total = np.where(near[:, :, None], shown, 0.0).sum(axis=1)
+    with np.errstate(invalid="ignore"):  # two reflexes, and nobody between them
+        middle[some] = total / near.sum(axis=1)[:, None]
+    return middle
+
+
 def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
     """Refuse forces whose points are not under the markers, or that do not push the person up."""
     points = recording.markers.reshape(-1, 3)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    seen = np.isfinite(recording.markers)
-    count = np.maximum(seen.sum(axis=1), 1)
-    middle = np.where(seen, recording.markers, 0.0).sum(axis=1) / count
-    middle[~seen.any(axis=(1, 2))] = np.nan
+    middle = _middle(recording.markers)
     for plate in recording.plates:
         size = np.linalg.norm(plate.force, axis=1)
         strong = size > CERTAIN_LOAD_N
@@ -242,5 +269,6 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
             raise RecordError(
                 f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
                 f"person, but {np.degrees(np.arccos(cosine)):.0f}° off: the forces have other axes "
-                "than the markers. Export both in the same axes."
+                "than the markers, or act at the points of the other foot or of another trial. "
+                "Export markers and forces of the trial together."
             )

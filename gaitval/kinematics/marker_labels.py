@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.errors import RecordError
-from gaitval.kinematics.inverse_kinematics import inverse_kinematics
+from gaitval.kinematics.inverse_kinematics import inverse_kinematics, marker_positions
 from gaitval.kinematics.markers import ModelMarker
-from gaitval.kinematics.tree import segment_frames
-from gaitval.scaling.model import SEGMENTS, BodyModel
+from gaitval.scaling.model import BodyModel
 
 Array = NDArray[np.float64]
 
@@ -52,15 +51,7 @@ def check_exchanged(
     if not len(measured):
         return
     pose = inverse_kinematics(model, markers, measured).positions
-    places = segment_frames(model, pose)
-    expected = np.stack(
-        [
-            places[:, SEGMENTS.index(m.segment), :3, :3] @ m.position
-            + places[:, SEGMENTS.index(m.segment), :3, 3]
-            for m in markers
-        ],
-        axis=1,
-    )
+    expected = marker_positions(model, markers, pose)
     # (T, M, M): of each measured marker from the place of each marker
     distance = np.linalg.norm(measured[:, :, None] - expected[:, None], axis=3)
     worst = (EXCHANGED, -1, -1, 0.0, 0.0)

@@ -105,11 +105,7 @@ class MarkerSet:
         ------
         RecordError : two names of the file are the same marker, as when two people were recorded.
         """
-        known = {
-            _plain(name): marker
-            for marker, definition in self.markers.items()
-            for name in (marker, *definition.aliases)
-        }
+        known = self._known()
         found: dict[str, str] = {}
         for name in names:
             marker = known.get(_plain(name))
@@ -123,6 +119,19 @@ class MarkerSet:
                 )
             found[name] = marker
         return found
+
+    def _known(self) -> dict[str, str]:
+        """Marker of each plain name and alias."""
+        return {
+            _plain(name): marker
+            for marker, definition in self.markers.items()
+            for name in (marker, *definition.aliases)
+        }
+
+    def present(self, names: Iterable[str]) -> frozenset[str]:
+        """Markers of this set that some of the names stand for."""
+        known = self._known()
+        return frozenset(known[plain] for plain in map(_plain, names) if plain in known)
 
     def ignored(self, names: Iterable[str]) -> tuple[str, ...]:
         """Names of a file that do not belong to this set, such as computed joint centres."""
@@ -180,29 +189,31 @@ def recognise(names: Iterable[str]) -> MarkerSet:
 
     Raises
     ------
-    RecordError : no set fits. Lists what was found, what the nearest set misses and which names
-        are close to those, and shows how to write a set of one's own.
+    RecordError : two names are the same marker, or no set fits. Lists what was found, what the
+        nearest set misses and which names are close to those, and shows how to write a set of
+        one's own.
     """
     names = tuple(names)
     best: tuple[int, float, MarkerSet] | None = None
     nearest: tuple[float, MarkerSet] | None = None
     for candidate in builtin_marker_sets():
-        found = set(candidate.renamed(names).values())
+        found = candidate.present(names)
         share = len(found.intersection(candidate.essential)) / len(candidate.essential)
         if nearest is None or share > nearest[0]:
             nearest = share, candidate
         if share >= RECOGNISED_SHARE and (best is None or (len(found), share) > best[:2]):
             best = len(found), share, candidate
     if best is not None:
+        best[2].renamed(names)
         return best[2]
     assert nearest is not None
     raise RecordError(_unknown(names, nearest[1]))
 
 
 def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
-    renamed = nearest.renamed(names)
-    missing = [marker for marker in nearest.essential if marker not in renamed.values()]
-    rest = {_plain(name): name for name in names if name not in renamed}
+    present = nearest.present(names)
+    missing = [marker for marker in nearest.essential if marker not in present]
+    rest = {_plain(name): name for name in names if not nearest.present([name])}
     guesses = []
     for marker in missing:
         known = [_plain(name) for name in (marker, *nearest.markers[marker].aliases)]
