@@ -88,7 +88,7 @@ POUND = 0.45359237  # kg
 _MASS_HINTS = (
     (POUND, "The mass looks like pounds: give --mass {mass:.1f}."),
     (1.0 / GRAVITY, "The forces look like kilograms (kgf): export them in N."),
-    (POUND / GRAVITY, "The forces look like pounds (lbf): export them in N."),
+    (1.0 / (POUND * GRAVITY), "The forces look like pounds (lbf): export them in N."),
 )
 """By the ratio of the weight on the plates to the mass."""
 
@@ -428,8 +428,8 @@ def _check_files(request: Request) -> None:
         other = roles.get(path.resolve())
         if other is not None:
             raise RecordError(
-                f"{path}: given twice, with {other} and with {option}. Give each file once: its "
-                "cycles would be counted twice, and standing and walking are different trials."
+                f"{path}: given twice, with {other} and with {option}. Give each file once, with "
+                "the option that it is for."
             )
         roles[path.resolve()] = option
 
@@ -676,7 +676,7 @@ def work_out_walk(
         rate=recording.marker_rate,
     )
     kinematics = anchoring.kinematics
-    shown = {side: _leg_shown(kinematics, side, recording) for side in SIDES}
+    shown = {side: _leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
     ever = np.asarray(kinematics.determined.any(axis=0))
     hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
     if hidden:
@@ -765,7 +765,7 @@ def work_out_walk(
 
 
 def _leg_shown(
-    kinematics: InverseKinematics, side: Side, recording: Recording
+    kinematics: InverseKinematics, side: Side, recording: Recording, marker_set: MarkerSet
 ) -> NDArray[np.bool_]:
     """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
 
@@ -782,10 +782,12 @@ def _leg_shown(
         if not one and not name.startswith("subtalar")
     ]
     if never:
+        seen_names = [name for name in recording.names if np.isfinite(recording.marker(name)).any()]
+        missing = [name for name in marker_set.essential if name not in seen_names]
         raise RecordError(
             f"{recording.source}: the markers never show {', '.join(never)}: too few of the {side} "
-            f"leg are seen together. Markers seen: {', '.join(recording.names)}. Label the "
-            "missing ones in the recording program and export again."
+            f"leg are seen together. Missing: {', '.join(missing) or 'none, but never together'}. "
+            "Label them in the recording program and export again."
         )
     return np.asarray(seen[:, ever].all(axis=1))
 

@@ -116,7 +116,8 @@ def subject_of(
             "own. If this is one, the forces are of another trial, of the other foot or in other "
             "axes than the markers: check their file. Or use --kinematics-only."
         )
-    where = request.identifier
+    counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
+    where = f"{', '.join(walk.name for walk in found.walks)} ({counts} cycles)"
     means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
     stance = {side: stance_fraction(means[side][:, 2]) for side in SIDES}
     fitted = {side: fit_force(means[side], stance[side], where) for side in SIDES}
@@ -161,7 +162,7 @@ def subject_of(
         ),
         "measurements": body.chosen.to_dict(),
     }
-    return make_subject(values, where)
+    return make_subject(values, request.identifier)
 
 
 def _some(what: str, lines: Sequence[str], most: int = 4) -> str:

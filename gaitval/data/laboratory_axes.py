@@ -361,8 +361,9 @@ def turn_to_walking_direction(
     seen = np.isfinite(pelvis).all(axis=1)
     if np.count_nonzero(seen) < 2:
         raise RecordError(
-            f"{where}: no marker of the pelvis (ASIS, PSIS) is seen, so the direction of walking "
-            "is unknown. Label the trial and export it again."
+            f"{where}: no marker of the pelvis (ASIS, PSIS) is seen in more than half of the "
+            "frames, so the direction of walking is unknown. Label the trial, or cut it to the "
+            "part in which the person is seen, and export it again."
         )
     upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
     upward = upward[np.isfinite(upward).all(axis=1)]

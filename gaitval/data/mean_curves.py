@@ -66,7 +66,8 @@ def fit_curve(
     if residual > tolerance:
         raise RecordError(
             f"{path}: the curve of {name} is left with {residual:.3g} (allowed {tolerance:.3g}) by "
-            f"{len(curve.cosine)} harmonics: it is noisy or jumps. Filter it, or use another trial."
+            f"{len(curve.cosine)} harmonics: it is noisy or jumps. Give more cycles, "
+            "another trial, or filter it."
         )
     return Curve.fitted((curve, residual))
 

@@ -35,6 +35,9 @@ LONGEST_LEVER_M: Final = 0.1
 under half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
 whose plates are not zeroed)."""
 
+LONGEST_PLATE_M: Final = 1.0
+"""A moment about the middle or a corner of a plate is at most this times the force, m."""
+
 _AXES: Final = "xyz"
 
 
@@ -482,7 +485,7 @@ def _check_torque(path: Path, name: str, force: Array, torque: Array) -> None:
         return
     why = (
         "It looks like Nmm: divide the torques by 1000"
-        if lever / 1e3 <= LONGEST_LEVER_M
+        if lever > LONGEST_PLATE_M
         else "It looks like the moment about the plate's middle or origin: export the free moment "
         "about the centre of pressure"
     )
