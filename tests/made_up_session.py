@@ -5,7 +5,8 @@ ISB axes (x forward, y up, z to the right); standing as C3D, walking as TRC with
 ground reaction on each foot.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -64,15 +65,24 @@ def _truth() -> tuple[StandingPerson, KnownWalk]:
     )
 
 
-def made_up_session(folder: Path, *, noise: float, seed: int = 0) -> Session:
+def made_up_session(
+    folder: Path,
+    *,
+    noise: float,
+    misplaced: Mapping[str, tuple[float, float, float]] | None = None,
+    seed: int = 0,
+) -> Session:
     """Write the files of a session into a folder.
 
     Parameters
     ----------
     noise : standard deviation of every coordinate of every marker in every frame, m.
+    misplaced : by how much markers are off their landmarks on the skin of the standing person,
+        m forward, left, up; by what their names contain.
     """
     random = np.random.default_rng(seed)
     person, walk = _truth()
+    person = _with_misplaced(person, misplaced or {})
     marker_set = load_marker_set("wbds")
     places, local = person.markers(marker_set)
     stand = np.tile([places[name] for name in places], (STANDING_FRAMES, 1, 1))
@@ -96,6 +106,18 @@ def made_up_session(folder: Path, *, noise: float, seed: int = 0) -> Session:
     write_trc(session.walking, trial.turned(TO_OPENSIM))
     write_ground_reaction(session.forces, _forces(walk))
     return session
+
+
+def _with_misplaced(
+    person: StandingPerson, misplaced: Mapping[str, tuple[float, float, float]]
+) -> StandingPerson:
+    heading = Rotation.from_rotvec([0.0, 0.0, np.radians(HEADING)])
+    landmarks = dict(person.landmarks)
+    for part, shift in misplaced.items():
+        for name in landmarks:
+            if part in name:
+                landmarks[name] = landmarks[name] + heading.apply(shift)
+    return replace(person, landmarks=landmarks)
 
 
 def _worn(marker_set: MarkerSet, local: dict[str, np.ndarray]) -> list[ModelMarker]:
