@@ -66,7 +66,7 @@ from gaitval.scaling.marker_sets import (
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.model import SEGMENTS, BodyModel
 from gaitval.scaling.pair_factors import MeasurementFactor, scale_by_pairs
-from gaitval.scaling.same_person import check_same_person
+from gaitval.scaling.same_person import check_same_person, displaced
 from gaitval.scaling.scaling import ScaledBody, build_body
 
 Array = NDArray[np.float64]
@@ -386,12 +386,19 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
         tell("axes", heading)
         recording, report = clean(recording, segments, processing, landmarks=landmarks)
         _tell_cleaning(tell, trial, report)
-        check_same_person(
+        distances = check_same_person(
             _trajectories(standing),
             _trajectories(recording),
             marker_set,
             names=(str(request.static), recording.source),
         )
+        for distance in displaced(distances, marker_set):
+            tell(
+                "cleaning",
+                f"{trial.name}: {' to '.join(distance.markers)}: {1000 * distance.standing:.0f} mm "
+                f"in standing, {1000 * distance.walking:.0f} mm in walking: one of the two is not "
+                "where it was, or not the same marker; left as it is: check the labels",
+            )
         if not recording.plates and not request.without_forces:
             raise RecordError(
                 f"{recording.source}: no force plates in the trial, so there are no moments and no "
@@ -583,17 +590,18 @@ def scale_body(
         "joint fit to standing and walking",
     )
 
-    by_pairs, factors = scale_by_pairs(
-        {
-            landmark: session.standing.marker(name)
-            for landmark, name in marker_set.landmarks.items()
-            if name in places
-        },
-        height_m=request.height_m,
-        sex=request.sex,
-        **request.widths,
-    )
-    paired = build_body(request, by_pairs)
+    with _about(str(request.static)):
+        by_pairs, factors = scale_by_pairs(
+            {
+                landmark: session.standing.marker(name)
+                for landmark, name in marker_set.landmarks.items()
+                if name in places
+            },
+            height_m=request.height_m,
+            sex=request.sex,
+            **request.widths,
+        )
+        paired = build_body(request, by_pairs)
     return Body(
         measured=measured,
         chosen=chosen,

@@ -5,7 +5,7 @@ WBDS01 by 0.8 mm in the median, at most 4 mm; in the walk of Rajagopal et al. 20
 differ between people (the other nine built-in subjects against WBDS01: 12 to 36 mm in the median).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 
 LARGEST_MEDIAN: Final = 0.006
 """m. The largest of one person that was seen is 1.7 mm, the smallest between two 11.6 mm."""
+
+LARGEST_CHANGE: Final = 0.025
+"""m. More than skin moves one marker of a segment away from another: 17 mm at most in the walk of
+Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Not of the trunk: shoulders lift by 6 cm."""
 
 SHORTEST: Final = 0.03
 """m; closer markers say nothing about a person."""
@@ -66,6 +70,20 @@ def marker_distances(
         if np.isfinite(medians).all() and medians[0] > SHORTEST:
             found.append(MarkerDistance((first, second), *medians))
     return tuple(found)
+
+
+def displaced(
+    distances: Iterable[MarkerDistance], marker_set: MarkerSet
+) -> tuple[MarkerDistance, ...]:
+    """Distances that change by more than `LARGEST_CHANGE`: one of the two markers was put on
+    again, fell off or has another's name in one of the trials.
+    """
+    return tuple(
+        distance
+        for distance in distances
+        if abs(distance.change) > LARGEST_CHANGE
+        and marker_set.markers[distance.markers[0]].segment != "torso"
+    )
 
 
 def check_same_person(
