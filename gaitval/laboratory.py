@@ -690,8 +690,8 @@ def work_out_walk(
     if hidden:
         tell(
             "kinematics",
-            f"{name}: not shown by the markers, so kept as in standing upright: "
-            f"{', '.join(hidden)}",
+            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
+            "upright, arms hanging)",
         )
     if anchoring.resting.any():
         tell(
