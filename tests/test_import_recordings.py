@@ -22,7 +22,7 @@ from gaitval.laboratory import Import, Walk, work_out
 from gaitval.laboratory_files import FOLDER, speed, write_import
 
 ROOT = Path(__file__).parent.parent
-INSIDE = slice(5, -5)
+INSIDE = slice(10, -10)
 """OpenSim's splines are natural, ours not-a-knot: other accelerations at both ends."""
 
 
