@@ -21,6 +21,7 @@ from gaitval.errors import ArtefactError
 
 LIBRARIES = (
     "dartpy",
+    "ezc3d",
     "yourdfpy",
     "xacro",
     "torch",

@@ -41,7 +41,7 @@ from gaitval.data.reading import read_recording
 from gaitval.data.recording import Event, FootForces, Recording
 from gaitval.data.subject import GRAVITY
 from gaitval.errors import RecordError, ScalingError
-from gaitval.kinematics.body_fit import BodyFit, FittedLength, fit_body
+from gaitval.kinematics.body_fit import ANATOMICAL_SD, BodyFit, FittedLength, fit_body
 from gaitval.kinematics.consistency import ConsistentMotion, make_consistent
 from gaitval.kinematics.foot_anchoring import AnchoredFeet, anchored
 from gaitval.kinematics.inverse_dynamics import (
@@ -53,7 +53,12 @@ from gaitval.kinematics.inverse_kinematics import InverseKinematics, inverse_kin
 from gaitval.kinematics.marker_labels import check_exchanged
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.placement import Placement, place_markers
-from gaitval.kinematics.reference import pelvis_angles, pelvis_rotation, trunk_upright
+from gaitval.kinematics.reference import (
+    RECORDED_ANGLES,
+    pelvis_angles,
+    pelvis_rotation,
+    trunk_upright,
+)
 from gaitval.kinematics.tree import segment_frames
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.joint_centres import measure
@@ -70,9 +75,6 @@ from gaitval.scaling.same_person import check_same_person, displaced
 from gaitval.scaling.scaling import ScaledBody, build_body
 
 Array = NDArray[np.float64]
-
-ANATOMICAL_SD = 0.005
-"""m: a marker on a bony landmark is placed this well, each way."""
 
 LARGEST_SWAY = 0.04
 """m. Nine tenths of the time every marker of pelvis and feet is within this of its median place in
@@ -91,16 +93,6 @@ _MASS_HINTS = (
     (1.0 / (POUND * GRAVITY), "The forces look like pounds (lbf): export them in N."),
 )
 """By the ratio of the weight on the plates to the mass."""
-
-ANGLES = (
-    "hip_flexion",
-    "hip_adduction",
-    "hip_rotation",
-    "knee_angle",
-    "ankle_angle",
-    "subtalar_angle",
-)
-"""Coordinates of a leg whose mean curves an import gives."""
 
 Tell = Callable[[str, str], None]
 
@@ -729,6 +721,7 @@ def work_out_walk(
         wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
         dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
         if request.consistent:
+            tell("dynamics", f"{name}: looks for the smallest change that lowers the residuals")
             consistent = make_consistent(
                 body.model,
                 recording.time,
@@ -781,7 +774,7 @@ def _leg_shown(
     ------
     RecordError : an angle of hip, knee or ankle is never shown.
     """
-    names = [*ROOT, *(f"{name}_{side[0]}" for name in ANGLES)]
+    names = [*ROOT, *(f"{name}_{side[0]}" for name in RECORDED_ANGLES)]
     seen = kinematics.determined[:, [COORDINATES.index(name) for name in names]]
     ever = np.asarray(seen.any(axis=0))
     never = [
@@ -863,7 +856,8 @@ def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Arr
     """
     suffix, sign = side[0], 1.0 if side == "right" else -1.0
     found = {
-        f"{name}_{suffix}": positions[:, COORDINATES.index(f"{name}_{suffix}")] for name in ANGLES
+        f"{name}_{suffix}": positions[:, COORDINATES.index(f"{name}_{suffix}")]
+        for name in RECORDED_ANGLES
     }
     tilt, list_right, rotation_right = pelvis_angles(
         Rotation.from_rotvec(positions[:, :3]).as_matrix()
@@ -909,9 +903,8 @@ def _mean_kinetics(
                     parts.setdefault(name, []).append(
                         (walk.recording.time, values / request.mass_kg, cycles)
                     )
-            time = walk.forces.start + np.arange(len(walk.forces.force)) / walk.forces.rate
             weights = walk.forces.force[:, i] / (request.mass_kg * GRAVITY)
-            reactions.append((time, weights, cycles))
+            reactions.append((walk.forces.time, weights, cycles))
         for name, of_name in parts.items():
             curve = _pooled(of_name)
             if curve is not None:
@@ -933,7 +926,7 @@ def check_mass(request: Request, walks: Sequence[Walk]) -> float | None:
     for walk in walks:
         if walk.forces is None:
             continue
-        time = walk.forces.start + np.arange(len(walk.forces.force)) / walk.forces.rate
+        time = walk.forces.time
         for side in SIDES:
             for cycle in valid_cycles(walk, side, kinetics=True):
                 inside = (time >= cycle.start) & (time < cycle.end)

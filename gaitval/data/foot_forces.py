@@ -226,7 +226,7 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
     ------
     RecordError : times outside those of the forces.
     """
-    old = forces.start + np.arange(len(forces.force)) / forces.rate
+    old = forces.time
     spacing = float(times[1] - times[0]) if len(times) > 1 else 1.0 / forces.rate
     # the last frame of markers may be a few force samples after the last one of the forces
     if times[0] < old[0] - spacing or times[-1] > old[-1] + spacing:

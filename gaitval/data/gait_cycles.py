@@ -273,7 +273,7 @@ def _shown(forces: FootForces | None, side: Side, start: float, end: float) -> t
     """Whether the plates show a foot's force in a cycle, and if not, why."""
     if forces is None:
         return False, "no force plates: no kinetics"
-    samples = forces.start + np.arange(len(forces.force)) / forces.rate
+    samples = forces.time
     spacing = 1.0 / forces.rate
     if start < samples[0] - spacing or end > samples[-1] + spacing:
         return False, "it is not within the time of the forces: no kinetics"

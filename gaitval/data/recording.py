@@ -146,3 +146,8 @@ class FootForces:
     centre_of_pressure: Array
     free_moment: Array
     valid: NDArray[np.bool_]
+
+    @property
+    def time(self) -> Array:
+        """(T,) s, of the samples."""
+        return self.start + np.arange(len(self.force)) / self.rate

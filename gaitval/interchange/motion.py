@@ -108,7 +108,7 @@ def write_ground_reaction(path: Path, forces: FootForces) -> None:
     foot that the plates did not show (`FootForces.valid` false) is not marked: give OpenSim's
     tools a time range in which both feet are shown.
     """
-    time = forces.start + np.arange(len(forces.force)) / forces.rate
+    time = forces.time
     names: list[str] = []
     values = []
     for i, side in enumerate(SIDES):
