@@ -334,7 +334,7 @@ def _print_tolerances(metrics: Mapping[str, Any]) -> None:
 
 def _print_import(found: "Import") -> None:
     """Published limits of an import, and what was measured of the walk."""
-    from gaitval.laboratory_files import limit_rows, spatiotemporal_rows
+    from gaitval.laboratory_files import limit_rows, scaling_methods, spatiotemporal_rows
 
     table = Table(title=f"{found.request.identifier}: the recording against published limits")
     for name in ("measure", "value", "at most", "unit", "verdict"):
@@ -343,6 +343,17 @@ def _print_import(found: "Import") -> None:
         value = "not measured" if row.value is None else f"{row.value:.3g}"
         verdict = "pass" if row.passed else "[red]fail[/]"
         table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
+    output.print(table)
+    table = Table(title="Distance of measured and model markers in walking")
+    for name in ("scaling", "RMS cm", "largest cm", ""):
+        table.add_column(name)
+    for method in scaling_methods(found):
+        table.add_row(
+            method.name,
+            f"{100 * method.trial_rms:.2f}",
+            f"{100 * method.trial_largest:.2f}",
+            "used" if method.chosen else "",
+        )
     output.print(table)
     table = Table(title="Gait")
     for name in ("parameter", "right", "left", "unit"):

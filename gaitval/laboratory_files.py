@@ -596,7 +596,7 @@ def summary_of(found: Import) -> RecordingSummary:
         ],
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
-        scaling_methods=_scaling_methods(found),
+        scaling_methods=scaling_methods(found),
         segments=[
             ScaledSegment(
                 row.segment,
@@ -665,7 +665,8 @@ def limit_rows(found: Import) -> list[GateRow]:
     ]
 
 
-def _scaling_methods(found: Import) -> list[ScalingMethod]:
+def scaling_methods(found: Import) -> list[ScalingMethod]:
+    """Marker errors of both ways to scale the body, in standing and in the first walking trial."""
     body, walk = found.body, found.walks[0]
     standing = np.array(list(body.paired[1].distances.values()))
     landmarks = np.array(list(body.placement.distances.values()))
