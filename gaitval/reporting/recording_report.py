@@ -42,11 +42,10 @@ class InputFile:
 
 @dataclass(frozen=True)
 class Decision:
-    """Something that gaitval decided or was told: what, which way, and from what it follows."""
+    """Something that gaitval decided or was told: the step, and what from what in a sentence."""
 
     name: str
     decided: str
-    reason: str = ""
 
 
 @dataclass(frozen=True)
