@@ -34,8 +34,8 @@ CONVERGED = 1e-9
 """OpenSim's accuracy. With the one that it ships with, 1e-5, it stops up to half a degree RMS
 short of its own solution at the subtalar joint, and two at the rotation of the arm."""
 INSIDE = slice(10, -10)
-"""OpenSim's splines are natural, ours not-a-knot: other accelerations at both ends. Five frames from
-them a residual still differs by 1.2e-3 of its peak, ten by less than 1e-3."""
+"""OpenSim's splines are natural, ours not-a-knot: other accelerations at both ends. Five frames
+from them a residual still differs by 1.2e-3 of its peak, ten frames by less than 1e-3."""
 
 
 @pytest.fixture(scope="module", params=[wbds_walk, rajagopal_walk], ids=["WBDS01 T01", "Rajagopal"])
