@@ -160,6 +160,10 @@ def subject_of(
             },
             forces=Forces(right=fitted["right"], left=fitted["left"]),
         ),
+        "low_pass": {
+            "moments_hz": found.processing.moment_force_cutoff_hz,
+            "forces_hz": found.processing.force_cutoff_hz,
+        },
         "measurements": body.chosen.to_dict(),
     }
     return make_subject(values, request.identifier)

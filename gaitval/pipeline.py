@@ -426,7 +426,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     validation = run.configuration.validation
 
     def evaluate() -> None:
-        from gaitval.metrics.comparison import recorded_curves, simulated_curves
+        from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.epsilon import epsilon
         from gaitval.policy.walking import walk
@@ -446,7 +446,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
                 rollout,
                 find_cycles(rollout, run.configuration),
                 mass=task.model.mass,
-                filter_frequency=validation.filter_frequency,
+                filters=low_pass_of(task.record, validation.filter_frequency),
             )
             error = epsilon(curves, recorded_curves(task.record))
             errors[which] = None if error is None else error.as_dict()
@@ -456,6 +456,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         f"evaluate-{round_number}",
         evaluate,
         inputs=(
+            "subject.toml",
             "model.urdf",
             "reference.npz",
             identification,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES
+from gaitval.data.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES, LowPass
 from gaitval.data.subject import (
     BUILTIN,
     Subject,
@@ -226,6 +226,15 @@ def test_what_a_laboratory_does_not_measure_may_be_left_out(tmp_path):
     assert set(subject.record().angles) == set(REQUIRED_ANGLES)
     del gait["angles"]["knee_angle_l"]
     assert "missing: knee_angle_l" in refusal(changed(gait=gait))
+
+
+def test_the_filter_of_the_record_is_kept(tmp_path):
+    assert load_subject(5).record().low_pass is None
+    filters = {"moments_hz": 8.0, "forces_hz": 20.0}
+    file = tmp_path / "mine.toml"
+    file.write_text(make_subject(changed(low_pass=filters), "mine.toml").to_toml())
+    assert load_subject(file).record().low_pass == LowPass(8.0, 20.0)
+    assert "moments_hz" in refusal(changed(low_pass=filters | {"moments_hz": 0.0}))
 
 
 def test_lengths_by_tape_measure_scale_a_subject_without_markers(tmp_path):

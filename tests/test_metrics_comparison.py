@@ -5,11 +5,13 @@ import pytest
 from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
+from gaitval.data.record import LowPass
 from gaitval.data.subject import load_subject
 from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
+    low_pass_of,
     recorded_curves,
     simulated_curves,
 )
@@ -27,13 +29,27 @@ KINDS = tuple(field.name for field in fields(Curves))
 
 def _simulated(walk: Rollout) -> Curves:
     return simulated_curves(
-        walk, find_cycles(walk, sharp_filter()), mass=MASS, filter_frequency=100.0
+        walk, find_cycles(walk, sharp_filter()), mass=MASS, filters=LowPass(100.0, 100.0)
     )
 
 
 def _rmse(walk: Rollout, kind: str) -> dict[str, float]:
     simulated, recorded = getattr(_simulated(walk), kind), getattr(RECORDED, kind)
     return {name: compare_curve(simulated[name], recorded[name]).rmse for name in recorded}
+
+
+def test_moments_and_forces_pass_the_filter_that_the_record_passed():
+    known = replace(RECORD, low_pass=LowPass(moments_hz=3.0, forces_hz=20.0))
+    assert low_pass_of(known, 10.0) == LowPass(3.0, 20.0)
+    assert low_pass_of(RECORD, 10.0) == LowPass(10.0, 10.0)
+    cycles = find_cycles(WALK, sharp_filter())
+    sharp, slow = (
+        simulated_curves(WALK, cycles, mass=MASS, filters=LowPass(moments, 100.0))
+        for moments in (100.0, 1.0)
+    )
+    for name, force in sharp.forces.items():
+        np.testing.assert_array_equal(slow.forces[name], force)
+    assert np.ptp(slow.moments["ankle_angle_r"]) < 0.9 * np.ptp(sharp.moments["ankle_angle_r"])
 
 
 def test_a_body_weight_is_that_of_the_simulation():

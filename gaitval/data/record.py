@@ -153,6 +153,16 @@ def fit_periodic(
 
 
 @dataclass(frozen=True)
+class LowPass:
+    """Cut-offs of the zero-lag fourth-order Butterworth filter on joint moments and on the ground
+    reaction, Hz.
+    """
+
+    moments_hz: float
+    forces_hz: float
+
+
+@dataclass(frozen=True)
 class GaitRecord:
     """Mean gait of one subject in one trial.
 
@@ -174,6 +184,7 @@ class GaitRecord:
     forces : body weights; `forces["right"]` holds the three curves of the ground reaction on
         that foot in world axes: forward, left, up. They are fitted to stance only and mean
         nothing in swing: evaluate through `ground_reaction`, which is zero there.
+    low_pass : what moments and forces had passed before they were averaged; None if not known.
     """
 
     speed: float
@@ -183,6 +194,7 @@ class GaitRecord:
     angles: Mapping[str, PeriodicCurve]
     moments: Mapping[str, PeriodicCurve]
     forces: Mapping[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]]
+    low_pass: LowPass | None = None
 
     def ground_reaction(self, side: Side, phase: ArrayLike) -> Curve:
         """Ground reaction on one foot, body weights, shape (*phase.shape, 3), world axes.

@@ -31,6 +31,7 @@ from gaitval.data.record import (
     MOMENT_NAMES,
     REQUIRED_ANGLES,
     GaitRecord,
+    LowPass,
     PeriodicCurve,
 )
 from gaitval.errors import SubjectError
@@ -212,6 +213,13 @@ class StanceFraction(_Part):
     left: Number
 
 
+class RecordedLowPass(_Part):
+    """What the recorded moments and forces had passed; see `LowPass`."""
+
+    moments_hz: Annotated[Number, Field(gt=0)]
+    forces_hz: Annotated[Number, Field(gt=0)]
+
+
 class Printed(_Part):
     """What the paper's table prints for this subject, errors included; not used to compute."""
 
@@ -255,6 +263,8 @@ class Subject(_Part):
     """Mean over the cycle of right + left vertical force, body weights. One in truth; what is
     missing is the calibration or the filter of the source."""
     stance_fraction: StanceFraction
+    low_pass: RecordedLowPass | None = None
+    """Known for an import; None where the source does not say."""
     paper: Printed | None = None
     gait: Gait
     markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = {}
@@ -293,6 +303,9 @@ class Subject(_Part):
                 )
                 for side in SIDES
             },
+            low_pass=None
+            if self.low_pass is None
+            else LowPass(self.low_pass.moments_hz, self.low_pass.forces_hz),
         )
 
     def to_toml(self) -> str:
@@ -339,9 +352,11 @@ def _toml(subject: Subject) -> str:
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    tables = ("stance_fraction", "paper", "gait", "markers", "tape", "measurements")
+    tables = ("stance_fraction", "low_pass", "paper", "gait", "markers", "tape", "measurements")
     lines += _table_lines(subject, tables)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
+    if subject.low_pass is not None:
+        lines += ["", "[low_pass]", *_table_lines(subject.low_pass)]
     if subject.paper is not None:
         lines += ["", "[paper]", *_table_lines(subject.paper)]
     if subject.markers:
@@ -582,7 +597,7 @@ def _implausible(values: Mapping[str, Any]) -> list[str]:
 
 _FIELDS: Final = tuple(
     name
-    for part in (Subject, Printed, StanceFraction, Gait, Forces, Force, Curve)
+    for part in (Subject, RecordedLowPass, Printed, StanceFraction, Gait, Forces, Force, Curve)
     for name in part.model_fields
 )
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side
-from gaitval.data.record import GaitRecord
+from gaitval.data.record import GaitRecord, LowPass
 from gaitval.kinematics.reference import RECORDED_ANGLES, pelvis_angles
 from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.cycles import SAMPLES, GaitCycles, cut, filtered
@@ -64,8 +64,15 @@ class CurveError:
     correlation: float | None
 
 
+def low_pass_of(record: GaitRecord, filter_frequency: float) -> LowPass:
+    """The filter that simulated moments and forces pass: the record's own, so that like is
+    compared with like, or `filter_frequency` (Hz) where that is not known.
+    """
+    return record.low_pass or LowPass(filter_frequency, filter_frequency)
+
+
 def simulated_curves(
-    rollout: Rollout, cycles: GaitCycles, *, mass: float, filter_frequency: float
+    rollout: Rollout, cycles: GaitCycles, *, mass: float, filters: LowPass
 ) -> Curves:
     """Curves of every kept gait cycle of a walk.
 
@@ -74,9 +81,9 @@ def simulated_curves(
     Parameters
     ----------
     mass : kg, of the model; moments are divided by it, forces by mass x `GRAVITY`.
-    filter_frequency : Hz.
+    filters : see `low_pass_of`.
     """
-    moments, forces = filtered(rollout, filter_frequency)
+    moments, forces = filtered(rollout, filters)
     pelvis = pelvis_angles(Rotation.from_rotvec(rollout.positions[:, :3]).as_matrix())
     curves = Curves({}, {}, {})
     for column, side in enumerate(SIDES):

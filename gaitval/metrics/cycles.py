@@ -9,6 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES, Side
+from gaitval.data.record import LowPass
 from gaitval.simulation.rollout import Rollout
 
 Array = NDArray[np.float64]
@@ -167,12 +168,12 @@ def cut(values: Array, starts: Indices, ends: Indices) -> Array:
     return np.asarray(values[below] * (1.0 - weight) + values[below + 1] * weight)
 
 
-def filtered(rollout: Rollout, frequency: float) -> tuple[Array, Array]:
+def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
     """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N after `low_pass`."""
     step = _step(rollout)
     return (
-        low_pass(rollout.moments, step=step, frequency=frequency),
-        low_pass(rollout.ground_reaction, step=step, frequency=frequency),
+        low_pass(rollout.moments, step=step, frequency=filters.moments_hz),
+        low_pass(rollout.ground_reaction, step=step, frequency=filters.forces_hz),
     )
 
 

@@ -20,6 +20,7 @@ from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
+    low_pass_of,
     recorded_curves,
     simulated_curves,
 )
@@ -156,7 +157,7 @@ def _walk(
         rollouts[0],
         cycles[0],
         mass=mass,
-        filter_frequency=configuration.validation.filter_frequency,
+        filters=low_pass_of(record, configuration.validation.filter_frequency),
     )
     error = epsilon(compared, recorded_curves(record))
     curves: Json = {}
@@ -295,6 +296,7 @@ def validate(
                 "body_weight_n": model_mass * GRAVITY,
                 "event_threshold_n": configuration.contact.event_threshold,
                 "filter_frequency_hz": settings.filter_frequency,
+                "record_low_pass": None if record.low_pass is None else asdict(record.low_pass),
                 "settling_cycles": settings.settling_cycles,
                 "cycles": settings.cycles,
                 "epsilon": NORMALISATION,
