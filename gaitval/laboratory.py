@@ -23,10 +23,11 @@ from gaitval.data.gait_cycles import (
     PLAUSIBLE_STRIDE,
     AverageCurve,
     GaitCycle,
+    Part,
     SpatioTemporal,
+    average,
     belt_speed,
     cut_cycles,
-    normalise,
     spatiotemporal,
     without_gaps,
 )
@@ -823,24 +824,6 @@ def completed(kinematics: InverseKinematics, positions: Array) -> Array:
 # --- mean cycles -------------------------------------------------------------------------
 
 
-Part = tuple[Array, Array, Sequence[GaitCycle]]
-
-
-def _pooled(parts: Iterable[Part]) -> AverageCurve | None:
-    """Mean over cycles of several trials; None if there is none.
-
-    `parts` are times (T,), values (T, ...) and cycles of each trial.
-    """
-    curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
-    if not curves:
-        return None
-    stacked = np.stack(curves)
-    deviation = (
-        stacked.std(axis=0, ddof=1) if len(curves) > 1 else np.full(stacked.shape[1:], np.nan)
-    )
-    return AverageCurve(mean=stacked.mean(axis=0), deviation=deviation, curves=stacked)
-
-
 def valid_cycles(walk: Walk, side: Side, *, kinetics: bool) -> tuple[GaitCycle, ...]:
     """The cycles of a walk that count for kinematics or for kinetics."""
     return tuple(
@@ -876,7 +859,7 @@ def _mean_angles(model: BodyModel, walks: Sequence[Walk]) -> dict[str, AverageCu
     for side in SIDES:
         sampled = [side_angles(model, walk.motion, side) for walk in walks]
         for name in sampled[0]:
-            curve = _pooled(
+            curve = average(
                 (walk.recording.time, angles[name], valid_cycles(walk, side, kinetics=False))
                 for walk, angles in zip(walks, sampled, strict=True)
             )
@@ -906,10 +889,10 @@ def _mean_kinetics(
             weights = walk.forces.force[:, i] / (request.mass_kg * GRAVITY)
             reactions.append((walk.forces.time, weights, cycles))
         for name, of_name in parts.items():
-            curve = _pooled(of_name)
+            curve = average(of_name)
             if curve is not None:
                 moments[name] = curve
-        force = _pooled(reactions)
+        force = average(reactions)
         if force is not None:
             forces[side] = force
     return moments, forces

@@ -174,18 +174,29 @@ def test_mean_and_standard_deviation_over_cycles() -> None:
     # in cycle k the curve is the phase times k: mean 2, standard deviation 1 of the phase
     strides = np.floor((time - 0.3) / STRIDE) + 1.0
     values = strides * (((time - 0.3) / STRIDE) % 1.0)
-    result = average(time, values, cycles)
+    result = average([(time, values, cycles)])
+    assert result is not None
     phase = np.linspace(0.0, 1.0, 101)
     inside = slice(2, 98)  # the jump at the strike is between two samples
     np.testing.assert_allclose(result.mean[inside], 2.0 * phase[inside], atol=1e-9)
     np.testing.assert_allclose(result.deviation[inside], phase[inside], atol=1e-9)
     assert result.curves.shape == (3, 101)
-    assert np.isnan(average(time, values, cycles[:1]).deviation).all()
+    single = average([(time, values, cycles[:1])])
+    assert single is not None
+    assert np.isnan(single.deviation).all()
 
 
-def test_no_cycles_cannot_be_averaged() -> None:
-    with pytest.raises(RecordError, match="no valid gait cycle to average"):
-        average(np.arange(10.0), np.zeros(10), [])
+def test_cycles_of_several_trials_are_averaged_together() -> None:
+    time = np.arange(0.0, 6.0, 0.01)
+    cycles = cut_cycles(true_events(), "right")[:3]
+    result = average([(time, np.ones(600), cycles), (time, np.full(600, 4.0), cycles[:1])])
+    assert result is not None
+    np.testing.assert_allclose(result.mean, 1.75)
+    np.testing.assert_allclose(result.deviation, 1.5)
+
+
+def test_no_cycles_have_no_average() -> None:
+    assert average([(np.arange(10.0), np.zeros(10), [])]) is None
 
 
 # -- spatiotemporal parameters --------------------------------------------------------------------

@@ -325,27 +325,22 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
     )
 
 
-def average(time: Array, values: ArrayLike, cycles: Sequence[GaitCycle]) -> AverageCurve:
-    """Mean and standard deviation of a quantity over cycles (of the caller's choice).
+Part = tuple[Array, Array, Sequence[GaitCycle]]
+"""Times (T,) s, values (T, ...) and the cycles that count, of one trial."""
 
-    Parameters
-    ----------
-    time, values : see `normalise`.
-    cycles : those that count, such as the ones with `kinetics_valid`.
 
-    Raises
-    ------
-    RecordError : no cycles.
+def average(parts: Iterable[Part]) -> AverageCurve | None:
+    """Mean and standard deviation of a quantity over the cycles of one or several trials; None if
+    there is no cycle.
     """
-    if not cycles:
-        raise RecordError(
-            "There is no valid gait cycle to average. The list of cycles says why each is left "
-            "out; give a trial in which the feet strike the plates singly and wholly, or use its "
-            "kinematics only."
-        )
-    curves = np.stack([normalise(time, values, cycle) for cycle in cycles])
-    deviation = curves.std(axis=0, ddof=1) if len(curves) > 1 else np.full(curves.shape[1:], np.nan)
-    return AverageCurve(mean=curves.mean(axis=0), deviation=deviation, curves=curves)
+    curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
+    if not curves:
+        return None
+    stacked = np.stack(curves)
+    deviation = (
+        stacked.std(axis=0, ddof=1) if len(curves) > 1 else np.full(stacked.shape[1:], np.nan)
+    )
+    return AverageCurve(mean=stacked.mean(axis=0), deviation=deviation, curves=stacked)
 
 
 def belt_speed(
