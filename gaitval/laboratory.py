@@ -39,6 +39,7 @@ from gaitval.data.laboratory_axes import (
     turn_to_walking_direction,
 )
 from gaitval.data.reading import read_recording
+from gaitval.data.record import RECORDED_ANGLES
 from gaitval.data.recording import Event, FootForces, Recording
 from gaitval.data.subject import GRAVITY
 from gaitval.errors import RecordError, ScalingError
@@ -54,12 +55,7 @@ from gaitval.kinematics.inverse_kinematics import InverseKinematics, inverse_kin
 from gaitval.kinematics.marker_labels import check_exchanged
 from gaitval.kinematics.markers import ModelMarker
 from gaitval.kinematics.placement import Placement, place_markers
-from gaitval.kinematics.reference import (
-    RECORDED_ANGLES,
-    pelvis_angles,
-    pelvis_rotation,
-    trunk_upright,
-)
+from gaitval.kinematics.reference import pelvis_angles, pelvis_rotation, trunk_upright
 from gaitval.kinematics.tree import segment_frames
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.joint_centres import measure
@@ -135,11 +131,6 @@ class Request:
     consistent: bool = False
 
     @property
-    def markers(self) -> Mapping[str, Sequence[float]]:
-        """None: the lengths are handed to scaling as `Measurements`."""
-        return {}
-
-    @property
     def widths(self) -> dict[str, float | None]:
         """Keyword arguments of scaling."""
         return {
@@ -158,18 +149,12 @@ class Session:
     marker_set : whose names the recordings have.
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
-    headings : what was decided about the direction of each walking trial.
-    cleaning : of each walking trial.
-    ignored : markers of the files that are not of the set.
     """
 
     marker_set: MarkerSet
     axes: LaboratoryAxes
     standing: Recording
     walking: tuple[Recording, ...]
-    headings: tuple[str, ...]
-    cleaning: tuple[CleaningReport, ...]
-    ignored: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -178,17 +163,15 @@ class Body:
 
     Attributes
     ----------
-    measured : lengths between the landmarks of the standing trial.
     chosen : lengths of the model that is used: those of the joint fit.
     scaled : the model that is used, and its table.
     markers : on that model.
-    placement : of the markers on the body of `measured`.
+    placement : of the markers on the body of the standing trial alone.
     fit : the joint fit.
     factors : of the marker pairs, over the mean body of the stature.
     paired : the body scaled by these factors and the markers on it, to compare.
     """
 
-    measured: Measurements
     chosen: Measurements
     scaled: ScaledBody
     markers: tuple[ModelMarker, ...]
@@ -372,7 +355,7 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
     )
     _tell_cleaning(tell, request.static, report)
     check_stands(standing, landmarks)
-    turned, headings, reports = [], [], []
+    turned = []
     for trial, recording in zip(request.trials, walking, strict=True):
         recording = recording.turned(axes.rotation)
         recording, heading = turn_to_walking_direction(recording, landmarks)
@@ -399,16 +382,11 @@ def read_session(request: Request, processing: Processing, tell: Tell = _silent)
                 "model, angles and cycles alone (a walk is not learned from these)."
             )
         turned.append(recording)
-        headings.append(heading)
-        reports.append(report)
     return Session(
         marker_set=marker_set,
         axes=axes,
         standing=standing,
         walking=tuple(turned),
-        headings=tuple(headings),
-        cleaning=tuple(reports),
-        ignored=ignored,
     )
 
 
@@ -596,7 +574,6 @@ def scale_body(
         )
         paired = build_body(request, by_pairs)
     return Body(
-        measured=measured,
         chosen=chosen,
         scaled=build_body(request, chosen),
         markers=fit.markers,

@@ -85,7 +85,6 @@ def subject_of(
     found: Import,
     *,
     age_years: float | None = None,
-    source: str = "",
     citation: str = "Own recording, not published",
     licence: str = "not stated",
 ) -> Subject:
@@ -124,7 +123,7 @@ def subject_of(
     body = found.body
     values = {
         "identifier": request.identifier,
-        "source": source or ", ".join(path.name for path in request.trials),
+        "source": ", ".join(path.name for path in request.trials),
         "citation": citation,
         "licence": licence,
         "sex": request.sex,

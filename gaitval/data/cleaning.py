@@ -221,7 +221,7 @@ def clean(
         for name in missing
     ]
     findings += _exchange_back(recording, markers, segments)
-    _refuse_mirrored_labels(recording, recording.with_markers(recording.names, markers), landmarks)
+    _refuse_mirrored_labels(recording.with_markers(recording.names, markers), landmarks)
     found, spiked = _cut_spikes(recording, markers)
     findings += found
     findings += _fill_gaps(recording, markers, segments, processing, spiked)
@@ -410,9 +410,7 @@ def opposite_marker(name: str, names: Iterable[str]) -> str | None:
     return None
 
 
-def _refuse_mirrored_labels(
-    original: Recording, recording: Recording, landmarks: Mapping[str, str]
-) -> None:
+def _refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Raise if the markers labelled left are on the right of their partners all along."""
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
@@ -430,7 +428,7 @@ def _refuse_mirrored_labels(
     if wrong:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(
-            f"{original.source}: left and right are exchanged for {pairs}: seen along the "
+            f"{recording.source}: left and right are exchanged for {pairs}: seen along the "
             "direction in which the person faces, the markers labelled left are on the right in "
             "most frames. Exchange these labels in the capture software and export the trial "
             "again (if all markers are listed, check also that the axes of the laboratory are "

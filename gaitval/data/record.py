@@ -40,20 +40,20 @@ ANGLE_NAMES = tuple(
 )
 """Keys of `GaitRecord.angles`; only `REQUIRED_ANGLES` are always there."""
 
+RECORDED_ANGLES = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "ankle_angle",
+    "subtalar_angle",
+)
+"""The angles of a leg that the model has a coordinate for."""
+
 REQUIRED_ANGLES = tuple(
     f"{name}_{side}"
     for side in "rl"
-    for name in (
-        "hip_flexion",
-        "hip_adduction",
-        "hip_rotation",
-        "knee_angle",
-        "ankle_angle",
-        "subtalar_angle",
-        "pelvis_tilt",
-        "pelvis_list",
-        "pelvis_rotation",
-    )
+    for name in (*RECORDED_ANGLES, "pelvis_tilt", "pelvis_list", "pelvis_rotation")
 )
 """The angles that every record has: those of the coordinates of the model."""
 

@@ -29,7 +29,7 @@ from scipy.special import logsumexp
 from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import Contact
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.data.record import GaitRecord, PeriodicCurve
+from gaitval.data.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve
 from gaitval.kinematics.tree import GRAVITY, ROOT_DOFS, Tree, segment_frames, tree_arrays
 from gaitval.scaling.model import SEGMENTS, BodyModel
 
@@ -71,14 +71,6 @@ ACCELERATION_SCALE = 0.3
 SLIDING_SCALE = 0.05
 """m/s: this much sliding of the flat foot."""
 
-RECORDED_ANGLES = (
-    "hip_flexion",
-    "hip_adduction",
-    "hip_rotation",
-    "knee_angle",
-    "ankle_angle",
-    "subtalar_angle",
-)
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Coordinates whose recorded moment is fed forward."""
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side
-from gaitval.data.record import GaitRecord, LowPass
-from gaitval.kinematics.reference import RECORDED_ANGLES, pelvis_angles
+from gaitval.data.record import RECORDED_ANGLES, GaitRecord, LowPass
+from gaitval.kinematics.reference import pelvis_angles
 from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.cycles import SAMPLES, GaitCycles, cut, filtered
 from gaitval.simulation.rollout import Rollout

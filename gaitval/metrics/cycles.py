@@ -9,6 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES, Side
+from gaitval.data.cleaning import runs
 from gaitval.data.record import LowPass
 from gaitval.simulation.rollout import Rollout
 
@@ -88,12 +89,6 @@ def low_pass(values: ArrayLike, *, step: float, frequency: float) -> Array:
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
 
 
-def _runs(on: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """First sample of each run of True, and first sample after it."""
-    edges = np.diff(np.concatenate(([0], on.astype(np.int8), [0])))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-
-
 def foot_events(vertical_force: Array, *, step: float, threshold: float) -> FootEvents:
     """Heel strikes and toe-offs of one foot from its unfiltered vertical ground reaction.
 
@@ -108,11 +103,11 @@ def foot_events(vertical_force: Array, *, step: float, threshold: float) -> Foot
     """
     length = len(vertical_force)
     on = vertical_force > threshold
-    begins, ends = _runs(~on)
+    begins, ends = runs(~on)
     for begin, end in zip(begins, ends, strict=True):
         if begin > 0 and end < length and (end - begin) * step < BOUNCE_SECONDS:
             on[begin:end] = True
-    begins, ends = _runs(on)
+    begins, ends = runs(on)
     # a contact cut by the beginning or the end of the walk may be a stance: it stays
     whole = (begins > 0) & (ends < length)
     scuffed = whole & ((ends - begins) * step < SCUFF_SECONDS)

@@ -78,8 +78,8 @@ the lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, 
 one is taken to lie as far inside."""
 
 
-class Person(Protocol):
-    """What scaling needs of a subject; `gaitval.data.subject.Subject` has it."""
+class Individual(Protocol):
+    """What scaling needs of a subject whose lengths are given."""
 
     @property
     def identifier(self) -> str:
@@ -96,6 +96,10 @@ class Person(Protocol):
     @property
     def height_m(self) -> float:
         """Stature, m."""
+
+
+class Person(Individual, Protocol):
+    """What scaling needs of a subject; `gaitval.data.subject.Subject` has it."""
 
     @property
     def markers(self) -> Mapping[str, Sequence[float]]:
@@ -209,12 +213,12 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     return build_body(subject, measure_by_tape(height_m=subject.height_m, **by_tape))
 
 
-def build_body(subject: Person, measured: Measurements) -> ScaledBody:
+def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
     """The body model of a person with these lengths.
 
     Parameters
     ----------
-    subject : name, sex, mass and stature; the markers are not used.
+    subject : name, sex, mass and stature.
     measured : lengths from a standing trial, a fit or a tape measure.
 
     Raises
@@ -227,7 +231,7 @@ def build_body(subject: Person, measured: Measurements) -> ScaledBody:
     return ScaledBody(_build(measured, lengths, subject), table)
 
 
-def _lengths(measured: Measurements, subject: Person) -> _Lengths:
+def _lengths(measured: Measurements, subject: Individual) -> _Lengths:
     right, left, sex = measured.right, measured.left, subject.sex
     trunk = _trunk_factor(measured, subject)
     proportions = DE_LEVA[sex]
@@ -258,20 +262,24 @@ def _lengths(measured: Measurements, subject: Person) -> _Lengths:
     )
 
 
-def _mean_of_sides(measured: tuple[float, float] | None, segment: str, subject: Person) -> float:
+def _mean_of_sides(
+    measured: tuple[float, float] | None, segment: str, subject: Individual
+) -> float:
     if measured is None:
         return mean_length(subject.sex, segment, subject.height_m)
     return (measured[0] + measured[1]) / 2
 
 
-def _trunk_factor(measured: Measurements, subject: Person) -> float:
+def _trunk_factor(measured: Measurements, subject: Individual) -> float:
     """Factor on de Leva's trunk and head that fills the stature above the hip joints."""
     table = DE_LEVA[subject.sex]
     names = ("head", "upper trunk", "middle trunk", "lower trunk")
     return (subject.height_m - measured.hip_height) / sum(table[name].length for name in names)
 
 
-def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[SegmentRow, ...]:
+def _table(
+    measured: Measurements, lengths: _Lengths, subject: Individual
+) -> tuple[SegmentRow, ...]:
     stature, sex = subject.height_m, subject.sex
     right, left = measured.right, measured.left
     fractions = mass_fractions(sex)
@@ -320,7 +328,7 @@ def _table(measured: Measurements, lengths: _Lengths, subject: Person) -> tuple[
     )
 
 
-def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Person) -> None:
+def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Individual) -> None:
     problems = []
     for row in table:
         low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
@@ -368,7 +376,7 @@ def _origin(measured: Measurements) -> str:
     return "standing trial" if all(s.startswith("markers") for s in sources) else "measured body"
 
 
-def _build(measured: Measurements, lengths: _Lengths, subject: Person) -> BodyModel:
+def _build(measured: Measurements, lengths: _Lengths, subject: Individual) -> BodyModel:
     masses = {
         name: fraction * subject.mass_kg for name, fraction in mass_fractions(subject.sex).items()
     }
