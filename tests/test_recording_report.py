@@ -2,12 +2,12 @@
 
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from html_page import Page
 
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.recording_report import (
@@ -145,45 +145,6 @@ def sample(**changes: object) -> RecordingSummary:
     return replace(made, **changes)
 
 
-class _Page(HTMLParser):
-    """Tags, links and text of a page; balanced as far as HTML asks for it."""
-
-    VOID = frozenset({"meta", "img", "br", "link", "hr"})
-
-    def __init__(self, text: str):
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[str] = []
-        self.links: list[str | None] = []
-        self.identifiers: list[str | None] = []
-        self.text = ""
-        self.feed(text)
-        self.close()
-        self.text = " ".join(self.text.split())
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        for name, value in attributes:
-            if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
-                self.links.append(value)
-            if name == "id":
-                self.identifiers.append(value)
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attributes):
-        self.handle_starttag(tag, attributes)
-        if tag not in self.VOID:
-            self.open.pop()
-
-    def handle_endtag(self, tag):
-        if tag not in self.VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.text += data
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("import")
@@ -191,12 +152,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def page_of(folder: Path) -> _Page:
-    return _Page((folder / "recording.html").read_text(encoding="utf-8"))
+def page_of(folder: Path) -> Page:
+    page = Page((folder / "recording.html").read_text(encoding="utf-8"))
+    page.text = " ".join(page.text.split())
+    return page
 
 
 @pytest.fixture(scope="module")
-def page(folder: Path) -> _Page:
+def page(folder: Path) -> Page:
     return page_of(folder)
 
 
@@ -206,7 +169,7 @@ def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("weasyprint.HTML.write_pdf", lambda *_, **__: None)
 
 
-def test_the_page_is_whole_and_needs_nothing_else(page: _Page, folder: Path) -> None:
+def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> None:
     html = (folder / "recording.html").read_text(encoding="utf-8")
     assert page.open == []
     assert not {"script", "link", "iframe", "object", "img"} & set(page.tags)
@@ -225,7 +188,7 @@ def test_the_pdf_is_whole(folder: Path) -> None:
     assert pdf.rstrip().endswith(b"%%EOF")
 
 
-def test_every_section_says_what_the_summary_holds(page: _Page) -> None:
+def test_every_section_says_what_the_summary_holds(page: Page) -> None:
     for text in (
         "Recording of subject WBDS01",
         "74.3 kg",
@@ -249,7 +212,7 @@ def test_every_section_says_what_the_summary_holds(page: _Page) -> None:
     assert page.tags.count("svg") == 4
 
 
-def test_failures_come_first(page: _Page) -> None:
+def test_failures_come_first(page: Page) -> None:
     verdicts = re.findall(r"passed|FAILED", page.text)
     assert verdicts == ["FAILED", "passed", "passed", "passed"]
 

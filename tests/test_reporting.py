@@ -3,11 +3,11 @@ import io
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from html_page import Page
 from synthetic_walk import perfect_walk, sharp_filter
 
 from gaitval.artefacts import write_json
@@ -124,44 +124,6 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
     write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})
 
 
-class _Page(HTMLParser):
-    """Tags and attributes of a page; balanced as far as HTML asks for it."""
-
-    VOID = frozenset({"meta", "img", "br", "link", "hr", "path", "use"})
-
-    def __init__(self, text: str):
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[str] = []
-        self.links: list[str] = []
-        self.identifiers: list[str] = []
-        self.text = ""
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        for name, value in attributes:
-            if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
-                self.links.append(value)
-            if name == "id":
-                self.identifiers.append(value)
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attributes):
-        self.handle_starttag(tag, attributes)
-        if tag not in self.VOID:
-            self.open.pop()
-
-    def handle_endtag(self, tag):
-        if tag not in self.VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.text += data
-
-
 @pytest.fixture(scope="module")
 def run_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
@@ -176,8 +138,8 @@ def html(run_folder) -> str:
 
 
 @pytest.fixture(scope="module")
-def page(html) -> _Page:
-    return _Page(html)
+def page(html) -> Page:
+    return Page(html)
 
 
 @pytest.fixture(scope="module")
@@ -246,7 +208,7 @@ def test_the_pdf_has_pages(run_folder):
 def test_hostile_text_stays_text(tmp_path):
     build_run(tmp_path, source=HOSTILE, identified=False)
     write_report(tmp_path)
-    page = _Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "script" not in page.tags
     assert all("evil" not in link for link in page.links)
     assert "{{ 7 * 7 }}" in page.text
@@ -276,7 +238,7 @@ def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
     write_json(tmp_path / "metrics.json", metrics)
     (tmp_path / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
     write_report(tmp_path)
-    text = _Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
+    text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
     assert "no complete gait cycle" in text
     assert "not measured" in text
     assert "fell" in text
