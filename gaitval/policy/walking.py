@@ -83,8 +83,8 @@ def _centres_of_mass(environment: WalkingEnvironment, positions: Array) -> Array
     return com
 
 
-def walk(
-    task: WalkingTask,
+def record_walk(
+    environment: WalkingEnvironment,
     policy: Policy,
     *,
     mu: Array,
@@ -101,11 +101,11 @@ def walk(
     cycles : planned length in gait cycles of the reference.
     push : see `WalkingEnvironment`; none by default.
     """
-    environment = WalkingEnvironment(task)
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
     observation, _ = environment.reset(seed=0, options=options)
-    actions = int(np.ceil(cycles * task.reference.stride_time / walker.action_seconds))
+    stride_time = environment.task.reference.stride_time
+    actions = int(np.ceil(cycles * stride_time / walker.action_seconds))
     recording = Recording(actions * walker.steps_per_action)
     fell = False
     for _ in range(actions):
@@ -127,6 +127,26 @@ def walk(
         mu=np.asarray(mu, dtype=float),
         start_phase=np.array([start_phase]),
         fell=np.array([float(fell)]),
+    )
+
+
+def walk(
+    task: WalkingTask,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phase: float,
+    cycles: float,
+    push: tuple[float, float, float] | None = None,
+) -> Rollout:
+    """`record_walk` in an environment of its own."""
+    return record_walk(
+        WalkingEnvironment(task),
+        policy,
+        mu=mu,
+        start_phase=start_phase,
+        cycles=cycles,
+        push=push,
     )
 
 
