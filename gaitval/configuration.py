@@ -186,8 +186,9 @@ class Training(Section):
     to all of its range."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
-    checkpoint_seconds: Positive = 45.0
-    """Longest time between checkpoints; a kill loses no more."""
+    checkpoint_samples: int = Field(200_000, ge=1)
+    """Samples between checkpoints, in whole rollouts; a kill loses no more. Episodes begin anew
+    at each, so that a training that goes on from it gives the same policy bit for bit."""
 
 
 class Identification(Section):

@@ -18,7 +18,7 @@ from gaitval.configuration import Configuration
 from gaitval.errors import PolicyError
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, save_policy
-from gaitval.policy.training import LOG_COLUMNS, checkpoint_samples, train
+from gaitval.policy.training import LOG_COLUMNS, train
 from gaitval.scaling.parameters import nominal_parameters
 from gaitval.scaling.urdf import model_hash
 
@@ -37,7 +37,6 @@ EASY = {
         "initial_log_std": -1.0,
         "final_log_std": -1.0,
         "difficulty_ramp": (0.0, 0.001),
-        "checkpoint_seconds": 1e-6,
     },
 }
 """No pushes, no noise at the start, a high learning rate: what can be learnt in 40 updates."""
@@ -46,6 +45,12 @@ UPDATES, SAMPLES = 40, 40 * 16 * 64
 
 TINY = {**EASY, "training": {**EASY["training"], "environments": 4, "hidden_units": 8}}
 UPDATE = 4 * 64
+
+INTERRUPTED = {**TINY, "training": {**TINY["training"], "checkpoint_samples": 2 * UPDATE}}
+
+
+class Stopped(Exception):
+    """Stands for what ends a training."""
 
 
 def rows_of(folder):
@@ -151,7 +156,6 @@ def test_the_log_has_a_row_for_each_update(trained):
 def test_a_finished_training_is_not_repeated(task, trained):
     """The checkpoint stays until the caller has stored the policy: asking again gives it."""
     policy, folder, _ = trained
-    assert checkpoint_samples(folder, total=SAMPLES) == SAMPLES
     progress = []
     again = train(
         changed(task, **EASY), folder, samples=SAMPLES, subject="S05", on_progress=progress.append
@@ -222,7 +226,11 @@ SCRIPT = """
         configuration = Configuration.model_validate_json(Path(sys.argv[1]).read_text())
         subject = load_subject("S05")
         task = WalkingTask.of(scale_subject(subject).model, subject.record(), configuration)
-        train(task, Path(sys.argv[2]), samples=int(sys.argv[3]))
+
+        def tell(progress):
+            print(progress["samples"], flush=True)
+
+        train(task, Path(sys.argv[2]), samples=int(sys.argv[3]), on_progress=tell)
 """
 
 
@@ -257,19 +265,59 @@ def wait(condition, seconds):
     return False
 
 
-def test_a_killed_training_goes_on_from_its_checkpoint(task, tmp_path):
-    """kill -9 in the middle: the next call begins with the samples of the last checkpoint, says
-    so through its progress, and finishes. The killed one's workers and shared memory go too."""
-    tiny, folder, total = changed(task, **TINY), tmp_path / "training", 200 * UPDATE
+@pytest.fixture(scope="module")
+def uninterrupted(task, tmp_path_factory):
+    """A training of eight updates, a checkpoint after each two."""
+    folder = tmp_path_factory.mktemp("uninterrupted")
+    return train(changed(task, **INTERRUPTED), folder, samples=8 * UPDATE), rows_of(folder)
+
+
+def assert_the_same(policy, rows, uninterrupted):
+    """Bit for bit; the log but for its times."""
+    expected, expected_rows = uninterrupted
+    assert policy.about == expected.about
+    assert set(policy.tensors) == set(expected.tensors)
+    for name, value in expected.tensors.items():
+        np.testing.assert_array_equal(policy.tensors[name], value, err_msg=name)
+    wall = [float(row.pop("wall_seconds")) for row in rows]
+    assert wall == sorted(wall)
+    for row, other in zip(rows, expected_rows, strict=True):
+        assert row == {name: value for name, value in other.items() if name != "wall_seconds"}
+
+
+@pytest.mark.parametrize("update", [1, 5, 8])
+def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_path, update):
+    """Before the first checkpoint, between two, and before the last is written."""
+    tiny, seen = changed(task, **INTERRUPTED), []
+
+    def stop(progress):
+        seen.append(progress["samples"])
+        if len(seen) == update:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        train(tiny, tmp_path, samples=8 * UPDATE, on_progress=stop)
+    again = []
+    policy = train(tiny, tmp_path, samples=8 * UPDATE, on_progress=again.append)
+    done = (update - 1) // 2 * 2  # updates at the last checkpoint
+    assert [p["samples"] for p in again] == [(i + 1) * UPDATE for i in range(done, 8)]
+    assert_the_same(policy, rows_of(tmp_path), uninterrupted)
+
+
+def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
+    """kill -9 after the second checkpoint. The killed one's workers and shared memory go too."""
+    tiny, folder = changed(task, **INTERRUPTED), tmp_path / "training"
     script, settings = tmp_path / "train.py", tmp_path / "configuration.json"
     script.write_text(textwrap.dedent(SCRIPT))
     settings.write_text(tiny.configuration.model_dump_json())
     process = subprocess.Popen(
-        [sys.executable, str(script), str(settings), str(folder), str(total)],
-        stdout=subprocess.DEVNULL,
+        [sys.executable, str(script), str(settings), str(folder), str(8 * UPDATE)],
+        stdout=subprocess.PIPE,
+        text=True,
     )
     try:
-        assert wait(lambda: checkpoint_samples(folder, total=total) >= 3 * UPDATE, 120.0)
+        while int(process.stdout.readline()) < 5 * UPDATE:  # it waits for an answer each time
+            pass
         workers, memory = children(process.pid), shared_memory(process.pid)
     finally:
         process.send_signal(signal.SIGKILL)
@@ -280,38 +328,24 @@ def test_a_killed_training_goes_on_from_its_checkpoint(task, tmp_path):
     assert wait(lambda: not any(map(alive, workers)), 20.0)
     assert wait(lambda: not any(map(Path.exists, memory)), 20.0)
 
-    stopped = checkpoint_samples(folder, total=total)
-    assert 3 * UPDATE <= stopped < total
-    logged = rows_of(folder)
-    assert int(logged[-1]["samples"]) >= stopped
-
-    # Another length of training is another training: nothing to go on from.
-    assert checkpoint_samples(folder, total=total + 1) == 0
-
-    # Go on for three updates, as if so much had been asked for at first.
-    shorter = stopped + 3 * UPDATE
-    state = json.loads((folder / "checkpoint.json").read_text())
-    (folder / "checkpoint.json").write_text(json.dumps(state | {"total": shorter}))
-    progress = []
-    policy = train(tiny, folder, samples=shorter, on_progress=progress.append)
-    assert [p["samples"] for p in progress] == [stopped + (i + 1) * UPDATE for i in range(3)]
-    assert policy.about["samples"] == shorter
-    rows = rows_of(folder)
-    assert [int(row["samples"]) for row in rows] == [
-        (i + 1) * UPDATE for i in range(shorter // UPDATE)
-    ]
-    assert rows[: stopped // UPDATE] == logged[: stopped // UPDATE]
-    wall = [float(row["wall_seconds"]) for row in rows]
-    assert wall == sorted(wall)
+    again = []
+    policy = train(tiny, folder, samples=8 * UPDATE, on_progress=again.append)
+    assert again[0]["samples"] == 5 * UPDATE
+    assert_the_same(policy, rows_of(folder), uninterrupted)
 
 
-def test_without_a_usable_checkpoint_there_is_none(tmp_path):
-    assert checkpoint_samples(tmp_path / "missing", total=100) == 0
-    state = tmp_path / "checkpoint.json"
-    state.write_text('{"samples": 50, "total": 100, "warm": false}')
-    assert checkpoint_samples(tmp_path, total=100) == 0  # the numbers are missing
-    (tmp_path / "checkpoint.safetensors").write_bytes(b"")
-    assert checkpoint_samples(tmp_path, total=100) == 50
-    for content in ("", "{", "[]", "{}", '{"total": 100}', '{"total": 100, "samples": "x"}'):
-        state.write_text(content)
-        assert checkpoint_samples(tmp_path, total=100) == 0
+@pytest.mark.parametrize("damage", ["length", "empty", "truncated", "log"])
+def test_without_a_usable_checkpoint_it_begins_anew(task, uninterrupted, tmp_path, damage):
+    tiny = changed(task, **INTERRUPTED)
+    train(tiny, tmp_path, samples=(7 if damage == "length" else 8) * UPDATE)
+    path = tmp_path / "checkpoint.safetensors"
+    if damage == "empty":
+        path.write_bytes(b"")
+    elif damage == "truncated":
+        path.write_bytes(path.read_bytes()[:-8])
+    elif damage == "log":
+        (tmp_path / "training.csv").unlink()
+    again = []
+    policy = train(tiny, tmp_path, samples=8 * UPDATE, on_progress=again.append)
+    assert len(again) == 8
+    assert_the_same(policy, rows_of(tmp_path), uninterrupted)

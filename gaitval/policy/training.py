@@ -2,25 +2,28 @@
 
 import csv
 import io
+import json
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from safetensors.torch import load_file, save_file
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
-from gaitval.artefacts import read_json, replacing, versions, write_json, write_text
+from gaitval.artefacts import replacing, versions, write_text
 from gaitval.configuration import Training
-from gaitval.errors import ArtefactError, PolicyError
+from gaitval.errors import PolicyError
 from gaitval.policy.environment import PARAMETERS_OBSERVED, REWARD_TERMS
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 from gaitval.policy.vectorised import WalkingVecEnv
@@ -43,7 +46,6 @@ LOG_COLUMNS = (
     *REWARD_TERMS,
 )
 _CHECKPOINT = "checkpoint.safetensors"
-_CHECKPOINT_STATE = "checkpoint.json"
 
 
 def _difficulty(training: Training, samples: int, total: int, warm: bool) -> float:
@@ -63,20 +65,36 @@ def _log_std(training: Training, samples: int, total: int, warm: bool) -> float:
     return training.initial_log_std + part * (training.final_log_std - training.initial_log_std)
 
 
-def _log_rows(path: Path, samples: int) -> list[dict[str, Any]]:
-    """Rows of a training log up to a checkpoint."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
+@dataclass
+class _Log:
+    """What a training has to tell so far.
+
+    Attributes
+    ----------
+    rows : of `training.csv`, one an update.
+    episodes : length, return and gait cycles of the last episodes.
+    """
+
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    episodes: deque[tuple[int, float, float]] = field(default_factory=lambda: deque(maxlen=100))
+
+    @property
+    def wall_seconds(self) -> float:
+        return float(self.rows[-1]["wall_seconds"]) if self.rows else 0.0
 
 
-def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
+def _write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
     text = io.StringIO()
-    writer = csv.DictWriter(text, LOG_COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer = csv.DictWriter(text, LOG_COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     write_text(path, text.getvalue())
+
+
+def _read_rows(path: Path, samples: int) -> list[dict[str, Any]]:
+    """Rows of a training log up to a checkpoint."""
+    with path.open(newline="") as file:
+        return [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
 
 
 class _Statistics(RunningMeanStd):
@@ -98,30 +116,26 @@ class _Statistics(RunningMeanStd):
 
 
 class _Watch(BaseCallback):
-    """Logs, reports progress, sets the difficulty and writes checkpoints after each update."""
+    """Sets difficulty and exploration before each rollout; logs and tells of each update."""
 
     def __init__(
         self,
         environments: WalkingVecEnv,
-        folder: Path,
         training: Training,
         total: int,
         warm: bool,
-        rows: list[dict[str, Any]],
+        log: "_Log",
         on_progress: Progress | None,
     ) -> None:
         super().__init__()
         self.environments = environments
-        self.folder = folder
         self.training = training
         self.total = total
         self.warm = warm
-        self.rows = rows
+        self.log = log
         self.on_progress = on_progress
-        self.episodes: deque[tuple[int, float, float]] = deque(maxlen=100)
         self.began = time.monotonic()
-        self.spent = float(rows[-1]["wall_seconds"]) if rows else 0.0
-        self.saved = self.began
+        self.spent = log.wall_seconds
         self.terms = np.zeros(len(REWARD_TERMS))
         self.steps = 0
 
@@ -130,7 +144,8 @@ class _Watch(BaseCallback):
         self.steps += 1
         for info in self.locals["infos"]:
             if "episode" in info:
-                self.episodes.append((info["episode"]["l"], info["episode"]["r"], info["cycles"]))
+                episode = info["episode"]["l"], info["episode"]["r"], info["cycles"]
+                self.log.episodes.append(episode)
         return True
 
     def _on_rollout_start(self) -> None:
@@ -142,13 +157,15 @@ class _Watch(BaseCallback):
         deviation = self.model.policy.get_parameter("log_std")
         deviation.data.fill_(_log_std(self.training, done, self.total, self.warm))
 
+    def _on_training_end(self) -> None:
+        self._report()
+
     def _report(self) -> None:
-        lengths, returns, cycles = np.array(self.episodes or [(0, 0.0, 0.0)]).T
-        now = time.monotonic()
+        lengths, returns, cycles = np.array(self.log.episodes or [(0, 0.0, 0.0)]).T
         values = self.logger.name_to_value
         row = {
             "samples": self.model.num_timesteps,
-            "wall_seconds": round(self.spent + now - self.began, 1),
+            "wall_seconds": round(self.spent + time.monotonic() - self.began, 1),
             "episode_length": round(float(lengths.mean()), 2),
             "episode_reward": round(float(returns.mean()), 4),
             "cycles": round(float(cycles.mean()), 3),
@@ -165,7 +182,7 @@ class _Watch(BaseCallback):
             self.logger.record(f"walk/{name}", row[name])
         self.terms[:] = 0.0
         self.steps = 0
-        self.rows.append(row)
+        self.log.rows.append(row)
         if self.on_progress is not None:
             self.on_progress(
                 {
@@ -175,25 +192,6 @@ class _Watch(BaseCallback):
                     "cycles": row["cycles"],
                 }
             )
-        if now - self.saved > self.training.checkpoint_seconds:
-            self.saved = now
-            self.checkpoint()
-
-    def _on_training_end(self) -> None:
-        self._report()
-        self.checkpoint()
-
-    def checkpoint(self) -> None:
-        """Write all that training needs to go on, and the log."""
-        normalise = self.model.get_vec_normalize_env()
-        assert normalise is not None
-        assert isinstance(self.model, PPO)
-        tensors = _all_tensors(self.model, normalise)
-        with replacing(self.folder / _CHECKPOINT) as temporary:
-            save_file(tensors, temporary, {"samples": str(self.model.num_timesteps)})
-        state = {"samples": self.model.num_timesteps, "total": self.total, "warm": self.warm}
-        write_json(self.folder / _CHECKPOINT_STATE, state)
-        _write_log(self.folder / "training.csv", self.rows)
 
 
 def _all_tensors(ppo: PPO, normalise: VecNormalize) -> dict[str, torch.Tensor]:
@@ -233,7 +231,7 @@ def _restore(ppo: PPO, normalise: VecNormalize, tensors: dict[str, torch.Tensor]
 
 
 def _make(
-    task: WalkingTask, environments: WalkingVecEnv, total: int, warm: bool, seed: int
+    task: WalkingTask, environments: WalkingVecEnv, total: int, warm: bool
 ) -> tuple[PPO, VecNormalize]:
     training = task.configuration.training
     normalise = VecNormalize(
@@ -249,14 +247,16 @@ def _make(
     )
     first = training.learning_rate * (training.warm_learning_rate_factor if warm else 1.0)
 
-    def learning_rate(remaining: float) -> float:
+    def learning_rate(_: float) -> float:
+        # Of the whole training: stable-baselines3 knows only the part up to the next checkpoint.
+        remaining = 1.0 - ppo.num_timesteps / total
         return training.final_learning_rate + remaining * (first - training.final_learning_rate)
 
     layers = [training.hidden_units, training.hidden_units]
     ppo = PPO(
         "MlpPolicy",
         normalise,
-        learning_rate=learning_rate,
+        learning_rate=first,
         n_steps=training.rollout_steps,
         batch_size=training.batch_size,
         n_epochs=training.epochs,
@@ -270,9 +270,10 @@ def _make(
             "activation_fn": torch.nn.Tanh,
             "log_std_init": training.initial_log_std,
         },
-        seed=seed,
+        seed=task.configuration.seed,
         device="cpu",
     )
+    ppo.lr_schedule = learning_rate
     ppo.policy.get_parameter("log_std").requires_grad_(False)  # follows a schedule, see _log_std
     return ppo, normalise
 
@@ -297,15 +298,40 @@ def _policy(task: WalkingTask, ppo: PPO, normalise: VecNormalize, subject: str) 
     return Policy(tensors, about)
 
 
-def checkpoint_samples(folder: Path, *, total: int) -> int:
-    """Samples of an unfinished training in `folder` that `train` would go on from; else 0."""
-    if not (Path(folder) / _CHECKPOINT).exists():
-        return 0
+@dataclass(frozen=True)
+class _Checkpoint:
+    samples: int
+    log: _Log
+    tensors: dict[str, torch.Tensor]
+
+
+def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None:
+    """One file, so that a kill leaves the old checkpoint or the new one; the log before it, of
+    which the rows after a checkpoint do not count.
+    """
+    _write_rows(folder / "training.csv", checkpoint.log.rows)
+    state = {
+        "samples": checkpoint.samples,
+        "total": total,
+        "episodes": list(checkpoint.log.episodes),
+    }
+    with replacing(folder / _CHECKPOINT) as temporary:
+        save_file(checkpoint.tensors, temporary, {"state": json.dumps(state)})
+
+
+def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
+    """The checkpoint of a training of `total` samples; None where there is none to go on from."""
     try:
-        state = read_json(Path(folder) / _CHECKPOINT_STATE)
-        return int(state["samples"]) if state["total"] == total else 0
-    except (ArtefactError, KeyError, TypeError, ValueError):
-        return 0
+        with safe_open(folder / _CHECKPOINT, "pt") as file:
+            state = json.loads(file.metadata()["state"])
+            if state["total"] != total:
+                return None
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        log = _Log(_read_rows(folder / "training.csv", state["samples"]))
+    except (OSError, SafetensorError, KeyError, TypeError, ValueError):
+        return None
+    log.episodes.extend(tuple(episode) for episode in state["episodes"])
+    return _Checkpoint(state["samples"], log, tensors)
 
 
 def train(
@@ -318,6 +344,10 @@ def train(
     on_progress: Progress | None = None,
 ) -> Policy:
     """Train a policy, or go on from the checkpoint in `folder` of a training that was cut off.
+
+    At a checkpoint all environments and random numbers begin anew, seeded by the configuration's
+    seed and the samples so far. So a training that was cut off at any moment and goes on gives
+    bit for bit the policy, and the `training.csv` but for its times, of one that was not.
 
     The checkpoint stays when training is done, so a caller that is killed before it has stored
     the policy loses nothing; empty `folder` to train anew.
@@ -337,40 +367,46 @@ def train(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     training = task.configuration.training
-    seed = task.configuration.seed
     torch.set_num_threads(1)  # two threads wait for each other longer than they compute
     warm = start is not None
-    resumed = checkpoint_samples(folder, total=samples)
+    found = _read_checkpoint(folder, samples)
     tensors: dict[str, torch.Tensor] | None = None
-    if resumed:
-        tensors = load_file(folder / _CHECKPOINT)
+    if found is not None:
+        tensors = found.tensors
     elif start is not None:
         tensors = {name: torch.from_numpy(np.array(v)) for name, v in start.tensors.items()}
     environments = WalkingVecEnv(task, count=training.environments, workers=training.workers)
     try:
-        ppo, normalise = _make(task, environments, samples, warm, seed)
+        ppo, normalise = _make(task, environments, samples, warm)
         if tensors is not None:
             try:
                 _restore(ppo, normalise, tensors)
             except (KeyError, RuntimeError) as error:
-                origin = f"The checkpoint in {folder}" if resumed else "The policy to start from"
+                origin = "The policy to start from" if found is None else f"{folder}: checkpoint"
                 raise PolicyError(
                     f"{origin} does not fit this task ({error}). It was trained "
                     "with another observation or network size; set them alike, or start from "
                     "scratch (--scratch, or another --out)."
                 ) from None
-        ppo.num_timesteps = resumed
-        # A resumed training must not repeat the random numbers of its beginning.
-        environments.seed(int(np.random.SeedSequence([seed, resumed]).generate_state(1)[0] >> 1))
         ppo.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
-        rows = _log_rows(folder / "training.csv", resumed) if resumed else []
-        watch = _Watch(environments, folder, training, samples, warm, rows, on_progress)
-        remaining = samples - resumed
-        if remaining > 0:
-            # Of the first episodes, which begin before any callback.
-            environments.set_difficulty(_difficulty(training, resumed, samples, warm))
-            ppo.learn(remaining, callback=watch, reset_num_timesteps=False)
+        log = _Log() if found is None else found.log
+        watch = _Watch(environments, training, samples, warm, log, on_progress)
+        ppo.num_timesteps = 0 if found is None else found.samples
+        while ppo.num_timesteps < samples:
+            _begin_anew(ppo, environments, task.configuration.seed)
+            environments.set_difficulty(_difficulty(training, ppo.num_timesteps, samples, warm))
+            part = min(training.checkpoint_samples, samples - ppo.num_timesteps)
+            ppo.learn(part, callback=watch, reset_num_timesteps=False)
+            checkpoint = _Checkpoint(ppo.num_timesteps, log, _all_tensors(ppo, normalise))
+            _write_checkpoint(folder, checkpoint, samples)
         policy = _policy(task, ppo, normalise, subject)
     finally:
         environments.close()
     return policy
+
+
+def _begin_anew(ppo: PPO, environments: WalkingVecEnv, seed: int) -> None:
+    """Seed all random numbers by `seed` and the samples so far, and let episodes begin."""
+    derived = np.random.SeedSequence([seed, ppo.num_timesteps]).generate_state(1)[0] >> 1
+    ppo.set_random_seed(int(derived))  # also of the environments
+    ppo._last_obs = None  # so that `learn` resets the environments
