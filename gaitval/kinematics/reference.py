@@ -116,7 +116,8 @@ class ReferenceMotion:
         return cls(**arrays, stride_time=stride_time, speed=speed)
 
 
-def _side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
+def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
+    """Phase of a side's own cycle at a phase of the right cycle, not wrapped."""
     return phase if side == "right" else phase - record.left_phase
 
 
@@ -140,7 +141,7 @@ def _pelvis_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
     """Pelvis Cardan angles (N, 3) and their rates per unit phase, mean of both sides' views."""
     value, rate = np.zeros((len(phase), 3)), np.zeros((len(phase), 3))
     for side, suffix, signs in (("right", "r", (1, 1, 1)), ("left", "l", (1, -1, -1))):
-        at = _side_phase(record, side, phase)
+        at = side_phase(record, side, phase)
         for i, name in enumerate(("tilt", "list", "rotation")):
             curve = record.angles[f"pelvis_{name}_{suffix}"]
             value[:, i] += 0.5 * signs[i] * curve(at)
@@ -205,7 +206,7 @@ def _joint_curves(
 
     for side in SIDES:
         suffix = side[0]
-        at = _side_phase(record, side, phase)
+        at = side_phase(record, side, phase)
         for name in RECORDED_ANGLES:
             put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
         put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
@@ -244,7 +245,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     tree = tree_arrays(model)
     phase = np.arange(100) / 100
     # Rounded, so that a sample at the edge of stance counts alike on both sides.
-    own = {side: np.mod(_side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
+    own = {side: np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
     both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
     flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
     names = [f"{joint}_{side[0]}" for joint in OFFSET_JOINTS for side in SIDES]
@@ -263,7 +264,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
         positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets)[0]
         frames = segment_frames(model, positions)
         heights = _sole_heights(tree, frames)
-        centre = _centre_of_mass(tree, frames)
+        centre = whole_body_path(tree, frames)
         half = heights.shape[1] // 2
         feet = {"right": slice(0, half), "left": slice(half, None)}
         gap = _lowest(heights[:, feet["right"]]) - _lowest(heights[:, feet["left"]])
@@ -297,7 +298,7 @@ def trunk_upright(rotation: Array) -> Array:
     return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
 
 
-def _spectral_rate(values: Array) -> Array:
+def spectral_rate(values: Array) -> Array:
     """d/dφ of equally spaced samples (N, …) of one cycle."""
     n = len(values)
     k = np.fft.rfftfreq(n, 1.0 / n).reshape(-1, *[1] * (values.ndim - 1))
@@ -326,18 +327,18 @@ def _pelvis_translation(
     foot_offset : (N, 2, 3) m, right and left ankle relative to the pelvis origin.
     """
     force = sum(
-        (record.ground_reaction(side, _side_phase(record, side, phase)) for side in SIDES),
+        (record.ground_reaction(side, side_phase(record, side, phase)) for side in SIDES),
         start=np.zeros((len(phase), 3)),
     )
     acceleration = GRAVITY * (force - force.mean(axis=0))
     acceleration[:, 2] *= 1.0 / force[:, 2].mean()
     time = record.stride_time
-    offset_acceleration = _spectral_rate(_spectral_rate(com_offset)) / time**2
-    foot_rate = _spectral_rate(foot_offset) / time
+    offset_acceleration = spectral_rate(spectral_rate(com_offset)) / time**2
+    foot_rate = spectral_rate(foot_offset) / time
     rows = [_series(phase, 2) / time**2 / ACCELERATION_SCALE]
     targets = [(acceleration - offset_acceleration) / ACCELERATION_SCALE]
     for i, side in enumerate(SIDES):
-        at = np.mod(_side_phase(record, side, phase), 1.0)
+        at = np.mod(side_phase(record, side, phase), 1.0)
         flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
         rows.append(_series(phase[flat], 1) / time / SLIDING_SCALE)
         velocity = -foot_rate[flat, i] - np.array([record.speed, 0.0, 0.0])
@@ -381,7 +382,7 @@ def build_reference(
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
     joint[:, lumbar] = trunk_upright(rotation)
-    joint_rate[:, lumbar] = _spectral_rate(joint[:, lumbar])
+    joint_rate[:, lumbar] = spectral_rate(joint[:, lumbar])
 
     positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))
     velocities = np.zeros_like(positions)
@@ -391,10 +392,10 @@ def build_reference(
     velocities[:, ROOT_DOFS:] = joint_rate / time
 
     frames = segment_frames(model, positions)
-    com_offset = _centre_of_mass(tree, frames)
+    com_offset = whole_body_path(tree, frames)
     feet = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
     translation = _pelvis_translation(record, phase, com_offset, frames[:, feet][..., :3, 3])
-    velocities[:, 3:6] = _spectral_rate(translation) / time
+    velocities[:, 3:6] = spectral_rate(translation) / time
     velocities[:, 3] += record.speed
     # Walk along y = 0 with the mean centre of mass in the middle.
     translation[:, 1] -= (translation[:, 1] + com_offset[:, 1]).mean()
@@ -409,7 +410,7 @@ def build_reference(
     moments = np.zeros((SAMPLES, len(ACTUATED)))
     ground_reaction = np.zeros((SAMPLES, 2, 3))
     for i, side in enumerate(SIDES):
-        at = _side_phase(record, side, phase)
+        at = side_phase(record, side, phase)
         ground_reaction[:, i] = record.ground_reaction(side, at)
         for name in FEED_FORWARD:
             # The mean of both sides at the side's own phase: the recorded sagittal moments of
@@ -423,7 +424,7 @@ def build_reference(
         velocities=velocities,
         moments=moments,
         ground_reaction=ground_reaction,
-        centre_of_mass=_centre_of_mass(tree, frames),
+        centre_of_mass=whole_body_path(tree, frames),
         end_effectors=frames[:, effectors][..., :3, 3],
         offsets=np.array([offsets.get(name, 0.0) for name in ACTUATED]),
         stride_time=time,
@@ -431,7 +432,7 @@ def build_reference(
     )
 
 
-def _centre_of_mass(tree: Tree, frames: Array) -> Array:
+def whole_body_path(tree: Tree, frames: Array) -> Array:
     """Whole-body centre of mass (N, 3) of segment frames (N, 14, 4, 4)."""
     local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
     world = local + frames[..., :3, 3]
