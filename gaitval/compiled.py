@@ -23,6 +23,7 @@ SOURCES = (
     "policy/environment.py",
     "scaling/model.py",
     "simulation/contact.py",
+    "simulation/dynamics.py",
     "simulation/walker.py",
 )
 

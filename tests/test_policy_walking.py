@@ -67,9 +67,11 @@ def test_scores_do_not_depend_on_what_was_walked_before(task, environment):
     assert changed.reward != first.reward
 
 
-def test_a_recorded_walk_is_the_scored_walk(task, environment):
+@pytest.mark.parametrize("engine", ["compiled", "dart"])
+def test_a_recorded_walk_is_the_scored_walk(task, engine):
+    environment = WalkingEnvironment(task, engine=engine)
     policy = random_policy(task, scale=0.1)
-    rollout = walk(task, policy, mu=MU, start_phase=0.3, cycles=0.2)
+    rollout = walk(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine=engine)
     actions = round(len(rollout.time) / environment.walker.steps_per_action)
     by_hand(environment, policy, 0.3, actions)
     np.testing.assert_array_equal(rollout.positions[-1], environment.walker.state[0])

@@ -28,9 +28,11 @@ FIRST_DOF: Index = np.array(
     [ROOT_DOFS + ACTUATED.index(JOINT_COORDINATES[s][0]) if s in PARENTS else 0 for s in SEGMENTS]
 )
 DOF_COUNT: Index = np.array([len(JOINT_COORDINATES.get(s, ())) for s in SEGMENTS])
-AXIS: Array = np.vstack(
-    [np.zeros((ROOT_DOFS, 3)), np.array([AXES[name] for name in ACTUATED], dtype=float)]
-)
+_AXES = np.vstack([np.zeros((ROOT_DOFS, 3)), [AXES[name] for name in ACTUATED]])
+_COLUMN: Index = np.argmax(np.abs(_AXES), axis=1)
+"""Every actuated coordinate turns about x, y or z of its frame (0, 1, 2) ..."""
+_SIGN: Array = _AXES.sum(axis=1)
+"""... or, with -1, the other way about it."""
 
 
 class Tree(NamedTuple):
@@ -54,6 +56,36 @@ class Tree(NamedTuple):
     sphere_segment: Index
     sphere_position: Array
     sphere_radius: Array
+
+
+class Frames(NamedTuple):
+    """Where all segments are and how they move; what `forward` and `velocities` fill.
+
+    Attributes
+    ----------
+    rotation : (14, 3, 3) segment to world.
+    origin : (14, 3) m, joint of each segment to its parent, world.
+    axes : (31, 3) axis of every actuated coordinate, world; the root's rows are unused.
+    angular, linear : (14, 3) rad/s and m/s of the segment's joint, world.
+    """
+
+    rotation: Array
+    origin: Array
+    axes: Array
+    angular: Array
+    linear: Array
+
+
+@njit
+def empty_frames() -> Frames:
+    """Arrays to be filled."""
+    return Frames(
+        np.empty((14, 3, 3)),
+        np.empty((14, 3)),
+        np.zeros((31, 3)),
+        np.empty((14, 3)),
+        np.empty((14, 3)),
+    )
 
 
 def tree_arrays(model: BodyModel) -> Tree:
@@ -106,23 +138,37 @@ def rotation_vector(matrix: Array) -> Array:
 
 
 @njit
-def _turn(frame: Array, axis: Array, angle: float, out: Array) -> None:
-    """out = frame · R(axis, angle) for an axis that is a signed unit vector of x, y or z."""
-    c, s = np.cos(angle), np.sin(angle)
-    if axis[0] != 0.0:
-        s *= axis[0]
-        i, j, k = 1, 2, 0
-    elif axis[1] != 0.0:
-        s *= axis[1]
-        i, j, k = 2, 0, 1
-    else:
-        s *= axis[2]
-        i, j, k = 0, 1, 2
-    for row in range(3):
-        a, b = frame[row, i], frame[row, j]
-        out[row, i] = a * c + b * s
-        out[row, j] = b * c - a * s
-        out[row, k] = frame[row, k]
+def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
+    """Turn by an angular velocity for a while: R ← exp(step ω) R.
+
+    Through quaternions, so that it is exact for angles up to 180 degrees, where the vector is
+    unique; the result is no longer than π.
+
+    Parameters
+    ----------
+    vector : (3, …) in and out, rotation vector.
+    angular_velocity : (3, …) rad/s, world axes.
+    step : s.
+    """
+    x, y, z = 0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]
+    half = np.sqrt(x * x + y * y + z * z)
+    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
+    w, x, y, z = np.cos(half), sine * x, sine * y, sine * z
+    a = 0.5 * step * angular_velocity[0]
+    b = 0.5 * step * angular_velocity[1]
+    c = 0.5 * step * angular_velocity[2]
+    half = np.sqrt(a * a + b * b + c * c)
+    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
+    t, a, b, c = np.cos(half), sine * a, sine * b, sine * c
+    qw = t * w - a * x - b * y - c * z
+    qx = t * x + a * w + b * z - c * y
+    qy = t * y + b * w + c * x - a * z
+    qz = t * z + c * w + a * y - b * x
+    if qw < 0.0:
+        qw, qx, qy, qz = -qw, -qx, -qy, -qz
+    sine = np.sqrt(qx * qx + qy * qy + qz * qz)
+    factor = 2.0 if sine < 1e-8 else 2.0 * np.arctan2(sine, qw) / sine
+    vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
 
 
 @njit
@@ -147,10 +193,9 @@ def forward(
     """
     rotation[0] = rotation_matrix(q[:3])
     origin[0] = q[3:6]
-    frame = np.empty((3, 3))
-    turned = np.empty((3, 3))
     for s in range(1, segments):
         p = PARENT[s]
+        frame = rotation[s]
         for i in range(3):
             origin[s, i] = (
                 origin[p, i]
@@ -158,21 +203,18 @@ def forward(
                 + rotation[p, i, 1] * joint_position[s, 1]
                 + rotation[p, i, 2] * joint_position[s, 2]
             )
-        for i in range(3):
             for j in range(3):
                 frame[i, j] = rotation[p, i, j]
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
-            for i in range(3):
-                axes[d, i] = (
-                    frame[i, 0] * AXIS[d, 0] + frame[i, 1] * AXIS[d, 1] + frame[i, 2] * AXIS[d, 2]
-                )
-            _turn(frame, AXIS[d], q[d], turned)
-            for i in range(3):
-                for j in range(3):
-                    frame[i, j] = turned[i, j]
-        for i in range(3):
-            for j in range(3):
-                rotation[s, i, j] = frame[i, j]
+            # The axis is a signed column of the frame: the other two turn about it.
+            k, sign = _COLUMN[d], _SIGN[d]
+            i, j = (k + 1) % 3, (k + 2) % 3
+            cosine, sine = np.cos(q[d]), sign * np.sin(q[d])
+            for row in range(3):
+                axes[d, row] = sign * frame[row, k]
+                a, b = frame[row, i], frame[row, j]
+                frame[row, i] = a * cosine + b * sine
+                frame[row, j] = b * cosine - a * sine
 
 
 @njit

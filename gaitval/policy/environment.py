@@ -26,7 +26,7 @@ from gaitval.kinematics.tree import (
 )
 from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
-from gaitval.simulation.walker import Recording, Walker, WalkingTask, closed_cycle
+from gaitval.simulation.walker import Engine, Recording, Walker, WalkingTask, closed_cycle
 
 Array = NDArray[np.float64]
 
@@ -326,6 +326,10 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     direction rad from straight ahead, left positive) or None for no push, `noise` (standard
     deviation of the initial joint angles, rad).
 
+    Parameters
+    ----------
+    engine : of the physics, see `Walker`.
+
     Attributes
     ----------
     difficulty : 0 to 1, share of the ranges of mu and of the largest push that is drawn from;
@@ -335,11 +339,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
 
-    def __init__(self, task: WalkingTask) -> None:
+    def __init__(self, task: WalkingTask, *, engine: Engine = "compiled") -> None:
         configuration = task.configuration
         self.task = task
         self.constants = configuration.environment
-        self.walker = Walker(task)
+        self.walker = Walker(task, engine=engine)
         self.difficulty = 1.0
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror

@@ -14,7 +14,7 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.scaling.model import SEGMENTS
 from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Recording, WalkingTask
+from gaitval.simulation.walker import Engine, Recording, WalkingTask
 
 Array = NDArray[np.float64]
 Item = TypeVar("Item")
@@ -138,10 +138,11 @@ def walk(
     start_phase: float,
     cycles: float,
     push: tuple[float, float, float] | None = None,
+    engine: Engine = "dart",
 ) -> Rollout:
-    """`record_walk` in an environment of its own."""
+    """`record_walk` in an environment of its own, with the engine of results."""
     return record_walk(
-        WalkingEnvironment(task),
+        WalkingEnvironment(task, engine=engine),
         policy,
         mu=mu,
         start_phase=start_phase,
@@ -153,9 +154,9 @@ def walk(
 _environment: WalkingEnvironment | None = None
 
 
-def _begin(task: WalkingTask) -> None:
-    global _environment  # one environment a worker process, for a skeleton is slow to build
-    _environment = WalkingEnvironment(task)
+def _begin(task: WalkingTask, engine: Engine) -> None:
+    global _environment  # one environment a worker process, for it is slow to build
+    _environment = WalkingEnvironment(task, engine=engine)
 
 
 def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Any]) -> Any:
@@ -167,9 +168,12 @@ def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Any]) -> An
 class WalkingPool:
     """Worker processes with an environment each; use as a context manager."""
 
-    def __init__(self, task: WalkingTask, *, workers: int) -> None:
+    def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
         self._executor = ProcessPoolExecutor(
-            workers, mp_context=mp.get_context("spawn"), initializer=_begin, initargs=(task,)
+            workers,
+            mp_context=mp.get_context("spawn"),
+            initializer=_begin,
+            initargs=(task, engine),
         )
 
     def __enter__(self) -> "WalkingPool":

@@ -27,7 +27,9 @@ from gaitval.kinematics.tree import (
     DOF_COUNT,
     FIRST_DOF,
     PARENT,
+    Frames,
     Tree,
+    empty_frames,
     forward,
     velocities,
 )
@@ -110,70 +112,94 @@ def sphere_force(
     return 1.5 * c * fh, ff / slip
 
 
+class ContactWorkspace(NamedTuple):
+    """Arrays that `contact_forces` works in.
+
+    Attributes
+    ----------
+    place : (K, 3) m, where the force acts on each sphere, from the segment's joint, world axes.
+    force : (K, 3) N, by the law at the velocity before the step.
+    velocity : (3,) m/s of one of these places.
+    slope : (2, 2) Ns/m, right and left foot: of the normal force and of friction.
+    wrench : (9, 6) force and moment about the world origin on each segment and all below it.
+    """
+
+    place: Array
+    force: Array
+    velocity: Array
+    slope: Array
+    wrench: Array
+
+
 @njit
-def ground_forces(
+def contact_workspace(spheres: int) -> ContactWorkspace:
+    """Arrays to be filled, for a body with so many contact spheres."""
+    return ContactWorkspace(
+        np.empty((spheres, 3)),
+        np.empty((spheres, 3)),
+        np.empty(3),
+        np.empty((2, 2)),
+        np.empty((LEG_SEGMENTS, 6)),
+    )
+
+
+@njit
+def contact_forces(
     tree: Tree,
     law: ContactLaw,
-    q: Array,
-    qd: Array,
+    frames: Frames,
     lag: Array,
     memory: Array,
     generalised: Array,
     feet: Array,
+    work: ContactWorkspace,
 ) -> None:
     """Generalised forces of the ground on the body.
 
     Parameters
     ----------
-    q, qd : (31,) positions and velocities.
+    frames : of pelvis and legs at least.
     lag : (2,) m/(Ns): physics step over the mass that the right and the left foot's contact
         moves; zeros for the plain law.
     memory : (K, 3) in and out, N: the spheres' forces of the step before, and of this one.
     generalised : (31,) in and out: the ground's generalised forces are added.
     feet : (2, 6) out: right and left foot, force N and moment Nm about the world origin.
     """
-    rotation = np.empty((LEG_SEGMENTS, 3, 3))
-    origin = np.empty((LEG_SEGMENTS, 3))
-    axes = np.empty((31, 3))
-    forward(tree.joint_position, q, rotation, origin, axes, LEG_SEGMENTS)
-    angular = np.empty((LEG_SEGMENTS, 3))
-    linear = np.empty((LEG_SEGMENTS, 3))
-    velocities(origin, axes, qd, angular, linear, LEG_SEGMENTS)
+    rotation, origin, axes = frames.rotation, frames.origin, frames.axes
+    place, force, velocity, slope, wrench = work
     spheres = tree.sphere_segment.shape[0]
-    arm = np.empty((spheres, 3))
-    force = np.zeros((spheres, 3))
-    slope = np.zeros((2, 2))  # right and left foot; normal force and friction
-    velocity = np.empty(3)
+    slope[:] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         p = tree.sphere_position[n]
+        r = place[n]
         for i in range(3):
-            arm[n, i] = (
-                rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
-            )
+            r[i] = rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
         radius = tree.sphere_radius[n]
-        height = origin[s, 2] + arm[n, 2]
+        height = origin[s, 2] + r[2]
         # The force acts in the middle of the overlap, as in OpenSim: half the penetration deep.
-        arm[n, 2] = 0.5 * (height - radius) - origin[s, 2]
-        r, w = arm[n], angular[s]
-        velocity[0] = linear[s, 0] + w[1] * r[2] - w[2] * r[1]
-        velocity[1] = linear[s, 1] + w[2] * r[0] - w[0] * r[2]
-        velocity[2] = linear[s, 2] + w[0] * r[1] - w[1] * r[0]
+        r[2] = 0.5 * (height - radius) - origin[s, 2]
+        w, v = frames.angular[s], frames.linear[s]
+        velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
+        velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]
+        velocity[2] = v[2] + w[0] * r[1] - w[1] * r[0]
         normal, friction = sphere_force(law, radius, height, velocity, force[n])
         side = 0 if n < spheres // 2 else 1
         slope[side, 0] += normal
         slope[side, 1] += friction
-    wrench = np.zeros((LEG_SEGMENTS, 6))  # force, moment about the world origin
+    wrench[:] = 0.0
     feet[:] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         side = 0 if n < spheres // 2 else 1
         across, along = lag[side] * slope[side, 0], lag[side] * slope[side, 1]
+        f = memory[n]
         for i in range(3):
             a = across if i == 2 else along
-            memory[n, i] = (force[n, i] + a * memory[n, i]) / (1.0 + a)
-        f = memory[n]
-        x, y, z = origin[s, 0] + arm[n, 0], origin[s, 1] + arm[n, 1], origin[s, 2] + arm[n, 2]
+            f[i] = (force[n, i] + a * f[i]) / (1.0 + a)
+        x = origin[s, 0] + place[n, 0]
+        y = origin[s, 1] + place[n, 1]
+        z = origin[s, 2] + place[n, 2]
         moment = (y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0])
         for i in range(3):
             wrench[s, i] += f[i]
@@ -199,3 +225,22 @@ def ground_forces(
     generalised[2] += f[5] - (o[0] * f[1] - o[1] * f[0])
     for i in range(3):
         generalised[3 + i] += f[i]
+
+
+@njit
+def ground_forces(
+    tree: Tree,
+    law: ContactLaw,
+    q: Array,
+    qd: Array,
+    lag: Array,
+    memory: Array,
+    generalised: Array,
+    feet: Array,
+) -> None:
+    """`contact_forces` at positions and velocities (31,)."""
+    frames = empty_frames()
+    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, LEG_SEGMENTS)
+    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, LEG_SEGMENTS)
+    work = contact_workspace(tree.sphere_segment.shape[0])
+    contact_forces(tree, law, frames, lag, memory, generalised, feet, work)

@@ -1,14 +1,17 @@
-"""One walking body: skeleton, ground contact and joint servos, advanced action by action.
+"""One walking body: its dynamics, ground contact and joint servos, advanced action by action.
 
 The servo of a joint is τ = k (q̂(φ) + a − q) + d (q̂̇(φ) − q̇) + τ_ff(φ) − β q̇, with q̂ the
-reference, a the action's offset, τ_ff the recorded moment and β the passive joint damping. DART
-integrates the spring and the dampers implicitly (as springs about zero); what does not depend
+reference, a the action's offset, τ_ff the recorded moment and β the passive joint damping. The
+spring and the dampers are integrated implicitly (as springs about zero); what does not depend
 on the state enters as a force, so the torque that acted is known exactly:
 τ = command − k q⁺ − (d + β) q̇⁺ with the state after the step.
+
+Two engines advance the body in the same way: `compiled` (`simulation/dynamics.py`), which runs
+all physics steps of an action in one compiled call, and DART.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +20,33 @@ from gaitval.compiled import njit
 from gaitval.configuration import Configuration, Servo
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.data.record import GaitRecord
-from gaitval.kinematics.reference import ReferenceMotion, build_reference
-from gaitval.kinematics.tree import GRAVITY, Tree, tree_arrays
+from gaitval.kinematics.dynamic_fit import consistent_reference
+from gaitval.kinematics.reference import ReferenceMotion
+from gaitval.kinematics.tree import (
+    GRAVITY,
+    Frames,
+    Tree,
+    empty_frames,
+    forward,
+    tree_arrays,
+    velocities,
+)
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.simulation.contact import ContactLaw, contact_law, ground_forces
-from gaitval.simulation.skeleton import HumanSkeleton
+from gaitval.simulation.contact import (
+    ContactLaw,
+    ContactWorkspace,
+    contact_forces,
+    contact_law,
+    contact_workspace,
+)
+from gaitval.simulation.dynamics import accelerations, integrate, workspace
+
+if TYPE_CHECKING:
+    from gaitval.simulation.skeleton import HumanSkeleton
 
 Array = NDArray[np.float64]
+Engine = Literal["compiled", "dart"]
 
 REFERENCE_MASS = 70.0
 """kg, of the body that `configuration.Servo` gives gains for."""
@@ -55,9 +77,8 @@ class WalkingTask:
         cls, model: BodyModel, record: GaitRecord, configuration: Configuration
     ) -> "WalkingTask":
         """Task with the reference motion of a record on a model."""
-        return cls(
-            model, record, build_reference(record, model, configuration.contact), configuration
-        )
+        reference = consistent_reference(record, model, configuration.contact)
+        return cls(model, record, reference, configuration)
 
 
 def servo_stiffness(servo: Servo, mass: float) -> Array:
@@ -91,36 +112,82 @@ def reference_tables(reference: ReferenceMotion, feed_forward: float) -> Referen
     )
 
 
+class Body(NamedTuple):
+    """What a physics step needs to know of a body and its servos.
+
+    Attributes
+    ----------
+    stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
+    total_damping : (25,) Nms/rad, with the passive joint damping.
+    lag : (2,) as `contact.contact_forces`.
+    physics_step : s.
+    phase_step : share of a gait cycle in a physics step.
+    """
+
+    tree: Tree
+    law: ContactLaw
+    tables: ReferenceTables
+    stiffness: Array
+    damping: Array
+    total_damping: Array
+    lag: Array
+    physics_step: float
+    phase_step: float
+
+
+class Account(NamedTuple):
+    """The physics steps of one action, N rows.
+
+    Attributes
+    ----------
+    phase : (N,) of the right gait cycle, after the step.
+    positions, velocities : (N, 31) after the step.
+    moments : (N, 25) Nm, net joint moments that acted.
+    feet : (N, 2, 6) right and left foot, force N of the ground and moment Nm about the world
+        origin that acted.
+    """
+
+    phase: Array
+    positions: Array
+    velocities: Array
+    moments: Array
+    feet: Array
+
+
+def empty_account(steps: int) -> Account:
+    """Account of so many steps, to be filled."""
+    return Account(
+        np.zeros(steps),
+        np.zeros((steps, 31)),
+        np.zeros((steps, 31)),
+        np.zeros((steps, 25)),
+        np.zeros((steps, 2, 6)),
+    )
+
+
 @njit
-def generalised_forces(
-    tree: Tree,
-    law: ContactLaw,
-    tables: ReferenceTables,
-    gains: Array,
+def _forces(
+    body: Body,
     state: Array,
     phase: float,
     offset: Array,
-    lag: Array,
-    memory: Array,
     root_force: Array,
+    memory: Array,
+    frames: Frames,
+    work: ContactWorkspace,
     forces: Array,
     command: Array,
     feet: Array,
 ) -> None:
-    """Forces that one physics step applies.
+    """Generalised forces (31,) that one physics step applies, and frames of all segments.
 
     Parameters
     ----------
-    gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
-    state : (2, 31) positions and velocities.
-    phase : of the right gait cycle.
-    offset : (25,) rad, the action's offset of the joint targets.
-    lag, memory : as `contact.ground_forces`.
+    offset : (25,) rad, of the joint targets.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
-    forces : (31,) out, for `setForces`.
-    command : (25,) out, Nm, the servo's share of them.
-    feet : (2, 6) out, as `contact.ground_forces`.
+    command : (25,) out, Nm, the servos' share.
     """
+    tables = body.tables
     count = tables.positions.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -129,72 +196,179 @@ def generalised_forces(
         target = (1.0 - part) * tables.positions[row, i] + part * tables.positions[row + 1, i]
         rate = (1.0 - part) * tables.velocities[row, i] + part * tables.velocities[row + 1, i]
         moment = (1.0 - part) * tables.moments[row, i] + part * tables.moments[row + 1, i]
-        command[i] = gains[0, i] * (target + offset[i]) + gains[1, i] * rate + moment
+        command[i] = body.stiffness[i] * (target + offset[i]) + body.damping[i] * rate + moment
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
-    ground_forces(tree, law, state[0], state[1], lag, memory, forces, feet)
+    tree = body.tree
+    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
+    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    contact_forces(tree, body.law, frames, body.lag, memory, forces, feet, work)
 
 
 @njit
-def joint_moments(
-    gains: Array, total_damping: Array, command: Array, state: Array, out: Array
+def _enter(
+    body: Body, state: Array, phase: float, command: Array, feet: Array, row: int, account: Account
 ) -> None:
-    """Net joint moments (25,) Nm of the physics step that led to `state` (2, 31)."""
+    """Enter the step that led to `state` and `phase` in row `row` of the account."""
+    account.phase[row] = phase
+    account.positions[row] = state[0]
+    account.velocities[row] = state[1]
+    account.feet[row] = feet
     for i in range(25):
-        out[i] = command[i] - gains[0, i] * state[0, 6 + i] - total_damping[i] * state[1, 6 + i]
+        account.moments[row, i] = (
+            command[i]
+            - body.stiffness[i] * state[0, 6 + i]
+            - body.total_damping[i] * state[1, 6 + i]
+        )
+
+
+@njit
+def _advance(
+    body: Body,
+    state: Array,
+    phase: float,
+    offset: Array,
+    next_offset: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+) -> float:
+    """All physics steps of an action; returns the phase after them.
+
+    Parameters
+    ----------
+    state : (2, 31) in and out.
+    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
+    memory : (K, 3) in and out, as `contact.contact_forces`.
+    account : filled; its length is the number of steps.
+    """
+    frames, dynamics = empty_frames(), workspace()
+    contact = contact_workspace(memory.shape[0])
+    forces, acceleration = np.empty(31), np.empty(31)
+    command, feet = np.empty(25), np.empty((2, 6))
+    count = account.phase.shape[0]
+    target = offset.copy()
+    slope = (next_offset - offset) / count
+    for row in range(count):
+        target += slope
+        _forces(
+            body, state, phase, target, root_force, memory, frames, contact, forces, command, feet
+        )
+        accelerations(
+            body.tree,
+            frames,
+            state,
+            forces,
+            body.stiffness,
+            body.total_damping,
+            body.physics_step,
+            dynamics,
+            acceleration,
+        )
+        integrate(state, acceleration, body.physics_step)
+        phase += body.phase_step
+        _enter(body, state, phase, command, feet, row, account)
+    return phase
+
+
+def _skeleton(model: BodyModel, physics_step: float) -> "HumanSkeleton":
+    from gaitval.simulation.skeleton import HumanSkeleton  # imports dartpy, which is slow
+
+    return HumanSkeleton(model, physics_step=physics_step)
+
+
+def _advance_in_dart(
+    skeleton: "HumanSkeleton",
+    body: Body,
+    state: Array,
+    phase: float,
+    offset: Array,
+    next_offset: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+) -> float:
+    """`_advance` with DART's dynamics and integrator; the skeleton is at `state`."""
+    frames, contact = empty_frames(), contact_workspace(len(memory))
+    forces, command, feet = np.empty(31), np.empty(25), np.empty((2, 6))
+    count = len(account.phase)
+    target = offset.copy()
+    slope = (next_offset - offset) / count
+    for row in range(count):
+        target += slope
+        _forces(
+            body, state, phase, target, root_force, memory, frames, contact, forces, command, feet
+        )
+        skeleton.skeleton.setForces(forces)
+        skeleton.step()
+        state[0] = skeleton.skeleton.getPositions()
+        state[1] = skeleton.skeleton.getVelocities()
+        phase += body.phase_step
+        _enter(body, state, phase, command, feet, row, account)
+    return phase
 
 
 class Recording:
-    """Arrays that `Walker.step` fills, one row a physics step."""
+    """Arrays that `Walker.step` fills, one row a physics step; see `Account`."""
 
     def __init__(self, steps: int) -> None:
         self.rows = 0
-        self.phase = np.zeros(steps)
-        self.positions = np.zeros((steps, 31))
-        self.velocities = np.zeros((steps, 31))
-        self.moments = np.zeros((steps, 25))
-        self.feet = np.zeros((steps, 2, 6))
+        self.phase, self.positions, self.velocities, self.moments, self.feet = empty_account(steps)
         self.root_force = np.zeros((steps, 6))
+
+    def append(self, account: Account, root_force: Array) -> None:
+        """Add an action's steps and the external force (6,) on the pelvis during it."""
+        rows = slice(self.rows, self.rows + len(account.phase))
+        self.phase[rows] = account.phase
+        self.positions[rows] = account.positions
+        self.velocities[rows] = account.velocities
+        self.moments[rows] = account.moments
+        self.feet[rows] = account.feet
+        self.root_force[rows] = root_force
+        self.rows = rows.stop
 
 
 class Walker:
     """A body on the ground that follows the reference through its joint servos.
 
+    Parameters
+    ----------
+    engine : `compiled`, or `dart`; they agree to rounding (tested).
+
     Attributes
     ----------
+    gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
+    tree, law : the body and its contact with the parameters `mu` (14,).
     state : (2, 31) positions and velocities after the last physics step.
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.
     mean_moments, mean_square_moments : (25,) Nm, Nm², joint moments over the last action.
     """
 
-    def __init__(self, task: WalkingTask) -> None:
+    def __init__(self, task: WalkingTask, *, engine: Engine = "compiled") -> None:
         environment = task.configuration.environment
         self.task = task
+        self.engine = engine
         self.physics_step = environment.physics_step
         self.steps_per_action = environment.steps_per_action
         self.action_seconds = self.physics_step * self.steps_per_action
         self.weight = task.model.mass * GRAVITY
         stiffness = servo_stiffness(task.configuration.servo, task.model.mass)
-        damping = task.configuration.servo.damping_time * stiffness
-        self.gains = np.vstack([stiffness, damping])
-        self.tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
-        self.body = HumanSkeleton(task.model, physics_step=self.physics_step)
-        self.skeleton = self.body.skeleton
+        self.gains = np.vstack([stiffness, task.configuration.servo.damping_time * stiffness])
+        self._tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
+        self._skeleton = _skeleton(task.model, self.physics_step) if engine == "dart" else None
         self.state = np.zeros((2, 31))
         self.phase = 0.0
         self.offset = np.zeros(25)
         self.mean_ground_reaction = np.zeros((2, 3))
         self.mean_moments = np.zeros(25)
         self.mean_square_moments = np.zeros(25)
-        self._forces = np.zeros(31)
-        self._command = np.zeros(25)
-        self._feet = np.zeros((2, 6))
         # A foot's contact moves the foot, its toes and about as much of the shank.
         moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
         self._lag = np.full(2, self.physics_step / moved_mass)
         self._memory = np.zeros((len(task.model.spheres), 3))
+        self._account = empty_account(self.steps_per_action)
         self.set_parameters(nominal_parameters())
 
     def set_parameters(self, mu: Array) -> None:
@@ -202,18 +376,31 @@ class Walker:
         self.mu = np.asarray(mu, dtype=float)
         model = apply_parameters(self.task.model, self.mu)
         self.tree = tree_arrays(model)
-        self.body.configure(model)
-        self.total_damping = self.gains[1] + self.mu[PARAMETERS.index("damping")]
-        self.body.set_servo(self.gains[0], self.total_damping)
         friction = float(self.mu[PARAMETERS.index("friction")])
         self.law = contact_law(self.task.configuration.contact, friction)
+        stiffness, damping = self.gains
+        self._body = Body(
+            self.tree,
+            self.law,
+            self._tables,
+            stiffness,
+            damping,
+            damping + self.mu[PARAMETERS.index("damping")],
+            self._lag,
+            self.physics_step,
+            self.physics_step / self.task.reference.stride_time,
+        )
+        if self._skeleton is not None:
+            self._skeleton.configure(model)
+            self._skeleton.set_servo(stiffness, self._body.total_damping)
 
     def reset(self, positions: Array, velocities: Array, phase: float) -> None:
         """Place the body at a state (31,), (31,) and a phase."""
         self.state[0] = positions
         self.state[1] = velocities
-        self.skeleton.setPositions(positions)
-        self.skeleton.setVelocities(velocities)
+        if self._skeleton is not None:
+            self._skeleton.skeleton.setPositions(positions)
+            self._skeleton.skeleton.setVelocities(velocities)
         self.phase = float(phase)
         self.offset[:] = 0.0
         self._memory[:] = 0.0
@@ -232,50 +419,24 @@ class Walker:
         offset : (25,) rad.
         root_force : (6,) external moment Nm and force N on the pelvis, world.
         """
-        count = self.steps_per_action
-        slope = (offset - self.offset) / count
-        phase_step = self.physics_step / self.task.reference.stride_time
-        forces, command, feet = self._forces, self._command, self._feet
-        state, skeleton = self.state, self.skeleton
-        moments = np.zeros(25)
-        ground = np.zeros((2, 3))
-        moment_sum, square_sum = np.zeros(25), np.zeros(25)
-        for _ in range(count):
-            self.offset += slope
-            generalised_forces(
-                self.tree,
-                self.law,
-                self.tables,
-                self.gains,
-                state,
-                self.phase,
-                self.offset,
-                self._lag,
-                self._memory,
-                root_force,
-                forces,
-                command,
-                feet,
-            )
-            skeleton.setForces(forces)
-            self.body.step()
-            state[0] = skeleton.getPositions()
-            state[1] = skeleton.getVelocities()
-            self.phase += phase_step
-            joint_moments(self.gains, self.total_damping, command, state, moments)
-            ground += feet[:, :3]
-            moment_sum += moments
-            square_sum += moments * moments
-            if recording is not None:
-                row = recording.rows
-                recording.phase[row] = self.phase
-                recording.positions[row] = state[0]
-                recording.velocities[row] = state[1]
-                recording.moments[row] = moments
-                recording.feet[row] = feet
-                recording.root_force[row] = root_force
-                recording.rows = row + 1
+        account = self._account
+        action = (
+            self._body,
+            self.state,
+            self.phase,
+            self.offset,
+            offset,
+            root_force,
+            self._memory,
+            account,
+        )
+        if self._skeleton is None:
+            self.phase = _advance(*action)
+        else:
+            self.phase = _advance_in_dart(self._skeleton, *action)
         self.offset[:] = offset
-        self.mean_ground_reaction[:] = ground / count
-        self.mean_moments[:] = moment_sum / count
-        self.mean_square_moments[:] = square_sum / count
+        self.mean_ground_reaction[:] = account.feet[:, :, :3].mean(axis=0)
+        self.mean_moments[:] = account.moments.mean(axis=0)
+        self.mean_square_moments[:] = (account.moments**2).mean(axis=0)
+        if recording is not None:
+            recording.append(account, root_force)
