@@ -172,10 +172,10 @@ class _Live(Observer):
 
         Parameters
         ----------
-        values : `total` and one of `samples`, `generation` or `walks` count the work; all
+        values : `total` and one of `samples`, `generation` or `pushes` count the work; all
             others (`reward`, `cycles`, ...) are shown beside it.
         """
-        unit = next(name for name in ("samples", "generation", "walks") if name in values)
+        unit = next(name for name in ("samples", "generation", "pushes") if name in values)
         done, total = values[unit], values["total"]
         rest = "  ".join(
             f"{_label(name)} {value:.3g}"
@@ -315,20 +315,33 @@ def _short(cell: str) -> str:
 def _print_tolerances(metrics: Mapping[str, Any]) -> None:
     """Verdicts of `metrics.json`, those that failed in red."""
     table = Table(title=f"{metrics['subject']['identifier']}: accuracy against the record")
-    for name in ("measure", "of", "value", "limit", "unit", "status", "verdict"):
+    for name in ("measure", "of", "value", "limit", "goal", "unit", "status", "verdict"):
         table.add_column(name)
     for row in metrics["tolerances"]:
         value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
         limit = f"{row['limit'].replace('_', ' ')} {row['tolerance']:g}"
+        verdict = "goal" if row["reached"] else "pass" if row["passed"] else "[red]fail[/]"
         table.add_row(
             row["measure"],
             row["target"],
             value,
             limit,
+            "" if row["goal"] is None else f"{row['goal']:g}",
             row["unit"],
             row["status"],
-            "pass" if row["passed"] else "[red]fail[/]",
+            verdict,
         )
+    output.print(table)
+
+
+def _print_pushes(recovery: Mapping[str, Any]) -> None:
+    """Largest push survived by phase and direction; left is positive."""
+    table = Table(title="Largest push survived, N (degrees from straight ahead, left positive)")
+    table.add_column("phase")
+    for direction in recovery["directions"]:
+        table.add_column(f"{direction:g}", justify="right")
+    for phase, forces in zip(recovery["phases"], recovery["largest"], strict=True):
+        table.add_row(f"{phase:g}", *(f"{force:g}" for force in forces))
     output.print(table)
 
 
@@ -708,9 +721,27 @@ def simulate(
 ) -> None:
     """Walk with the trained policy, without pushes: rollouts/.
 
-    From every start phase, with the nominal and with the identified body.
+    The identified body walks for a hundred gait cycles from every start phase, the nominal one
+    from the first as far as it is compared.
     """
     _stage("simulate", subject, out, config, settings, force)
+
+
+@_command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")
+def push(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Push the walker, and find which pushes it survives: push.json.
+
+    Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
+    cycle. Prints the largest force up to which every tested push was survived.
+    """
+    folder = _stage("push", subject, out, config, settings, force)
+    _print_pushes(read_json(folder / "push.json")["recovery"])
 
 
 @_command("gaitval validate 5")
@@ -895,6 +926,10 @@ def check(
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
     ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Only the cycles that are compared: seconds, without pushes."),
+    ] = False,
 ) -> None:
     """Walk a stored policy again, and fail where accuracy was lost.
 
@@ -902,12 +937,13 @@ def check(
     with the stored one. Exit code 1 and a table of what moved where a measure got worse by
     more than its margin; 0 otherwise.
     """
-    from gaitval.metrics.regression import compare, lost, write_junit
+    from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
 
     stored = read_json(baseline)
     live = _Live(messages)
     try:
-        rows = compare(stored, walk_again(baseline.parent, live))
+        now = walk_again(baseline.parent, live, quick=quick)
+        rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
     finally:
         live.close()
     if junit is not None:

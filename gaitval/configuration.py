@@ -214,16 +214,39 @@ class Identification(Section):
 class Validation(Section):
     """How the simulated walk is compared with the record."""
 
-    start_phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    start_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
     """Each walk is started at one of these; the first one is compared, all must not fall."""
     cycles: int = Field(24, ge=2)
-    """Right gait cycles of each walk after the settling ones."""
+    """Gait cycles of each foot that are compared, the first ones after the settling ones."""
+    consecutive_cycles: int = Field(102, ge=2)
+    """Gait cycles that each walk is to go on for after the settling ones. The first and the last
+    heel strike may fall outside, so that about one cycle less is counted."""
     settling_cycles: int = Field(3, ge=0)
     """Cycles left out at the start of each walk."""
     filter_frequency: Positive = 10.0
     """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments,
     Hz; convention. The recorded mean curves are as smooth as if filtered so, but the cut-off that
     the dataset's authors used was not found stated."""
+
+
+class Pushes(Section):
+    """Tests of recovery from a push: horizontal, at the pelvis, for `environment.push_seconds`."""
+
+    phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    """Phases of the right gait cycle at which a push begins."""
+    directions: int = Field(12, ge=1)
+    """Directions, evenly spaced over the circle, the first one straight ahead."""
+    step: Positive = 100.0
+    """Pushes grow by this until one fells the walker, N, ..."""
+    resolution: Positive = 25.0
+    """... and from the last one survived by this, N."""
+    largest: Positive = 1200.0
+    """No push is larger, N."""
+    force: Positive = 300.0
+    """The push that is to be survived from every direction within 90 degrees of straight ahead, N
+    (issue 4: 300 N x 50 ms)."""
+    cycles: Positive = 5.0
+    """Gait cycles without a fall after which a push is survived (issue 4)."""
 
 
 class Processing(Section):
@@ -260,6 +283,7 @@ class Configuration(Section):
     training: Training = Training()
     identification: Identification = Identification()
     validation: Validation = Validation()
+    pushes: Pushes = Pushes()
     processing: Processing = Processing()
 
 

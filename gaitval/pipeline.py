@@ -333,12 +333,14 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model → reference motion."""
 
     def build() -> None:
-        from gaitval.kinematics.reference import build_reference
+        from gaitval.kinematics.dynamic_fit import consistent_reference
         from gaitval.scaling.urdf import read_urdf
 
         model = read_urdf(run.folder / "model.urdf")
         contact = run.configuration.contact
-        build_reference(run.subject.record(), model, contact).save(run.folder / "reference.npz")
+        consistent_reference(run.subject.record(), model, contact).save(
+            run.folder / "reference.npz"
+        )
 
     return Stage(
         "reference",
@@ -424,6 +426,9 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     here = f"rounds/{round_number}"
     identification = f"{here}/identification/identification.json"
     validation = run.configuration.validation
+    values = run.sections(*SIMULATION_SECTIONS, "validation")
+    # How far other walks go does not change the cycles that are compared.
+    del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
         from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
@@ -444,7 +449,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             )
             curves = simulated_curves(
                 rollout,
-                find_cycles(rollout, run.configuration),
+                find_cycles(rollout, run.configuration).first(validation.cycles),
                 mass=task.model.mass,
                 filters=low_pass_of(task.record, validation.filter_frequency),
             )
@@ -463,7 +468,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             *(f"{here}/policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(f"{here}/epsilon.json",),
-        values=run.sections(*SIMULATION_SECTIONS, "validation"),
+        values=values,
     )
 
 
@@ -531,40 +536,40 @@ def round_epsilon(run: Run, round_number: int) -> float:
     return float("inf") if error is None else float(error["total"])
 
 
-def rollout_names(configuration: Configuration) -> tuple[str, ...]:
-    """Rollout files of a run: with the nominal and the identified mu, by start phase."""
-    return tuple(
-        f"rollouts/{label}_{round(100 * phase):02d}.npz"
-        for label in ("nominal", "identified")
-        for phase in configuration.validation.start_phases
-    )
+ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
+"""The compared walk with each mu, as far as it is compared."""
+WALKS = "rollouts/walks.json"
+"""How far the walk from each start phase went."""
 
 
 def simulate_stage(run: Run) -> Stage:
-    """Policy and mu → walks without pushes, of the deterministic policy."""
+    """Policy and mu → walks without pushes, of the deterministic policy.
+
+    The identified body walks from every start phase. The nominal one, which is there to be
+    compared with it, walks from the first, as far as it is compared.
+    """
     validation = run.configuration.validation
-    names = rollout_names(run.configuration)
 
     def simulate() -> None:
-        from gaitval.policy.walking import walk
+        from gaitval.metrics.walks import walk_from
+        from gaitval.policy.walking import WalkingPool
 
-        task = _task(run)
         policy = _policy(run, run.folder / "policy")
-        walks = [
-            (_body_parameters(run.folder / "identification.json", which), phase)
-            for which in ("nominal", "identified")
-            for phase in validation.start_phases
-        ]
-        for done, (name, (mu, phase)) in enumerate(zip(names, walks, strict=True)):
-            run.observer.progress({"walks": done, "total": len(names)})
-            rollout = walk(
-                task,
-                policy,
-                mu=mu,
-                start_phase=phase,
-                cycles=validation.settling_cycles + validation.cycles,
-            )
-            rollout.save(run.folder / name)
+        planned = {
+            "nominal": (validation.start_phases[:1], validation.cycles + 2),
+            "identified": (validation.start_phases, validation.consecutive_cycles),
+        }
+        starts = {}
+        workers = run.configuration.training.workers
+        with WalkingPool(_task(run), workers=workers, engine="dart") as pool:
+            for which, (phases, cycles) in planned.items():
+                mu = _body_parameters(run.folder / "identification.json", which)
+                walks = walk_from(
+                    pool, policy, mu, phases, cycles=validation.settling_cycles + cycles
+                )
+                walks.compared.save(run.folder / ROLLOUTS[which])
+                starts[which] = [went.as_dict() for went in walks.starts]
+        write_json(run.folder / WALKS, starts)
 
     return Stage(
         "simulate",
@@ -575,41 +580,94 @@ def simulate_stage(run: Run) -> Stage:
             "identification.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
-        outputs=names,
+        outputs=(*ROLLOUTS.values(), WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
-            "walks": [validation.start_phases, validation.settling_cycles, validation.cycles],
+            "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
         },
-        workspace="rollouts",  # so that no walk of other start phases stays
+    )
+
+
+def push_stage(run: Run) -> Stage:
+    """Policy and mu → which pushes the identified body survives."""
+    validation = run.configuration.validation
+
+    def push() -> None:
+        from gaitval.metrics.push_recovery import push_recovery
+
+        recovery, traces = push_recovery(
+            _task(run),
+            _policy(run, run.folder / "policy"),
+            _body_parameters(run.folder / "identification.json"),
+            on_progress=run.observer.progress,
+        )
+        write_json(
+            run.folder / "push.json",
+            {"recovery": recovery.as_dict(), "traces": [trace.as_dict() for trace in traces]},
+        )
+
+    return Stage(
+        "push",
+        push,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=("push.json",),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "pushes"),
+            "settling_cycles": validation.settling_cycles,
+        },
+    )
+
+
+def _metrics(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The walks of the run folder against the record and the tolerances."""
+    from gaitval.metrics.validation import validate
+    from gaitval.metrics.walks import Endurance, Walks
+    from gaitval.scaling.urdf import read_urdf
+    from gaitval.simulation.rollout import Rollout
+
+    starts = read_json(run.folder / WALKS)
+    nominal, identified = (
+        Walks(
+            Rollout.load(run.folder / name),
+            tuple(Endurance.from_dict(start) for start in starts[which]),
+        )
+        for which, name in ROLLOUTS.items()
+    )
+    return validate(
+        run.subject,
+        run.subject.record(),
+        read_urdf(run.folder / "model.urdf"),
+        nominal,
+        identified,
+        run.configuration,
+        identification=read_json(run.folder / "identification.json"),
+        pushes=pushes,
     )
 
 
 def validate_stage(run: Run) -> Stage:
-    """Walks against the record and the tolerances → metrics.json."""
-    names = rollout_names(run.configuration)
+    """Walks and pushes against the record and the tolerances → metrics.json."""
 
     def validate() -> None:
-        from gaitval.metrics.validation import validate
-        from gaitval.scaling.urdf import read_urdf
-        from gaitval.simulation.rollout import Rollout
-
-        rollouts = [Rollout.load(run.folder / name) for name in names]
-        half = len(rollouts) // 2
-        metrics = validate(
-            run.subject,
-            run.subject.record(),
-            read_urdf(run.folder / "model.urdf").mass,
-            rollouts[:half],
-            rollouts[half:],
-            run.configuration,
-            identification=read_json(run.folder / "identification.json"),
-        )
-        write_json(run.folder / "metrics.json", metrics)
+        pushes = read_json(run.folder / "push.json")["recovery"]
+        write_json(run.folder / "metrics.json", _metrics(run, pushes=pushes))
 
     return Stage(
         "validate",
         validate,
-        inputs=("subject.toml", "model.urdf", "identification.json", *names),
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "identification.json",
+            *ROLLOUTS.values(),
+            WALKS,
+            "push.json",
+        ),
         outputs=("metrics.json",),
         values=run.sections("seed", "contact", "validation"),
     )
@@ -635,7 +693,8 @@ def report_stage(run: Run) -> Stage:
             "policy/training.csv",
             "identification.json",
             "metrics.json",
-            *rollout_names(run.configuration),
+            "push.json",
+            *ROLLOUTS.values(),
         ),
         outputs=("report.html", "report.pdf"),
     )
@@ -688,6 +747,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
         *pairs,
         choose_stage(run, rounds),
         simulate_stage(run),
+        push_stage(run),
         validate_stage(run),
         report_stage(run),
     )
@@ -710,7 +770,8 @@ def run_one(
 
     Parameters
     ----------
-    name : `scale`, `reference`, `train`, `identify`, `simulate`, `validate` or `report`.
+    name : `scale`, `reference`, `train`, `identify`, `simulate`, `push`, `validate` or
+        `report`.
     round_number : round of Algorithm 1, for `train` and `identify`.
     scratch : for `train`: from nothing even where there is a stored policy for this body.
     force : run it though it is up to date.
@@ -777,6 +838,7 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
         run.observer.say(f"Round {rounds} of Algorithm 1: {shown}, kappa {settings.kappa:g}.")
     perform(choose_stage(run, rounds))
     perform(simulate_stage(run))
+    perform(push_stage(run))
     perform(validate_stage(run))
     perform(report_stage(run))
 
@@ -792,8 +854,14 @@ def store_baseline(folder: Path, target: Path) -> None:
     _copy(folder, target, STORED_FILES)
 
 
-def walk_again(baseline: Path, observer: Observer) -> dict[str, Any]:
-    """Metrics of a stored policy, simulated and validated anew with the present code."""
+def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:
+    """Metrics of a stored policy, simulated and validated anew with the present code.
+
+    Parameters
+    ----------
+    quick : only the walks that are compared with the record, in seconds. How far the policy walks
+        and which pushes it survives is then not measured (`regression.LONG_MEASURES`).
+    """
     from gaitval.data.subject import load_subject
 
     missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
@@ -804,12 +872,25 @@ def walk_again(baseline: Path, observer: Observer) -> dict[str, Any]:
         )
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")
+    if quick:
+        settings = configuration.validation
+        short = {
+            "start_phases": settings.start_phases[:1],
+            "consecutive_cycles": settings.cycles + 2,
+        }
+        configuration = configuration.model_copy(
+            update={"validation": settings.model_copy(update=short)}
+        )
     with (
         tempfile.TemporaryDirectory(prefix="gaitval-check-") as temporary,
         open_run(subject, configuration, Path(temporary), observer) as run,
     ):
         _copy(baseline, run.folder, (*STORED_FILES[2:4], "identification.json"))
-        for stage in (scale_stage, reference_stage, simulate_stage, validate_stage):
+        for stage in (scale_stage, reference_stage, simulate_stage):
+            run_stage(stage(run), run.folder, observer=observer)
+        if quick:
+            return _metrics(run, pushes=None)
+        for stage in (push_stage, validate_stage):
             run_stage(stage(run), run.folder, observer=observer)
         metrics: dict[str, Any] = read_json(run.folder / "metrics.json")
     return metrics

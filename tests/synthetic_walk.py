@@ -1,6 +1,6 @@
 """A made-up gait record and walks that follow it exactly, for the tests of metrics and reports."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -8,12 +8,17 @@ from scipy.spatial.transform import Rotation
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.data.record import GaitRecord, PeriodicCurve
+from gaitval.data.subject import load_subject
 from gaitval.kinematics.reference import pelvis_rotation
 from gaitval.kinematics.tree import GRAVITY
 from gaitval.metrics.comparison import JOINT_ANGLES, JOINT_MOMENTS
+from gaitval.metrics.walks import Walks, compared_part, endurance
+from gaitval.scaling.parameters import nominal_parameters
+from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 
-MASS = 65.0
+MODEL = scale_subject(load_subject("S05")).model
+MASS = MODEL.mass
 SPEED = 1.2
 STRIDE_TIME = 1.1  # with a step of 1 ms, 1 % of the cycle is 11 samples exactly
 STEP = 0.001
@@ -117,7 +122,7 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         centre_of_pressure=pressure,
         centre_of_mass=zeros + positions[:, 3:6],
         root_force=np.zeros((len(time), 6)),
-        mu=np.linspace(0.5, 1.5, 14),
+        mu=nominal_parameters(),
         start_phase=np.array([start_phase]),
         fell=np.array([0.0]),
     )
@@ -125,10 +130,23 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
 
 def sharp_filter(**validation: object) -> Configuration:
     """Settings whose filter passes the record's three harmonics unchanged (to 1e-6)."""
-    settings = {"filter_frequency": 100.0, "settling_cycles": 1, "cycles": 3} | validation
+    settings = {
+        "filter_frequency": 100.0,
+        "settling_cycles": 1,
+        "cycles": 3,
+        "start_phases": (0.0,),
+    } | validation
     return load_configuration(
         settings=[
             f"validation.{name}={list(value) if isinstance(value, tuple) else value}"
             for name, value in settings.items()
         ]
+    )
+
+
+def walks_of(rollouts: Sequence[Rollout], configuration: Configuration) -> Walks:
+    """What the simulation would leave of these walks, the first one being compared."""
+    return Walks(
+        compared_part(rollouts[0], configuration),
+        tuple(endurance(rollout, configuration) for rollout in rollouts),
     )

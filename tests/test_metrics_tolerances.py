@@ -10,30 +10,52 @@ def _verdict(measure: Measure, tolerance: str):
 
 
 @pytest.mark.parametrize(
-    ("measure", "target", "tolerance", "limit", "worse"),
+    ("measure", "target", "tolerance", "goal", "must", "worse"),
     [
-        ("angle_rmse", "knee_angle_l", "sagittal-angles", 5.0, 5.001),
-        ("moment_rmse", "ankle_angle_r", "sagittal-moments", 0.25, 0.2501),
-        ("force_rmse", "forward_r", "force-forward", 5.0, 5.01),
-        ("force_rmse", "medial_l", "force-medial", 5.0, 5.01),
-        ("force_rmse", "vertical_r", "force-vertical", 15.0, 15.01),
-        ("speed_error", "walk", "walking-speed", 5.0, 5.01),
-        ("consecutive_cycles", "start phase 0.25", "consecutive-cycles", 20.0, 19.0),
-        ("falls", "walk", "falls", 0.0, 1.0),
-        ("root_force", "walk", "external-root-force", 0.0, 1e-9),
+        ("angle_rmse", "knee_angle_l", "sagittal-angles", 2.0, 4.0, 0.001),
+        ("angle_rmse", "hip_adduction_r", "other-angles", 3.0, 5.0, 0.001),
+        ("angle_rmse", "hip_rotation_l", "other-angles", 3.0, 5.0, 0.001),
+        ("angle_rmse", "pelvis_list_r", "other-angles", 3.0, 5.0, 0.001),
+        ("moment_rmse", "ankle_angle_r", "sagittal-moments", 0.1, 0.2, 0.001),
+        ("force_rmse", "vertical_r", "force-vertical", 5.0, 8.0, 0.001),
+        ("force_rmse", "forward_r", "force-forward", 2.5, 4.0, 0.001),
+        ("force_rmse", "medial_l", "force-medial", 2.0, 3.0, 0.001),
+        ("stance_fraction_error", "left", "stance-fraction", 2.0, 4.0, 0.001),
+        ("step_length_error", "right", "step-length", 2.0, 4.0, 0.001),
+        ("consecutive_cycles", "start phase 0.25", "consecutive-cycles", 100.0, 50.0, -1.0),
+        ("push_survival", "phase 0.25", "push-survival", 100.0, 80.0, -0.001),
+        ("speed_error", "walk", "walking-speed", None, 5.0, 0.001),
+        ("falls", "walk", "falls", None, 0.0, 1.0),
+        ("root_force", "walk", "external-root-force", None, 0.0, 1e-9),
     ],
 )
-def test_the_acceptance_limits_are_those_of_the_issue(measure, target, tolerance, limit, worse):
-    at_limit = _verdict(Measure(measure, target, limit), tolerance)
+def test_the_acceptance_limits_are_those_of_the_issue(
+    measure, target, tolerance, goal, must, worse
+):
+    at_limit = _verdict(Measure(measure, target, must), tolerance)
     assert at_limit.passed
     assert at_limit.tolerance.role == "acceptance"
-    assert at_limit.tolerance.value == limit
-    assert not _verdict(Measure(measure, target, worse), tolerance).passed
+    assert (at_limit.tolerance.goal, at_limit.tolerance.value) == (goal, must)
+    assert not _verdict(Measure(measure, target, must + worse), tolerance).passed
+    if goal is None:
+        assert at_limit.reached is None
+    else:
+        assert at_limit.reached is False
+        at_goal = _verdict(Measure(measure, target, goal), tolerance)
+        assert (at_goal.passed, at_goal.reached) == (True, True)
+        assert _verdict(Measure(measure, target, goal + worse), tolerance).reached is False
+
+
+def test_a_goal_looser_than_the_limit_is_refused():
+    entry = load_registry().tolerance[0].model_dump() | {"goal": 99.0}
+    with pytest.raises(ValidationError, match="does not keep the limit"):
+        Tolerance.model_validate(entry)
 
 
 @pytest.mark.parametrize("value", [None, float("nan")])
 def test_what_was_not_measured_has_not_passed(value):
     assert not any(v.passed for v in evaluate([Measure("falls", "walk", value)]))
+    assert not any(v.reached for v in evaluate([Measure("push_survival", "phase 0", value)]))
 
 
 def test_a_tolerance_is_only_for_the_curves_it_names():

@@ -26,6 +26,7 @@ from gaitval.pipeline import (
     identify_stage,
     open_run,
     plan,
+    push_stage,
     run_one,
     run_stage,
     run_subject,
@@ -36,7 +37,7 @@ from gaitval.pipeline import (
     why_run,
 )
 
-STAGES = ("scale", "reference", "train", "identify", "simulate", "validate", "report")
+STAGES = ("scale", "reference", "train", "identify", "simulate", "push", "validate", "report")
 
 
 class Listener(Observer):
@@ -302,6 +303,7 @@ def test_main_job_runs_every_stage_once_and_then_none(
         "evaluate-2",
         "choose",
         "simulate",
+        "push",
         "validate",
         "report",
     ]
@@ -366,6 +368,8 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     [
         ("validation.filter_frequency=12", "evaluate-1"),
         ("validation.cycles=30", "evaluate-1"),
+        ("validation.consecutive_cycles=30", "simulate"),
+        ("pushes.force=200", "push"),
         ("identification.generations=3", "identify-1"),
         ("training.learning_rate=1e-4", "train-1"),
         ("contact.dissipation=1.0", "reference"),
@@ -429,20 +433,6 @@ def test_scratch_trains_again_after_a_start_from_a_stored_policy(
     assert not (run.folder / "start").exists()
 
 
-def test_walks_from_other_start_phases_do_not_stay(
-    opened: Opener, stand_ins: list[float | None]
-) -> None:
-    run_subject(opened("identification.rounds=1"))
-    run = opened("identification.rounds=1", "validation.start_phases=[0.0, 0.5]")
-    run_subject(run)
-    assert sorted(path.name for path in (run.folder / "rollouts").iterdir()) == [
-        "identified_00.npz",
-        "identified_50.npz",
-        "nominal_00.npz",
-        "nominal_50.npz",
-    ]
-
-
 def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
     opened()
     with (
@@ -467,6 +457,8 @@ def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
     assert "training" not in identify_stage(run, 1).values
     assert "reward" not in simulate_stage(run).values
     assert set(validate_stage(run).values) == {"seed", "contact", "validation"}
+    assert "pushes" in push_stage(run).values
+    assert "pushes" not in simulate_stage(run).values
 
 
 def test_a_baseline_is_stored_of_finished_runs_only(
@@ -513,6 +505,6 @@ def test_killed_main_job_resumes_at_the_interrupted_stage(
     monkeypatch.setattr(pipeline, "simulate_stage", whole)
     again = opened("identification.rounds=1")
     run_subject(again)
-    assert ran(again) == ["simulate", "validate", "report"]
+    assert ran(again) == ["simulate", "push", "validate", "report"]
     assert isinstance(again.observer, Listener)
     assert again.observer.reasons["simulate"] == "was interrupted"

@@ -1,7 +1,7 @@
 """Gait events, gait cycles and spatiotemporal parameters of a simulated walk."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,6 +65,14 @@ class GaitCycles:
         """Number of complete cycles of one foot."""
         return len(self.starts[side])
 
+    def first(self, count: int) -> "GaitCycles":
+        """The first `count` cycles of each foot, fewer where there are fewer."""
+        return replace(
+            self,
+            starts={side: starts[:count] for side, starts in self.starts.items()},
+            ends={side: ends[:count] for side, ends in self.ends.items()},
+        )
+
 
 def low_pass(values: ArrayLike, *, step: float, frequency: float) -> Array:
     """Zero-lag fourth-order Butterworth low-pass along the first axis.
@@ -126,12 +134,10 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
     """Complete gait cycles of both feet, without the settling ones.
 
     A cycle runs from a heel strike to the next one of the same foot. The first
-    `validation.settling_cycles` right cycles are left out, and everything before them; then at
-    most `validation.cycles` of each foot are kept. A walk that fell or is too short has fewer,
-    or none.
+    `validation.settling_cycles` right cycles are left out, and everything before them. A walk that
+    fell or is too short has few, or none.
     """
-    settings = configuration.validation
-    step = _step(rollout)
+    step = step_of(rollout)
     events: dict[Side, FootEvents] = {}
     for column, side in enumerate(SIDES):
         events[side] = foot_events(
@@ -139,19 +145,19 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
             step=step,
             threshold=configuration.contact.event_threshold,
         )
-    right = events["right"].heel_strikes[settings.settling_cycles :]
+    right = events["right"].heel_strikes[configuration.validation.settling_cycles :]
     first = right[0] if len(right) else len(rollout.time)
     starts: dict[Side, Indices] = {}
     ends: dict[Side, Indices] = {}
     for side in SIDES:
         strikes = events[side].heel_strikes
-        strikes = strikes[strikes >= first][: settings.cycles + 1]
+        strikes = strikes[strikes >= first]
         starts[side], ends[side] = strikes[:-1], strikes[1:]
     return GaitCycles(starts=starts, ends=ends, events=events)
 
 
-def _step(rollout: Rollout) -> float:
-    """Physics step, s; a walk of one sample has no cycles, whatever its step."""
+def step_of(rollout: Rollout) -> float:
+    """Time between samples, s; a walk of one sample has no cycles, whatever its step."""
     return float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else 1.0
 
 
@@ -165,21 +171,11 @@ def cut(values: Array, starts: Indices, ends: Indices) -> Array:
 
 def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
     """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N after `low_pass`."""
-    step = _step(rollout)
+    step = step_of(rollout)
     return (
         low_pass(rollout.moments, step=step, frequency=filters.moments_hz),
         low_pass(rollout.ground_reaction, step=step, frequency=filters.forces_hz),
     )
-
-
-def _stance_centres(rollout: Rollout, cycles: GaitCycles, side: Side) -> Array:
-    """(n, 2) m: mean centre of pressure, forward and left, of the stance of each cycle."""
-    path = rollout.centre_of_pressure[:, SIDES.index(side), :2]
-    centres = []
-    for start, end in zip(cycles.starts[side], cycles.ends[side], strict=True):
-        stance = path[start:end]
-        centres.append(stance[np.isfinite(stance).all(axis=1)].mean(axis=0))
-    return np.array(centres).reshape(-1, 2)
 
 
 def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
@@ -191,8 +187,14 @@ def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
     return float(travel / (rollout.time[last] - rollout.time[first]))
 
 
-def spatiotemporal(rollout: Rollout, cycles: GaitCycles) -> dict[str, Array]:
+def spatiotemporal(
+    rollout: Rollout, cycles: GaitCycles, places: Mapping[Side, Array]
+) -> dict[str, Array]:
     """Spatiotemporal parameters, one value a cycle or step; empty arrays without cycles.
+
+    Parameters
+    ----------
+    places : by side, (n, 2) m, forward and left: where the foot stands in each of its cycles.
 
     Returns
     -------
@@ -200,13 +202,12 @@ def spatiotemporal(rollout: Rollout, cycles: GaitCycles) -> dict[str, Array]:
     `cadence` : steps/min, 120 over the right stride time.
     `stance_fraction_right`, `stance_fraction_left` : of the foot's own cycle.
     `double_support_fraction` : share of the right cycle with both feet on the ground.
-    `step_length_right`, `step_length_left` : m, forward, from the other foot's preceding stance to
-        this one's, between the mean centres of pressure of the stances; so a right and a left
-        step add up to a stride.
-    `step_width` : m, sideways between the same centres, positive when the right foot stands right
+    `step_length_right`, `step_length_left` : m, forward, from where the other foot stood before to
+        where this one stands; so a right and a left step add up to a stride.
+    `step_width` : m, sideways between the same places, positive when the right foot stands right
         of the left one.
     """
-    step = _step(rollout)
+    step = step_of(rollout)
     found: dict[str, Array] = {}
     for side in SIDES:
         cycle = list(zip(cycles.starts[side], cycles.ends[side], strict=True))
@@ -221,13 +222,12 @@ def spatiotemporal(rollout: Rollout, cycles: GaitCycles) -> dict[str, Array]:
             for start, end in zip(cycles.starts["right"], cycles.ends["right"], strict=True)
         ]
     )
-    centres = {side: _stance_centres(rollout, cycles, side) for side in SIDES}
     widths = []
     for side, other in _OTHER.items():
         # the other foot's last stance that began before this one
         before = np.searchsorted(cycles.starts[other], cycles.starts[side]) - 1
         known = before >= 0
-        steps = centres[side][known] - centres[other][before[known]]
+        steps = places[side][known] - places[other][before[known]]
         found[f"step_length_{side}"] = steps[:, 0]
         widths.append(steps[:, 1] if side == "left" else -steps[:, 1])
     found["step_width"] = np.concatenate(widths)

@@ -1,6 +1,6 @@
 """Comparison of a validation with a stored one: what got better and what was lost."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +12,9 @@ from gaitval.metrics.tolerances import UNITS, load_registry
 from gaitval.metrics.validation import check_metrics
 
 Change = Literal["lost", "kept", "improved"]
+
+LONG_MEASURES = ("consecutive_cycles", "push_survival")
+"""What a walk as short as the compared one does not show."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +54,18 @@ def _values(metrics: Mapping[str, Any]) -> dict[tuple[str, str], float | None]:
     return {(row["measure"], row["target"]): row["value"] for row in metrics["measures"]}
 
 
-def compare(baseline: Mapping[str, Any], current: Mapping[str, Any]) -> list[Row]:
+def compare(
+    baseline: Mapping[str, Any],
+    current: Mapping[str, Any],
+    *,
+    leave_out: Collection[str] = (),
+) -> list[Row]:
     """Rows of every measure of either, in the order of the baseline, new ones last.
 
     Parameters
     ----------
     baseline, current : contents of `metrics.json`.
+    leave_out : measures that are not compared.
 
     Raises
     ------
@@ -88,6 +97,7 @@ def compare(baseline: Mapping[str, Any], current: Mapping[str, Any]) -> list[Row
             ),
         )
         for measure, target in dict.fromkeys([*before, *now])
+        if measure not in leave_out
     ]
 
 

@@ -16,16 +16,21 @@ WALK_UNITS = {
     "force_rmse": "% BW",
     "speed_error": "%",
     "stride_time_error": "%",
+    "stance_fraction_error": "% of cycle",
+    "step_length_error": "cm",
     "epsilon": "1",
     "consecutive_cycles": "cycles",
     "falls": "walks",
+    "push_survival": "%",
     "root_force": "N",
     "root_moment": "Nm",
     "root_force_share": "%",
 }
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
-cycle; the errors of speed and stride time are sizes of relative differences from the record;
-`root_force_share` is the largest external force on the pelvis over the largest ground reaction."""
+cycle; the errors of speed and stride time are sizes of relative differences from the record, those
+of stance fraction (percentage points of the cycle) and step length sizes of differences;
+`push_survival` is the share of directions from which a push is survived; `root_force_share` is the
+largest external force on the pelvis over the largest ground reaction."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",
@@ -46,6 +51,12 @@ with the measured ground reaction."""
 UNITS = WALK_UNITS | RECORDING_UNITS
 
 Text = Annotated[str, Field(min_length=1)]
+
+_HOLDS: dict[str, Callable[[float, float], bool]] = {
+    "at_most": operator.le,
+    "at_least": operator.ge,
+    "exactly": operator.eq,
+}
 
 
 class _Entry(BaseModel):
@@ -72,12 +83,19 @@ class Tolerance(_Entry):
     title: Text
     applies_to: tuple[Text, ...] | None = None
     limit: Literal["at_most", "at_least", "exactly"]
+    goal: Annotated[float, Field(ge=0)] | None = None
     role: Literal["acceptance", "context"]
     status: Literal["published", "derived", "convention"]
     verified: bool
     citation: Text
     locator: Text
     note: Text
+
+    @model_validator(mode="after")
+    def _goal_is_the_stricter(self) -> "Tolerance":
+        if self.goal is not None and not _HOLDS[self.limit](self.goal, self.value):
+            raise ValueError(f"{self.id}: a goal of {self.goal:g} does not keep the limit itself")
+        return self
 
 
 class Margin(_Entry):
@@ -102,7 +120,8 @@ class Measure:
     Attributes
     ----------
     measure : one of `UNITS`.
-    target : what it was measured of: a curve (`knee_angle_r`), a start phase, or "walk".
+    target : what it was measured of: a curve (`knee_angle_r`), a start phase, a side,
+        the phase of a push, or "walk".
     value : in the measure's unit; None where the walk was too short to measure it.
     """
 
@@ -113,19 +132,19 @@ class Measure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A measured value against a tolerance; what could not be measured has not passed."""
+    """A measured value against a tolerance; what could not be measured has not passed.
+
+    Attributes
+    ----------
+    passed : the value keeps the limit.
+    reached : it keeps the goal; None where the tolerance has none.
+    """
 
     tolerance: Tolerance
     target: str
     value: float | None
     passed: bool
-
-
-_HOLDS: dict[str, Callable[[float, float], bool]] = {
-    "at_most": operator.le,
-    "at_least": operator.ge,
-    "exactly": operator.eq,
-}
+    reached: bool | None
 
 
 @cache
@@ -142,6 +161,10 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
     )
 
 
+def _holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
+    return value is not None and _HOLDS[tolerance.limit](value, bound)
+
+
 def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
     """The verdict of every tolerance on every measured value that it is for, in their order."""
     return [
@@ -149,8 +172,10 @@ def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
             tolerance=tolerance,
             target=measure.target,
             value=measure.value,
-            passed=measure.value is not None
-            and _HOLDS[tolerance.limit](measure.value, tolerance.value),
+            passed=_holds(tolerance, measure.value, tolerance.value),
+            reached=None
+            if tolerance.goal is None
+            else _holds(tolerance, measure.value, tolerance.goal),
         )
         for tolerance in load_registry().tolerance
         for measure in measures

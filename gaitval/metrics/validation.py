@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.data.record import GaitRecord
 from gaitval.errors import ArtefactError, ToleranceError
 from gaitval.kinematics.tree import GRAVITY
@@ -26,7 +26,11 @@ from gaitval.metrics.comparison import (
 )
 from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
+from gaitval.metrics.foot_contact import foot_contacts
+from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
+from gaitval.metrics.walks import Endurance, Walks
+from gaitval.scaling.model import BodyModel
 from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
@@ -34,7 +38,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
@@ -65,7 +69,7 @@ def _by_kind(curves: Curves) -> dict[str, dict[str, Any]]:
 
 def _recorded(record: GaitRecord) -> Json:
     phase = np.arange(1000) / 1000
-    force = {side: record.ground_reaction(side, phase) for side in SIDES}
+    stride = record.speed * record.stride_time
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
     return {
@@ -78,27 +82,20 @@ def _recorded(record: GaitRecord) -> Json:
             "stance_fraction_right": record.stance_fraction["right"],
             "stance_fraction_left": record.stance_fraction["left"],
             "double_support_fraction": float((right_on & left_on).mean()),
+            # both feet land equally far ahead of the body: see tolerances.toml, step-length
+            "step_length_right": stride * (1.0 - record.left_phase),
+            "step_length_left": stride * record.left_phase,
         },
         "left_phase": record.left_phase,
-        "mean_vertical_force": float(sum(force[side][:, 2].mean() for side in SIDES)),
+        "consistency": consistency(record).as_dict(),
     }
 
 
-def _start(rollout: Rollout, cycles: GaitCycles) -> Json:
-    """What is told of every walk, the compared one and those from the other start phases."""
-    return {
-        "start_phase": float(rollout.start_phase[0]),
-        "fell": bool(rollout.fell[0]),
-        "seconds": float(rollout.time[-1] - rollout.time[0]),
-        "cycles": {side: cycles.count(side) for side in SIDES},
-        "scuffs": {side: cycles.events[side].scuffs for side in SIDES},
-        "walking_speed": walking_speed(rollout, cycles),
-    }
-
-
-def _spatiotemporal(rollout: Rollout, cycles: GaitCycles, recorded: Json) -> list[Json]:
+def _spatiotemporal(
+    rollout: Rollout, cycles: GaitCycles, places: Mapping[Side, Any], recorded: Json
+) -> list[Json]:
     speed = walking_speed(rollout, cycles)
-    values = spatiotemporal(rollout, cycles)
+    values = spatiotemporal(rollout, cycles, places)
     rows = []
     for name, unit in _SPATIOTEMPORAL_UNITS.items():
         if name == "walking_speed":
@@ -119,44 +116,43 @@ def _spatiotemporal(rollout: Rollout, cycles: GaitCycles, recorded: Json) -> lis
     return rows
 
 
-def _external_load(rollouts: Sequence[Rollout]) -> tuple[float, float, float]:
-    """Largest external force N and moment Nm on the pelvis, largest ground reaction N."""
-    load = np.concatenate([rollout.root_force for rollout in rollouts])
-    ground = np.concatenate([rollout.ground_reaction.reshape(-1, 3) for rollout in rollouts])
-    force, moment = (np.linalg.norm(part, axis=1).max() for part in (load[:, 3:], load[:, :3]))
+def _check_loads(starts: Sequence[Endurance]) -> None:
+    force = max(start.external_force for start in starts)
+    moment = max(start.external_moment for start in starts)
     if force != 0.0 or moment != 0.0:
         raise ToleranceError(
             f"a walk to be validated has an external load on the pelvis of {force:g} N and "
             f"{moment:g} Nm, but it must be held up by its feet alone. Validate walks without "
             "pushes."
         )
-    return float(force), float(moment), float(np.linalg.norm(ground, axis=1).max())
 
 
-def _check_starts(rollouts: Sequence[Rollout], configuration: Configuration, which: str) -> None:
-    seen = [float(rollout.start_phase[0]) for rollout in rollouts]
-    wanted = configuration.validation.start_phases
-    if len(seen) != len(wanted) or not np.allclose(seen, wanted, atol=1e-6):
+def _check_starts(walks: Walks, wanted: Sequence[float], which: str) -> None:
+    compared = float(walks.compared.start_phase[0])
+    seen = [start.start_phase for start in walks.starts]
+    if len(seen) != len(wanted) or not np.allclose([compared, *seen], [wanted[0], *wanted]):
         raise ArtefactError(
-            f"the {which} walks start at the phases {seen}, but validation.start_phases is "
-            f"{list(wanted)}: they are of another configuration. Run `gaitval simulate` again."
+            f"the {which} walks start at the phases {seen}, and the compared one at {compared:g}, "
+            f"but validation.start_phases asks for {list(wanted)}: they are of another "
+            "configuration. Run `gaitval simulate` again."
         )
 
 
 def _walk(
-    rollouts: Sequence[Rollout],
+    walks: Walks,
     record: GaitRecord,
     recorded: Json,
-    mass: float,
+    model: BodyModel,
     configuration: Configuration,
 ) -> tuple[Json, list[Measure]]:
     """Everything told of the walks with one set of body parameters, and what is measured."""
-    force, moment, ground = _external_load(rollouts)
-    cycles = [find_cycles(rollout, configuration) for rollout in rollouts]
+    _check_loads(walks.starts)
+    rollout = walks.compared
+    cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
     compared = simulated_curves(
-        rollouts[0],
-        cycles[0],
-        mass=mass,
+        rollout,
+        cycles,
+        mass=model.mass,
         filters=low_pass_of(record, configuration.validation.filter_frequency),
     )
     error = epsilon(compared, recorded_curves(record))
@@ -173,40 +169,80 @@ def _walk(
             found = compare_curve(curve, recorded["curves"][kind][name])
             errors[kind][name] = None if found is None else asdict(found)
             measures.append(Measure(_RMSE[kind], name, None if found is None else found.rmse))
-    starts = [_start(rollout, found) for rollout, found in zip(rollouts, cycles, strict=True)]
-    rows = _spatiotemporal(rollouts[0], cycles[0], recorded)
-    mean = {row["name"]: row["mean"] for row in rows}
-    for measure, name in (
-        ("speed_error", "walking_speed"),
-        ("stride_time_error", "stride_time_right"),
-    ):
-        target = recorded["spatiotemporal"][name]
-        found_mean = mean[name]
-        relative = None if found_mean is None else 100.0 * abs(found_mean / target - 1.0)
-        measures.append(Measure(measure, "walk", relative))
-    for start in starts:
-        measures.append(
-            Measure(
-                "consecutive_cycles",
-                f"start phase {start['start_phase']:g}",
-                float(start["cycles"]["right"]),
-            )
-        )
-    measures += [
-        Measure("falls", "walk", float(sum(start["fell"] for start in starts))),
-        Measure("root_force", "walk", force),
-        Measure("root_moment", "walk", moment),
-        Measure("root_force_share", "walk", 100.0 * force / ground if ground > 0.0 else None),
-        Measure("epsilon", "walk", None if error is None else error.total),
-    ]
+    contacts = foot_contacts(
+        rollout, cycles, model, threshold=configuration.contact.event_threshold
+    )
+    places = {side: contact.places for side, contact in contacts.items()}
+    rows = _spatiotemporal(rollout, cycles, places, recorded)
     return {
-        "mu": rollouts[0].mu,
-        "starts": starts,
+        "mu": rollout.mu,
+        "starts": [start.as_dict() for start in walks.starts],
+        "cycles": {side: cycles.count(side) for side in SIDES},
         "spatiotemporal": rows,
+        "foot_contact": {side: contact.as_dict() for side, contact in contacts.items()},
         "curves": curves,
         "errors": errors,
         "epsilon": None if error is None else error.as_dict(),
-    }, measures
+    }, [
+        *measures,
+        *_spatiotemporal_measures(rows),
+        *_endurance_measures(walks.starts),
+        Measure("epsilon", "walk", None if error is None else error.total),
+    ]
+
+
+def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
+    """How far speed, stride time, stance and steps are from the record."""
+    row = {each["name"]: each for each in rows}
+
+    def error(name: str) -> float | None:
+        mean = row[name]["mean"]
+        return None if mean is None else abs(mean - row[name]["recorded"])
+
+    def measure(kind: str, target: str, name: str, factor: float) -> Measure:
+        found = error(name)
+        return Measure(kind, target, None if found is None else factor * found)
+
+    relative = {
+        name: 100.0 / row[name]["recorded"] for name in ("walking_speed", "stride_time_right")
+    }
+    return [
+        measure("speed_error", "walk", "walking_speed", relative["walking_speed"]),
+        measure("stride_time_error", "walk", "stride_time_right", relative["stride_time_right"]),
+        *(
+            measure("stance_fraction_error", side, f"stance_fraction_{side}", 100.0)
+            for side in SIDES
+        ),
+        *(measure("step_length_error", side, f"step_length_{side}", 100.0) for side in SIDES),
+    ]
+
+
+def _endurance_measures(starts: Sequence[Endurance]) -> list[Measure]:
+    force = max(start.external_force for start in starts)
+    ground = max(start.largest_ground_reaction for start in starts)
+    return [
+        *(
+            Measure(
+                "consecutive_cycles",
+                f"start phase {start.start_phase:g}",
+                float(start.cycles["right"]),
+            )
+            for start in starts
+        ),
+        Measure("falls", "walk", float(sum(start.fell for start in starts))),
+        Measure("root_force", "walk", force),
+        Measure("root_moment", "walk", max(start.external_moment for start in starts)),
+        Measure("root_force_share", "walk", 100.0 * force / ground if ground > 0.0 else None),
+    ]
+
+
+def _push_measures(pushes: Mapping[str, Any] | None) -> list[Measure]:
+    if pushes is None:
+        return []
+    return [
+        Measure("push_survival", f"phase {phase:g}", 100.0 * sum(survived) / len(survived))
+        for phase, survived in zip(pushes["phases"], pushes["survived"], strict=True)
+    ]
 
 
 def _verdict_row(verdict: Verdict) -> Json:
@@ -216,6 +252,7 @@ def _verdict_row(verdict: Verdict) -> Json:
         "value": verdict.value,
         "tolerance": verdict.tolerance.value,
         "passed": verdict.passed,
+        "reached": verdict.reached,
     }
 
 
@@ -240,27 +277,30 @@ def _tidy(value: Any) -> Any:
 def validate(
     subject: "Subject",
     record: GaitRecord,
-    model_mass: float,
-    rollouts_nominal: Sequence[Rollout],
-    rollouts_identified: Sequence[Rollout],
+    model: BodyModel,
+    nominal: Walks,
+    identified: Walks | None,
     configuration: Configuration,
     *,
     identification: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
+    pushes: Mapping[str, Any] | None = None,
 ) -> Json:
     """Compare simulated walks with the record: the content of `metrics.json`.
 
-    The walk from the first start phase is compared curve by curve; all of them are held to the
-    number of cycles, and none may fall. Tolerances judge the identified body, or the nominal one
-    where there is no identified one. The result holds no times, and equal walks give equal bytes.
+    The walk from the first start phase is compared curve by curve; the walks from all of them are
+    held to the number of cycles, and none may fall. Tolerances judge the identified body, or
+    the nominal one where there is no identified one. The result holds no times, and equal walks
+    give equal bytes.
 
     Parameters
     ----------
-    model_mass : kg.
-    rollouts_nominal, rollouts_identified : walks without pushes at the nominal and at the
-        identified body parameters, one for each of `validation.start_phases`; there may be no
-        identified ones.
+    model : the body before mu.
+    nominal, identified : walks without pushes at the nominal and at the identified body
+        parameters. Those that are judged start from each of `validation.start_phases`, the
+        nominal ones before identification from the first one.
     identification, training : told as they are.
+    pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
 
     Raises
     ------
@@ -268,17 +308,18 @@ def validate(
     ToleranceError : an external force holds the pelvis.
     """
     recorded = _recorded(record)
-    walks: Json = {}
-    measured: dict[str, list[Measure]] = {}
-    for which, rollouts in (("nominal", rollouts_nominal), ("identified", rollouts_identified)):
-        if which == "identified" and not rollouts:
-            walks[which] = None
-            continue
-        _check_starts(rollouts, configuration, which)
-        walks[which], measured[which] = _walk(rollouts, record, recorded, model_mass, configuration)
-    final = "nominal" if walks["identified"] is None else "identified"
-    verdicts = evaluate(measured[final])
+    final = "nominal" if identified is None else "identified"
+    phases = configuration.validation.start_phases
+    walks: Json = {"identified": None}
+    measures: list[Measure] = []
+    for which, each in (("nominal", nominal), ("identified", identified)):
+        if each is not None:
+            _check_starts(each, phases if which == final else phases[:1], which)
+            walks[which], measures = _walk(each, record, recorded, model, configuration)
+    measures += _push_measures(pushes)
+    verdicts = evaluate(measures)
     accepted = [verdict.passed for verdict in verdicts if verdict.tolerance.role == "acceptance"]
+    goals = [verdict.reached for verdict in verdicts if verdict.reached is not None]
     settings = configuration.validation
     metrics: Json = _tidy(
         {
@@ -291,24 +332,31 @@ def validate(
             },
             "units": CURVE_UNITS,
             "method": {
-                "model_mass_kg": model_mass,
+                "model_mass_kg": model.mass,
                 "gravity_m_s2": GRAVITY,
-                "body_weight_n": model_mass * GRAVITY,
+                "body_weight_n": model.mass * GRAVITY,
                 "event_threshold_n": configuration.contact.event_threshold,
                 "filter_frequency_hz": settings.filter_frequency,
                 "record_low_pass": None if record.low_pass is None else asdict(record.low_pass),
                 "settling_cycles": settings.settling_cycles,
                 "cycles": settings.cycles,
+                "consecutive_cycles": settings.consecutive_cycles,
                 "epsilon": NORMALISATION,
             },
             "record": recorded,
             "walks": walks,
             "final": final,
             "measures": [
-                {**asdict(measure), "unit": UNITS[measure.measure]} for measure in measured[final]
+                {**asdict(measure), "unit": UNITS[measure.measure]} for measure in measures
             ],
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
-            "summary": {"accepted": sum(accepted), "refused": len(accepted) - sum(accepted)},
+            "summary": {
+                "accepted": sum(accepted),
+                "refused": len(accepted) - sum(accepted),
+                "goals": len(goals),
+                "goals_reached": sum(goals),
+            },
+            "push_recovery": pushes,
             "identification": identification,
             "training": training,
         }

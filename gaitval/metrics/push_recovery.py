@@ -1,0 +1,297 @@
+"""Recovery from pushes: the largest one survived by phase and direction.
+
+A push is a constant horizontal force on the pelvis for a short time, while the walker walks. It is
+survived if the walker does not fall within `cycles` gait cycles after its beginning. Fallen is who
+is as far from the reference with height or rotation of the pelvis as ends a training episode; who
+is only displaced has not fallen, however far.
+
+Survival need not be monotone in the force: a walker may fall from 400 N and stand 500 N, which
+happen to help its next step. So the largest push survived is defined as the largest tested F up to
+which *every* tested push was survived, and found by going up, never by bisection: first in steps
+of `step` up to the first fall, then on from the last push survived in steps of `resolution`.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.configuration import Configuration
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import Policy
+from gaitval.policy.walking import WalkingPool, record_walk, score_walk
+from gaitval.simulation.walker import WalkingTask
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push: phase of the right gait cycle at which it begins, direction rad from straight
+    ahead (left positive), force N.
+    """
+
+    phase: float
+    direction: float
+    force: float
+
+
+Survived = Callable[[Sequence[Push]], Sequence[bool]]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Velocity of the centre of mass around a push.
+
+    Attributes
+    ----------
+    cycles : (T,) gait cycles since the beginning of the push.
+    velocity : (T, 3) m/s, world: forward, left, up.
+    fell : the walk ended in a fall.
+    """
+
+    push: Push
+    cycles: Array
+    velocity: Array
+    fell: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """To be written as JSON; the direction in degrees."""
+        return {
+            "phase": self.push.phase,
+            "direction": _degrees(self.push.direction),
+            "force": self.push.force,
+            "fell": self.fell,
+            "cycles": [float(f"{value:.5g}") for value in self.cycles],
+            "velocity": [[float(f"{value:.5g}") for value in row] for row in self.velocity],
+        }
+
+
+@dataclass(frozen=True)
+class PushRecovery:
+    """Which pushes a walker survives.
+
+    Attributes
+    ----------
+    seconds : s, how long each push lasts.
+    cycles : gait cycles without a fall after which a push is survived.
+    resolution : N, the finest step in force.
+    ceiling : N, the largest push tested: a walker that survived it may survive more.
+    phases : (P,) of the right gait cycle.
+    directions : (D,) rad from straight ahead, left positive.
+    largest : (P, D) N, the largest tested force up to which every tested push was survived.
+    force : N, of the push that is to be survived.
+    criterion_directions : (C,) rad, those within 90° of straight ahead.
+    survived : (P, C) whether that push was.
+    """
+
+    seconds: float
+    cycles: float
+    resolution: float
+    ceiling: float
+    phases: tuple[float, ...]
+    directions: tuple[float, ...]
+    largest: Array
+    force: float
+    criterion_directions: tuple[float, ...]
+    survived: NDArray[np.bool_]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields by name, to be written as JSON; directions in degrees."""
+        return {
+            "seconds": self.seconds,
+            "cycles": self.cycles,
+            "resolution": self.resolution,
+            "ceiling": self.ceiling,
+            "phases": list(self.phases),
+            "directions": [_degrees(direction) for direction in self.directions],
+            "largest": self.largest.tolist(),
+            "force": self.force,
+            "criterion_directions": [_degrees(each) for each in self.criterion_directions],
+            "survived": self.survived.tolist(),
+        }
+
+
+def _degrees(direction: float) -> float:
+    return round(math.degrees(direction), 6)
+
+
+def evenly_spaced(count: int) -> tuple[float, ...]:
+    """Directions around the circle, rad in (−π, π], straight ahead first, then to the left."""
+    turns = [index / count for index in range(count)]
+    return tuple(2.0 * math.pi * (turn if turn <= 0.5 else turn - 1.0) for turn in turns)
+
+
+def largest_survived(
+    survived: Survived,
+    phases: Sequence[float],
+    directions: Sequence[float],
+    *,
+    step: float,
+    resolution: float,
+    ceiling: float,
+    on_progress: Callable[[int], None] | None = None,
+) -> Array:
+    """The largest force (P, D) up to which every tested push is survived; 0 where none is.
+
+    Parameters
+    ----------
+    survived : says of each of several pushes whether it is survived. Those of one call may be
+        tested at the same time.
+    step, resolution, ceiling : N; `ceiling` is tested itself if `step` divides it.
+    on_progress : called with the number of cases that are done.
+    """
+    cases = [(phase, direction) for phase in phases for direction in directions]
+    reached = np.zeros(len(cases))
+
+    def ascend(case_numbers: Sequence[int], increment: float, limits: Array) -> list[int]:
+        """Raise `reached` until a push fells or the limit is reached; the cases that fell."""
+        fallen: list[int] = []
+        standing = list(case_numbers)
+        while standing:
+            # a thousandth of a newton below the limit is the limit: steps add up inexactly
+            standing = [n for n in standing if reached[n] + increment <= limits[n] + 1e-3]
+            stood = survived([Push(*cases[n], float(reached[n] + increment)) for n in standing])
+            fallen += [n for n, stands in zip(standing, stood, strict=True) if not stands]
+            standing = [n for n, stands in zip(standing, stood, strict=True) if stands]
+            reached[standing] += increment
+            if on_progress is not None:
+                on_progress(len(cases) - len(standing))
+        return fallen
+
+    fell = ascend(range(len(cases)), step, np.full(len(cases), ceiling))
+    ascend(fell, resolution, reached + step - resolution)
+    return reached.reshape(len(phases), len(directions))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    policy: Policy
+    mu: Array
+    push: Push
+    settling_cycles: int
+    cycles: float
+
+    def settings(self) -> dict[str, Any]:
+        return {
+            "mu": self.mu,
+            "start_phase": 0.0,
+            "push": (self.settling_cycles + self.push.phase, self.push.force, self.push.direction),
+        }
+
+    def planned_cycles(self) -> float:
+        return self.settling_cycles + self.push.phase + self.cycles
+
+
+def _stands(environment: WalkingEnvironment, trial: _Trial) -> bool:
+    seconds = trial.planned_cycles() * environment.task.reference.stride_time
+    return not score_walk(environment, trial.policy, seconds=seconds, **trial.settings()).fell
+
+
+def _trace(environment: WalkingEnvironment, trial: _Trial) -> Trace:
+    rollout = record_walk(
+        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
+    )
+    since = rollout.phase - (trial.settling_cycles + trial.push.phase)
+    every = environment.walker.steps_per_action
+    velocity = np.gradient(rollout.centre_of_mass, rollout.time, axis=0)
+    shown = np.flatnonzero(since >= -1.0)[::every]
+    return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
+
+
+def _without_drift(task: WalkingTask) -> WalkingTask:
+    """The task in which being displaced does not end a walk: it is no fall."""
+    configuration = task.configuration
+    environment = configuration.environment.model_copy(update={"drift_tolerance": math.inf})
+    return replace(
+        task, configuration=configuration.model_copy(update={"environment": environment})
+    )
+
+
+def push_recovery(
+    task: WalkingTask,
+    policy: Policy,
+    mu: Array,
+    *,
+    on_progress: Callable[[dict[str, float]], None] | None = None,
+) -> tuple[PushRecovery, list[Trace]]:
+    """Push a walker at the phases and from the directions that `pushes` of the configuration asks.
+
+    Every walk starts at phase 0, settles for `validation.settling_cycles` and is pushed in
+    the next cycle. Worker processes share the walks; the result does not depend on their number.
+
+    Parameters
+    ----------
+    mu : (14,) body parameters.
+    on_progress : called with `pushes` (phases and directions that are done) and `total`.
+
+    Returns
+    -------
+    recovery
+        Which pushes are survived.
+    traces
+        Velocity of the centre of mass from one cycle before a push of `pushes.force` to
+        `pushes.cycles` after it, pushed ahead and to the left at each phase.
+    """
+    configuration: Configuration = task.configuration
+    settings = configuration.pushes
+    directions = evenly_spaced(settings.directions)
+    forward_half = tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
+    total = len(settings.phases) * len(directions)
+
+    def trials(pushes: Sequence[Push]) -> list[_Trial]:
+        settling = configuration.validation.settling_cycles
+        return [_Trial(policy, mu, push, settling, settings.cycles) for push in pushes]
+
+    def progress(done: int) -> None:
+        if on_progress is not None:
+            on_progress({"pushes": done, "total": total})
+
+    workers = configuration.training.workers
+    with WalkingPool(_without_drift(task), workers=workers, engine="dart") as pool:
+
+        def survived(pushes: Sequence[Push]) -> list[bool]:
+            return pool.map(_stands, trials(pushes))
+
+        stood = survived(
+            [
+                Push(phase, direction, settings.force)
+                for phase in settings.phases
+                for direction in forward_half
+            ]
+        )
+        largest = largest_survived(
+            survived,
+            settings.phases,
+            directions,
+            step=settings.step,
+            resolution=settings.resolution,
+            ceiling=settings.largest,
+            on_progress=progress,
+        )
+        traces = pool.map(
+            _trace,
+            trials(
+                [
+                    Push(phase, direction, settings.force)
+                    for direction in (0.0, 0.5 * math.pi)
+                    for phase in settings.phases
+                ]
+            ),
+        )
+    recovery = PushRecovery(
+        seconds=configuration.environment.push_seconds,
+        cycles=settings.cycles,
+        resolution=settings.resolution,
+        ceiling=settings.largest,
+        phases=settings.phases,
+        directions=directions,
+        largest=largest,
+        force=settings.force,
+        criterion_directions=forward_half,
+        survived=np.reshape(stood, (len(settings.phases), len(forward_half))),
+    )
+    return recovery, traces
