@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from html_page import Page
-from synthetic_walk import perfect_walk, sharp_filter
+from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
 from gaitval.coordinates import SIDES
@@ -72,6 +72,41 @@ def _identification() -> dict:
     }
 
 
+def _pushes() -> dict:
+    """Recovery as `gaitval push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
+    directions = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0]
+    largest = [[500.0 + 25.0 * i for i in range(12)], [1200.0 - 75.0 * i for i in range(12)]]
+    ahead = [each for each in directions if abs(each) <= 90.0]
+    cycles = np.linspace(-1.0, 5.0, 200)
+    velocity = np.column_stack([1.1 + 0.1 * np.sin(12.6 * cycles), 0 * cycles, 0 * cycles])
+    return {
+        "recovery": {
+            "seconds": 0.05,
+            "cycles": 5.0,
+            "resolution": 25.0,
+            "ceiling": 1200.0,
+            "phases": list(PHASES),
+            "directions": directions,
+            "largest": largest,
+            "force": 300.0,
+            "criterion_directions": ahead,
+            "survived": [[True] * len(ahead), [each != -90.0 for each in ahead]],
+        },
+        "traces": [
+            {
+                "phase": phase,
+                "direction": direction,
+                "force": 300.0,
+                "fell": phase > 0.0,
+                "cycles": cycles.tolist(),
+                "velocity": velocity.tolist(),
+            }
+            for direction in (0.0, 90.0)
+            for phase in PHASES
+        ],
+    }
+
+
 def _training_rows() -> str:
     text = io.StringIO()
     columns = "samples wall_seconds episode_length episode_reward cycles learning_rate log_std"
@@ -99,24 +134,28 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
     configuration = sharp_filter(
         cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
     )
-    walks = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
+    sizes = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
+    final = list(sizes)[-1]
     made = {}
-    for seed, (which, size) in enumerate(walks.items()):
-        made[which] = []
-        for phase in PHASES:
+    for seed, (which, size) in enumerate(sizes.items()):
+        rollouts = []
+        for phase in PHASES if which == final else PHASES[:1]:
             perfect = perfect_walk(record, cycles=9.0, start_phase=phase)
             walk = _imperfect(perfect, seed, size)
             walk.positions[:, 3] = perfect.positions[:, 3]
-            walk.save(folder / "rollouts" / f"{which}_{100 * phase:02.0f}.npz")
-            made[which].append(walk)
+            rollouts.append(walk)
+        made[which] = walks_of(rollouts, configuration)
+        made[which].compared.save(folder / "rollouts" / f"{which}.npz")
+    write_json(folder / "push.json", _pushes())
     metrics = validate(
         subject,
         record,
-        body.model.mass,
+        body.model,
         made["nominal"],
-        made.get("identified", []),
+        made.get("identified"),
         configuration,
         identification=_identification() if identified else None,
+        pushes=_pushes()["recovery"],
     )
     write_json(folder / "metrics.json", metrics)
     (folder / "policy").mkdir()
@@ -162,12 +201,13 @@ def test_every_section_is_there(page):
     for heading in (
         *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
         *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
+        *("The record against itself", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
         assert heading in page.text
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 8
+    assert page.tags.count("svg") == 11
     assert "compliant" not in page.text.lower()
 
 
@@ -185,10 +225,29 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     assert number(walk["epsilon"]["total"], 3) in text
     assert number(metrics["walks"]["nominal"]["epsilon"]["total"], 3) in text
     assert number(walk["errors"]["forces"]["vertical_l"]["peak_error"], 1) in text
-    assert number(metrics["record"]["mean_vertical_force"], 3) in text
+    consistency = metrics["record"]["consistency"]
+    assert number(consistency["mean_force"]["vertical"], 3) in text
+    assert f"below {number(100 * consistency['force_rmse_bound']['vertical'], 1)} %" in text
+    contact = walk["foot_contact"]["left"]
+    assert number(contact["transient_peak"], 0) in text
     assert "under the subject's weight" in text
     assert "on a bound" in text
     assert "unverified" in text
+
+
+def test_goals_are_told_beside_the_tolerances(page, metrics):
+    text = " ".join(page.text.split())
+    assert re.search("≤ 4° ?≤ 2°", text)
+    reached, goals = metrics["summary"]["goals_reached"], metrics["summary"]["goals"]
+    assert f"{reached} of {goals} reach their goal" in text
+    assert 0 < reached < goals
+
+
+def test_pushes_are_told_by_phase_and_direction(page):
+    text = " ".join(page.text.split())
+    assert "≥ 1200" in text  # the largest push tested was survived
+    assert "7 of 7" in text
+    assert "6 of 7" in text
 
 
 def test_equal_runs_give_equal_figures(metrics):
@@ -224,6 +283,10 @@ def test_damaged_inputs_are_named(run_folder, tmp_path):
     (tmp_path / "scaling.csv").write_text("segment,length_m\nthigh,0.4\n", encoding="utf-8")
     with pytest.raises(ArtefactError, match=r"scaling\.csv: the columns right_m"):
         write_report(tmp_path)
+    (tmp_path / "scaling.csv").unlink()
+    (tmp_path / "push.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ArtefactError, match=r"push\.json: no traces"):
+        write_report(tmp_path)
     (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ArtefactError, match="not of the schema"):
         write_report(tmp_path)
@@ -233,8 +296,9 @@ def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
     subject = load_subject("S05")
     record = subject.record()
     fallen = replace(perfect_walk(record, cycles=0.4), fell=np.array([1.0]))
-    configuration = sharp_filter(start_phases=(0.0,))
-    metrics = validate(subject, record, subject.mass_kg, [fallen], [fallen], configuration)
+    configuration = sharp_filter()
+    walks = walks_of([fallen], configuration)
+    metrics = validate(subject, record, MODEL, walks, walks, configuration)
     write_json(tmp_path / "metrics.json", metrics)
     (tmp_path / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
     write_report(tmp_path)
@@ -242,7 +306,10 @@ def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
     assert "no complete gait cycle" in text
     assert "not measured" in text
     assert "fell" in text
-    for what in ("reference motion", "scaling.csv", "policy/training.csv", "provenance.json"):
+    for what in (
+        *("reference motion", "scaling.csv", "policy/training.csv", "provenance.json"),
+        "a test of pushes",
+    ):
         assert re.search(f"Not shown: [^.]*{what}", text)
 
 

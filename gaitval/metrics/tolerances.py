@@ -29,7 +29,7 @@ WALK_UNITS = {
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle; the errors of speed and stride time are sizes of relative differences from the record, those
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
-`push_survival` is the share of directions from which a push is survived; `root_force_share` is the
+`push_survival` is the share of directions in which a push is survived; `root_force_share` is the
 largest external force on the pelvis over the largest ground reaction."""
 
 RECORDING_UNITS = {

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from gaitval.coordinates import SIDES, Side
 from gaitval.kinematics.tree import segment_frames
@@ -117,19 +118,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     if curve["mean"] is None:
         axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
         return
-    mean = _plain(curve["mean"])
-    if curve["sd"] is not None:
-        deviation = _plain(curve["sd"])
-        axes.fill_between(
-            PERCENT,
-            mean - deviation,
-            mean + deviation,
-            color=COLOURS[side],
-            alpha=0.22,
-            linewidth=0,
-            zorder=3,
-        )
-    axes.plot(PERCENT, mean, color=COLOURS[side], zorder=4, label=f"simulated, {side}")
+    _band(axes, curve, COLOURS[side], f"simulated, {side}")
     error = final["errors"][kind][key]["rmse"]
     digits = 2 if kind == "moments" else 1
     axes.text(
@@ -288,6 +277,184 @@ def error_bars(metrics: Json) -> str:
                     ha="center",
                 )
         return svg(figure, "bars")
+
+
+# --- feet and pushes ---------------------------------------------------------------------
+
+_MARKED = (10, 50, 90)
+"""% of stance that the path of the centre of pressure is marked at."""
+
+
+def pressure_path(metrics: Json) -> str:
+    """Path of the centre of pressure under both feet, seen from above, and along them in time."""
+    contact = metrics["walks"][metrics["final"]]["foot_contact"]
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+        left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
+        for side in SIDES:
+            axes = right if side == "right" else left
+            _footprint(axes, contact[side], side)
+            axes.set_title(f"{side} foot")
+            path = contact[side]["path"]["along"]
+            if path["mean"] is not None:
+                _band(progress, path, COLOURS[side], side)
+        progress.set_xlim(0, 100)
+        progress.set_ylim(0, 100)
+        progress.set_xlabel("% of stance")
+        progress.set_ylabel("% of foot length from the heel")
+        if progress.lines:
+            progress.legend(loc="lower right")
+        return svg(figure, "pressure")
+
+
+def _band(axes: Axes, curve: Json, colour: str, label: str) -> None:
+    """A mean curve with its standard deviation, over `PERCENT`."""
+    mean = _plain(curve["mean"])
+    axes.plot(PERCENT, mean, color=colour, label=label, zorder=4)
+    if curve["sd"] is not None:
+        low, high = mean - _plain(curve["sd"]), mean + _plain(curve["sd"])
+        axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=3)
+
+
+def _footprint(axes: Axes, contact: Json, side: Side) -> None:
+    """One foot from above, its tip up; the midline is to the left of the right foot."""
+    outwards = -1.0 if side == "right" else 1.0
+    spheres = 100.0 * np.array(contact["spheres"])
+    angle = np.linspace(0.0, 2.0 * np.pi, 49)
+    rims = []
+    for along, across, radius in spheres:
+        x = outwards * across + radius * np.cos(angle)
+        y = along + radius * np.sin(angle)
+        axes.fill(x, y, facecolor="#eeeeee", edgecolor=RECORD_SHADE, linewidth=0.5, zorder=1)
+        rims.append(np.column_stack([x, y]))
+    points = np.concatenate(rims)
+    rim = points[ConvexHull(points).vertices]
+    axes.fill(*rim.T, facecolor="none", edgecolor="#808080", linewidth=0.8, zorder=2)
+    path = contact["path"]
+    if path["along"]["mean"] is None:
+        axes.text(0.5, 0.5, "no stance", transform=axes.transAxes, ha="center")
+    else:
+        along = _plain(path["along"]["mean"])
+        across = outwards * _plain(path["across"]["mean"])
+        if path["across"]["sd"] is not None:
+            spread = _plain(path["across"]["sd"])
+            axes.fill_betweenx(
+                along,
+                across - spread,
+                across + spread,
+                color=COLOURS[side],
+                alpha=0.22,
+                linewidth=0,
+            )
+        axes.plot(across, along, color=COLOURS[side], zorder=4)
+        for percent in _MARKED:
+            axes.plot(across[percent], along[percent], "o", color=COLOURS[side], markersize=3.5)
+            axes.annotate(
+                f"{percent}",
+                (across[percent], along[percent]),
+                xytext=(4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7.0,
+                color="#404040",
+            )
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def stability_regions(pushes: Json) -> str:
+    """Largest push survived by direction, a polar panel a phase; straight ahead is up.
+
+    Parameters
+    ----------
+    pushes : `push_recovery` of `metrics.json`.
+    """
+    directions = np.deg2rad(pushes["directions"])
+    closed = np.append(directions, directions[0])
+    with matplotlib.rc_context(SETTINGS | {"axes.linewidth": 0.4}):
+        figure = Figure(figsize=(WIDTH, 2.35), layout="constrained")
+        panels = figure.subplots(
+            1, len(pushes["phases"]), subplot_kw={"projection": "polar"}, squeeze=False
+        )[0]
+        outermost = max(max(max(row) for row in pushes["largest"]), pushes["force"])
+        rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
+        for axes, phase, largest, survived in zip(
+            panels, pushes["phases"], pushes["largest"], pushes["survived"], strict=True
+        ):
+            axes.set_theta_zero_location("N")
+            axes.set_ylim(0.0, rings[-1])
+            axes.set_yticks(rings, [f"{ring:.0f}" for ring in rings], fontsize=6.5, color="#606060")
+            axes.set_rlabel_position(195.0)
+            axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["ahead", "left", "back", "right"])
+            axes.tick_params(axis="x", labelsize=7.0, pad=-2)
+            axes.grid(color="#d9d9d9", linewidth=0.4)
+            force = np.append(largest, largest[0])
+            axes.fill(closed, force, color=_PUSH_COLOUR, alpha=0.22, linewidth=0)
+            axes.plot(closed, force, color=_PUSH_COLOUR, linewidth=1.1)
+            half = np.deg2rad(np.linspace(-90.0, 90.0, 91))
+            axes.plot(
+                half, np.full(91, pushes["force"]), color="#404040", linewidth=0.7, linestyle="--"
+            )
+            for direction, stood in zip(pushes["criterion_directions"], survived, strict=True):
+                if not stood:
+                    axes.plot(
+                        np.deg2rad(direction),
+                        pushes["force"],
+                        "x",
+                        color=_FALL_COLOUR,
+                        markersize=5.0,
+                        markeredgewidth=1.3,
+                        zorder=5,
+                    )
+            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=8)
+        return svg(figure, "stability")
+
+
+_PUSH_COLOUR: Final = "#0072b2"
+_FALL_COLOUR: Final = "#a8200d"
+_PHASE_COLOURS: Final = ("#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#d55e00")
+
+
+def push_velocity(traces: Sequence[Json]) -> str:
+    """How a push changes the velocity of the centre of mass: forward after one ahead, leftward
+    after one to the left; against the same phase of the gait cycle before the push.
+
+    Parameters
+    ----------
+    traces : `push_recovery.Trace.as_dict` of each push.
+    """
+    shown = (
+        (0.0, 0, "Pushed ahead: change of the forward velocity, m/s"),
+        (90.0, 1, "Pushed to the left: change of the leftward velocity, m/s"),
+    )
+    phases = sorted({trace["phase"] for trace in traces})
+    colours = dict(zip(phases, _PHASE_COLOURS, strict=False))
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, (direction, component, title) in zip(panels, shown, strict=True):
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            for trace in traces:
+                if trace["direction"] != direction:
+                    continue
+                cycles = np.array(trace["cycles"])
+                velocity = np.array(trace["velocity"])[:, component]
+                before = cycles < 0.0
+                unpushed = np.interp(
+                    np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
+                )
+                colour = colours.get(trace["phase"], "#404040")
+                label = f"at {100 * trace['phase']:g} % of the right cycle"
+                change = velocity - unpushed
+                axes.plot(cycles, change, color=colour, linewidth=1.0, label=label)
+                if trace["fell"]:
+                    axes.plot(cycles[-1], change[-1], "x", color=_FALL_COLOUR, markersize=6.0)
+            axes.set_title(title, loc="left")
+            axes.margins(x=0.01)
+        panels[-1].set_xlabel("gait cycles since the push")
+        _legend(figure, panels[0])
+        return svg(figure, "velocity")
 
 
 # --- the walking figure ------------------------------------------------------------------

@@ -65,9 +65,12 @@ def _unit(unit: str) -> str:
     return {"deg": "°", "1": ""}.get(unit, f" {unit}")
 
 
-def _limit(row: Json) -> str:
+def _limit(row: Json, bound: float | None) -> str:
+    """A tolerance or its goal with sign and unit; nothing without a goal."""
+    if bound is None:
+        return ""
     sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[row["limit"]]
-    return f"{sign} {row['tolerance']:g}{_unit(row['unit'])}"
+    return f"{sign} {bound:g}{_unit(row['unit'])}"
 
 
 def _worst(rows: Sequence[Json]) -> Json:
@@ -110,10 +113,13 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
         entries.append(
             {
                 **rows[0],
-                "limit_text": _limit(rows[0]),
+                "limit_text": _limit(rows[0], rows[0]["tolerance"]),
+                "goal_text": _limit(rows[0], rows[0]["goal"]),
                 "passed": all(row["passed"] for row in rows),
+                "reached": all(row["reached"] for row in rows),
                 "count": len(rows),
                 "count_passed": sum(row["passed"] for row in rows),
+                "count_reached": sum(bool(row["reached"]) for row in rows),
                 "worst": "not measured"
                 if worst["value"] is None
                 else f"{worst['value']:.3g}{_unit(worst['unit'])}",
@@ -268,8 +274,8 @@ def _picture(folder: Path, final: str) -> dict[str, Any] | None:
     positions = {
         "reference": np.column_stack([np.interp(phase, at, column) for column in closed.T])
     }
-    walks = sorted((folder / "rollouts").glob(f"{final}_*.npz"))
-    simulated = _last_cycle(walks[0]) if walks else None
+    walk = folder / "rollouts" / f"{final}.npz"
+    simulated = _last_cycle(walk) if walk.exists() else None
     if simulated is not None:
         positions["simulation"] = simulated
     sticks = {
@@ -295,7 +301,42 @@ def _provenance(folder: Path) -> dict[str, Any] | None:
     return found
 
 
-def _drawings(metrics: Json, training: Mapping[str, Array] | None) -> dict[str, Markup]:
+def _traces(path: Path) -> list[Json] | None:
+    """Velocities around pushes; None where none were tested."""
+    if not path.exists():
+        return None
+    found = read_json(path)
+    if not isinstance(found, dict) or not isinstance(found.get("traces"), list):
+        raise ArtefactError(f"{path}: no traces in it. Delete it and run `gaitval push` again.")
+    return list(found["traces"])
+
+
+def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
+    """Rows of the table of pushes, a phase each."""
+    if pushes is None:
+        return None
+    rows = []
+    for phase, largest, survived in zip(
+        pushes["phases"], pushes["largest"], pushes["survived"], strict=True
+    ):
+        stood = dict(zip(pushes["criterion_directions"], survived, strict=True))
+        cells = [
+            {
+                "force": force,
+                "fell": stood.get(direction) is False,
+                "ceiling": force >= pushes["ceiling"],
+            }
+            for direction, force in zip(pushes["directions"], largest, strict=True)
+        ]
+        rows.append(
+            {"phase": phase, "cells": cells, "stood": sum(survived), "count": len(survived)}
+        )
+    return rows
+
+
+def _drawings(
+    metrics: Json, training: Mapping[str, Array] | None, traces: list[Json] | None
+) -> dict[str, Markup]:
     # figures hold no text from outside, so their markup is ours
     drawings = {
         "sagittal_angles": figures.curves(
@@ -319,7 +360,12 @@ def _drawings(metrics: Json, training: Mapping[str, Array] | None) -> dict[str, 
         ),
         "forces": figures.curves(metrics, "forces", FORCES, figure_name="forces"),
         "torque_loop": figures.torque_loop(metrics),
+        "pressure": figures.pressure_path(metrics),
     }
+    if metrics["push_recovery"] is not None:
+        drawings["stability"] = figures.stability_regions(metrics["push_recovery"])
+    if traces is not None:
+        drawings["push_velocity"] = figures.push_velocity(traces)
     if metrics["final"] == "identified":
         drawings["error_bars"] = figures.error_bars(metrics)
     if training is not None:
@@ -333,6 +379,7 @@ def _context(folder: Path) -> dict[str, Any]:
     metrics = read_json(folder / "metrics.json")
     check_metrics(metrics, str(folder / "metrics.json"))
     training = _training(folder / "policy" / "training.csv")
+    traces = _traces(folder / "push.json")
     walk = metrics["walks"][metrics["final"]]
     return {
         "subject": subject,
@@ -353,7 +400,11 @@ def _context(folder: Path) -> dict[str, Any]:
         "training": training,
         "picture": _picture(folder, metrics["final"]),
         "provenance": _provenance(folder),
-        "drawings": _drawings(metrics, training),
+        "pushes": metrics["push_recovery"],
+        "push_rows": _push_rows(metrics["push_recovery"]),
+        "consistency": metrics["record"]["consistency"],
+        "curve_names": figures.NAMES,
+        "drawings": _drawings(metrics, training, traces),
     }
 
 
