@@ -78,7 +78,7 @@ class Accuracy(NamedTuple):
     sideways_force: float = 0.015
     vertical_force: float = 0.035
 
-    residual: float = 0.005
+    residual: float = 0.002
     """BW and BW m, force and moment on the pelvis that nothing exerts."""
     sliding: float = 0.03
     """m/s, of the part of the sole that is on the ground."""
@@ -86,7 +86,7 @@ class Accuracy(NamedTuple):
     """rad/s, of a foot on the ground about the vertical."""
     depth: float = 0.0015
     """m, of the lowest point of the sole against what carries the vertical force."""
-    clearance: float = 0.004
+    clearance: float = 0.002
     """m, by which the swinging foot misses `SWING_CLEARANCE`."""
     pressure_forward: float = 0.015
     pressure_sideways: float = 0.008
@@ -442,7 +442,10 @@ def _problem(
     series = _series(phase, time)
     offsets = np.concatenate([np.zeros(ROOT_DOFS), reference.offsets])
 
-    own = np.column_stack([np.mod(side_phase(record, side, phase), 1.0) for side in SIDES])
+    # Rounded, so that an instant at the edge of stance counts alike on both sides.
+    own = np.column_stack(
+        [np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES]
+    )
     ends = np.array([record.stance_fraction[side] for side in SIDES])
     stance = own <= ends
     sliding = (own > _STANCE_EDGE) & (own < ends - _STANCE_EDGE)
