@@ -1,0 +1,310 @@
+"""Proximal policy optimisation from whole rollouts: stable-baselines3's PPO, with less to wait for.
+
+Network, advantages, losses and optimiser are stable-baselines3's. What differs is that a rollout
+comes whole from `policy/experience.py`, so observations, values and probabilities are computed for
+all of it at once, and that actor and critic, which share no weights, learn in two threads.
+"""
+
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.running_mean_std import RunningMeanStd
+
+from gaitval.configuration import Configuration
+from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.experience import Experience
+from gaitval.policy.storage import OBSERVATION_CLIP
+from gaitval.scaling.parameters import parameter_bounds
+
+Array = NDArray[np.float64]
+
+_REWARD_CLIP = 10.0
+"""Normalised rewards are clipped at this, as in stable-baselines3's VecNormalize."""
+
+
+class WalkingPPO(PPO):
+    """PPO whose update computes the same as stable-baselines3's in less time (tested)."""
+
+    policy: ActorCriticPolicy
+
+    def _actor_loss(self, batch: Any, clip_range: float) -> tuple[torch.Tensor, torch.Tensor]:
+        """Clipped surrogate loss, and the approximate Kullback-Leibler divergence."""
+        advantages = (batch.advantages - batch.advantages.mean()) / (batch.advantages.std() + 1e-8)
+        log_prob = self.policy.get_distribution(batch.observations).log_prob(batch.actions)
+        log_ratio = log_prob - batch.old_log_prob
+        ratio = torch.exp(log_ratio)
+        clipped = torch.clamp(ratio, 1 - clip_range, 1 + clip_range)
+        loss = -torch.min(advantages * ratio, advantages * clipped).mean()
+        return loss, (ratio.detach() - 1.0 - log_ratio.detach()).mean()
+
+    def _critic_backward(self, batch: Any) -> torch.Tensor:
+        values = self.policy.predict_values(batch.observations).flatten()
+        loss = torch.nn.functional.mse_loss(batch.returns, values)
+        (self.vf_coef * loss).backward()  # type: ignore[no-untyped-call]
+        return loss.detach()
+
+    def train(self) -> None:
+        """Update the network from the rollout buffer."""
+        policy, optimiser = self.policy, self.policy.optimizer
+        policy.set_training_mode(True)
+        self._update_learning_rate(optimiser)
+        clip_range = self.clip_range(self._current_progress_remaining)  # type: ignore[operator]
+        actor_losses, critic_losses, divergences = [], [], []
+        go_on = True
+        with ThreadPoolExecutor(1) as beside:
+            for _ in range(self.n_epochs):
+                for batch in self.rollout_buffer.get(self.batch_size):
+                    optimiser.zero_grad()
+                    critic = beside.submit(self._critic_backward, batch)
+                    loss, divergence = self._actor_loss(batch, clip_range)
+                    actor_losses.append(loss.detach())
+                    divergences.append(float(divergence))
+                    go_on = self.target_kl is None or divergences[-1] <= 1.5 * self.target_kl
+                    if go_on:
+                        loss.backward()  # type: ignore[no-untyped-call]
+                    critic_losses.append(critic.result())
+                    if not go_on:
+                        break
+                    torch.nn.utils.clip_grad_norm_(policy.parameters(), self.max_grad_norm)
+                    optimiser.step()
+                if not go_on:
+                    break
+        self.logger.record("train/policy_gradient_loss", float(torch.stack(actor_losses).mean()))
+        self.logger.record("train/value_loss", float(torch.stack(critic_losses).mean()))
+        self.logger.record("train/approx_kl", float(np.mean(divergences)))
+
+
+def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
+    """PPO with the network and settings of a configuration, without environments of its own."""
+    training = configuration.training
+
+    torch.distributions.Distribution.set_default_validate_args(False)  # a fifth of an update
+    layers = [training.hidden_units, training.hidden_units]
+    ppo = WalkingPPO(
+        "MlpPolicy",
+        None,  # type: ignore[arg-type]
+        learning_rate=training.learning_rate,
+        n_steps=training.rollout_steps,
+        batch_size=training.batch_size,
+        n_epochs=training.epochs,
+        gamma=training.discount,
+        gae_lambda=training.gae_lambda,
+        clip_range=training.clip_range,
+        target_kl=training.target_kl,
+        ent_coef=0.0,
+        policy_kwargs={
+            "net_arch": {"pi": layers, "vf": layers},
+            "activation_fn": torch.nn.Tanh,
+            "log_std_init": training.initial_log_std,
+            "optimizer_kwargs": {"eps": 1e-5, "fused": True},
+        },
+        seed=configuration.seed,
+        device=device,
+        _init_setup_model=False,
+    )
+    size = OBSERVATION_SIZES[configuration.environment.observation]
+    limit = configuration.environment.action_limit
+    ppo.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
+    ppo.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
+    ppo.n_envs = training.environments
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*primarily intended to run on the CPU")
+        ppo._setup_model()
+    ppo.policy.get_parameter("log_std").requires_grad_(False)  # follows a schedule of the training
+    return ppo
+
+
+class Learner:
+    """Network, optimiser and running statistics, and the episodes under way.
+
+    The statistics normalise observations and rewards as stable-baselines3's VecNormalize does, but
+    change only between rollouts. Those of mu stay as its bounds say: a running variance would be
+    almost zero while mu is nominal at the beginning of a training, and throw the policy off when
+    the randomisation of mu begins.
+
+    Attributes
+    ----------
+    ppo : network and optimiser; `num_timesteps` counts the samples.
+    """
+
+    def __init__(self, configuration: Configuration, *, device: str = "cpu") -> None:
+        self.ppo = walking_ppo(configuration, device)
+        count = self.ppo.n_envs
+        size = OBSERVATION_SIZES[configuration.environment.observation]
+        self._observations = RunningMeanStd(shape=(size,))
+        self._returns = RunningMeanStd(shape=())
+        low, high = parameter_bounds(configuration.randomisation)
+        self._known = np.zeros(len(low)), np.ones(len(low))  # extended: mu is scaled already
+        if configuration.environment.observation == "paper":
+            self._known = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-9) ** 2
+        self._keep_known()
+        self._random = np.random.default_rng(configuration.seed)
+        self._starts = np.ones(count, dtype=bool)
+        self._discounted = np.zeros(count)
+        self._lengths = np.zeros(count, dtype=int)
+        self._rewards = np.zeros(count)
+
+    def _keep_known(self) -> None:
+        mean, variance = self._known
+        self._observations.mean[PARAMETERS_OBSERVED] = mean
+        self._observations.var[PARAMETERS_OBSERVED] = variance
+
+    def begin(self, seed: int) -> None:
+        """Seed all random numbers; an episode begins everywhere."""
+        self.ppo.set_random_seed(seed)
+        self._random = np.random.default_rng(seed)
+        self._starts[:] = True
+        for array in (self._discounted, self._lengths, self._rewards):
+            array[:] = 0
+
+    def actor(self) -> dict[str, NDArray[Any]]:
+        """Tensors of the policy as it stands, as `storage.Policy` takes them."""
+        tensors = {
+            name: value.cpu().numpy() for name, value in self.ppo.policy.state_dict().items()
+        }
+        return {
+            **tensors,
+            "observation_mean": self._observations.mean,
+            "observation_variance": self._observations.var,
+        }
+
+    def noise(self) -> NDArray[np.float32]:
+        """Exploration (T, E, 25) of a rollout."""
+        shape = self.ppo.n_steps, self.ppo.n_envs, 25
+        deviation = torch.exp(self.ppo.policy.get_parameter("log_std").detach()).cpu().numpy()
+        normal = self._random.standard_normal(shape, dtype=np.float32)
+        return np.asarray(normal * deviation, dtype=np.float32)
+
+    @property
+    def log_std(self) -> float:
+        """Logarithm of the standard deviation of actions."""
+        return float(self.ppo.policy.get_parameter("log_std")[0])
+
+    @log_std.setter
+    def log_std(self, value: float) -> None:
+        self.ppo.policy.get_parameter("log_std").data.fill_(value)
+
+    def learn(
+        self, experience: Experience, *, learning_rate: float
+    ) -> list[tuple[int, float, float]]:
+        """Update from a rollout that was walked with `actor` and `noise` as they stand.
+
+        Returns
+        -------
+        Length, return and gait cycles of the episodes that ended.
+        """
+        ppo = self.ppo
+        self._fill_buffer(experience)
+        self._count_observations(experience)
+        ppo.num_timesteps += experience.rewards.size
+        ppo.lr_schedule = lambda _: learning_rate
+        ppo.train()
+        return self._episodes(experience)
+
+    def _count_observations(self, experience: Experience) -> None:
+        size = experience.observations.shape[-1]
+        self._observations.update(experience.observations[1:].reshape(-1, size))
+        self._keep_known()
+
+    def _normalised(self, observations: NDArray[np.float32]) -> torch.Tensor:
+        """(B, size) from (…, size), as `Policy.act` normalises."""
+        flat = observations.reshape(-1, observations.shape[-1])
+        normalised = (flat - self._observations.mean) / np.sqrt(self._observations.var + 1e-8)
+        clipped = np.clip(normalised, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(np.float32)
+        return torch.from_numpy(clipped).to(self.ppo.device)
+
+    def _normalised_rewards(self, experience: Experience) -> NDArray[np.float32]:
+        discounted = np.empty(experience.rewards.shape)
+        for t, rewards in enumerate(experience.rewards):
+            discounted[t] = self._discounted = self._discounted * self.ppo.gamma + rewards
+            self._discounted = np.where(experience.ended[t], 0.0, self._discounted)
+        self._returns.update(discounted.ravel())
+        scaled = experience.rewards / np.sqrt(self._returns.var + 1e-8)
+        return np.clip(scaled, -_REWARD_CLIP, _REWARD_CLIP).astype(np.float32)
+
+    def _fill_buffer(self, experience: Experience) -> None:
+        """What stable-baselines3's `collect_rollouts` leaves in the buffer."""
+        ppo, buffer = self.ppo, self.ppo.rollout_buffer
+        buffer.reset()
+        steps, count = experience.rewards.shape
+        seen = self._normalised(experience.observations)
+        before = seen[: steps * count]
+        actions = torch.from_numpy(experience.actions.reshape(-1, 25).copy()).to(ppo.device)
+        with torch.no_grad():
+            values, log_prob, _ = ppo.policy.evaluate_actions(before, actions)
+            last = ppo.policy.predict_values(seen[steps * count :])
+        buffer.observations[:] = before.cpu().numpy().reshape(buffer.observations.shape)
+        buffer.actions[:] = experience.actions
+        buffer.values[:] = values.cpu().numpy().reshape(steps, count)
+        buffer.log_probs[:] = log_prob.cpu().numpy().reshape(steps, count)
+        buffer.rewards[:] = self._normalised_rewards(experience)
+        cut_off = experience.ended & ~experience.fell  # it would have gone on: so its value counts
+        if cut_off.any():
+            with torch.no_grad():
+                final = ppo.policy.predict_values(
+                    self._normalised(experience.final_observations[cut_off])
+                )
+            buffer.rewards[cut_off] += ppo.gamma * final.cpu().numpy().ravel()
+        buffer.episode_starts[0] = self._starts
+        buffer.episode_starts[1:] = experience.ended[:-1]
+        self._starts = experience.ended[-1].copy()
+        buffer.pos, buffer.full = steps, True
+        buffer.compute_returns_and_advantage(last, self._starts)
+
+    def _episodes(self, experience: Experience) -> list[tuple[int, float, float]]:
+        episodes = []
+        for t, ended in enumerate(experience.ended):
+            self._lengths += 1
+            self._rewards += experience.rewards[t]
+            for i in np.flatnonzero(ended):
+                cycles = float(experience.cycles[t, i])
+                episodes.append((int(self._lengths[i]), float(self._rewards[i]), cycles))
+                self._lengths[i] = self._rewards[i] = 0
+        return episodes
+
+    def tensors(self) -> dict[str, torch.Tensor]:
+        """Network, optimiser and statistics, by name."""
+        ppo = self.ppo
+        tensors = {name: v.cpu().contiguous() for name, v in ppo.policy.state_dict().items()}
+        for name, parameter in ppo.policy.named_parameters():
+            for key, value in ppo.policy.optimizer.state.get(parameter, {}).items():
+                tensors[f"optimiser.{name}.{key}"] = torch.as_tensor(value).cpu().contiguous()
+        seen, returns = self._observations, self._returns
+        tensors["observation_mean"] = torch.from_numpy(np.array(seen.mean))
+        tensors["observation_variance"] = torch.from_numpy(np.array(seen.var))
+        tensors["observation_count"] = torch.tensor([seen.count], dtype=torch.float64)
+        statistics = [float(returns.mean), float(returns.var), float(returns.count)]
+        tensors["return_statistics"] = torch.tensor(statistics, dtype=torch.float64)
+        return tensors
+
+    def restore(self, tensors: dict[str, torch.Tensor]) -> None:
+        """Put back what `tensors` gave, the optimiser's state only where it is there.
+
+        Raises
+        ------
+        KeyError, RuntimeError : they are of another network.
+        """
+        policy = self.ppo.policy
+        policy.load_state_dict({name: tensors[name].float() for name in policy.state_dict()})
+        for name, parameter in policy.named_parameters():
+            prefix = f"optimiser.{name}."
+            found = {
+                key.removeprefix(prefix): value.to(self.ppo.device, copy=True)
+                for key, value in tensors.items()
+                if key.startswith(prefix)
+            }
+            if found:
+                policy.optimizer.state[parameter] = found
+        seen, returns = self._observations, self._returns
+        seen.mean = tensors["observation_mean"].numpy().copy()
+        seen.var = tensors["observation_variance"].numpy().copy()
+        seen.count = float(tensors["observation_count"][0])
+        mean, variance, count = tensors["return_statistics"].numpy()
+        returns.mean, returns.var, returns.count = mean, variance, float(count)
