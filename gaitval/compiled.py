@@ -17,6 +17,7 @@ SOURCES = (
     "coordinates.py",
     "kinematics/body_fit.py",
     "kinematics/consistency.py",
+    "kinematics/dynamic_fit.py",
     "kinematics/inverse_dynamics.py",
     "kinematics/inverse_kinematics.py",
     "kinematics/tree.py",
