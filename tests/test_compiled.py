@@ -12,7 +12,7 @@ def test_every_file_with_compiled_functions_names_the_cache():
     compiled = {
         str(path.relative_to(PACKAGE))
         for path in PACKAGE.rglob("*.py")
-        if "\n@njit\n" in path.read_text(encoding="utf-8")
+        if "\n@njit" in path.read_text(encoding="utf-8")
     }
     assert compiled
     assert compiled <= set(SOURCES)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import expit
 from simulation_fixtures import PREDSIM, mirror_image, random_state
 
 from gaitval.configuration import Contact
@@ -18,13 +19,14 @@ SMOOTHING, PENETRATION_SLOPE, RATE_SLOPE = 1e-5, 300.0, 50.0  # cf, bd, bv as pu
 
 
 def published(contact: Contact, friction: float, radius: float, height: float, velocity):
-    """Serrancolí et al. 2019 and simbody's SmoothSphereHalfSpaceForce, written down anew."""
+    """Serrancolí et al. 2019 and simbody's SmoothSphereHalfSpaceForce, written down anew, with
+    expit(2 y) for 1/2 + 1/2 tanh(y), which has no digits left where it is small."""
     x, v = radius - height, -velocity[2]
     k = 0.5 * contact.stiffness ** (2 / 3)
     c = contact.dissipation
     fh = 4 / 3 * k * np.sqrt(radius * k) * np.sqrt(x**2 + SMOOTHING) ** 1.5
-    fh *= 0.5 + 0.5 * np.tanh(PENETRATION_SLOPE * x)
-    fn = fh * (1 + 1.5 * c * v) * (0.5 + 0.5 * np.tanh(RATE_SLOPE * (v + 2 / (3 * c))))
+    fh *= expit(2 * PENETRATION_SLOPE * x)
+    fn = fh * (1 + 1.5 * c * v) * expit(2 * RATE_SLOPE * (v + 2 / (3 * c)))
     vs = np.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + SMOOTHING)
     vt, us, ud = contact.transition_velocity, friction, friction * contact.dynamic_to_static
     ff = fn * (

@@ -20,7 +20,7 @@ from gaitval.kinematics.tree import (
 )
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import apply_parameters, nominal_parameters
-from gaitval.simulation.dynamics import accelerations, integrate, workspace
+from gaitval.simulation.dynamics import accelerations, integrate, dynamics_workspace
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Recording, Walker
 
@@ -49,7 +49,7 @@ def frames_at(tree, state):
 def accelerated(model, state, forces, *, stiffness=FREE, damping=FREE, step=0.0):
     tree, out = tree_arrays(model), np.full(31, np.nan)
     frames = frames_at(tree, state)
-    accelerations(tree, frames, state, forces, stiffness, damping, step, workspace(), out)
+    accelerations(tree, frames, state, forces, stiffness, damping, step, dynamics_workspace(), out)
     return out
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.coordinates import ACTUATED, AXES
 from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
@@ -101,16 +101,15 @@ def tree_arrays(model: BodyModel) -> Tree:
     )
 
 
-@njit
-def rotation_matrix(vector: Array) -> Array:
-    """Rotation matrix (3, 3) of a rotation vector (3,), by Rodrigues' formula."""
+@njit_borrowing
+def _enter_rotation(vector: Array, matrix: Array) -> None:
+    """Rotation matrix (3, 3) out of a rotation vector (3, …), by Rodrigues' formula."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     if angle < 1e-7:
         a, b = 1.0 - angle**2 / 6.0, 0.5 - angle**2 / 24.0
     else:
         a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
     x, y, z = vector[0], vector[1], vector[2]
-    matrix = np.empty((3, 3))
     matrix[0, 0] = 1.0 - b * (y * y + z * z)
     matrix[0, 1] = b * x * y - a * z
     matrix[0, 2] = b * x * z + a * y
@@ -120,6 +119,13 @@ def rotation_matrix(vector: Array) -> Array:
     matrix[2, 0] = b * x * z - a * y
     matrix[2, 1] = b * y * z + a * x
     matrix[2, 2] = 1.0 - b * (x * x + y * y)
+
+
+@njit
+def rotation_matrix(vector: Array) -> Array:
+    """Rotation matrix (3, 3) of a rotation vector (3,)."""
+    matrix = np.empty((3, 3))
+    _enter_rotation(vector, matrix)
     return matrix
 
 
@@ -137,7 +143,7 @@ def rotation_vector(matrix: Array) -> Array:
     return vector
 
 
-@njit
+@njit_borrowing
 def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     """Turn by an angular velocity for a while: R ← exp(step ω) R.
 
@@ -171,7 +177,7 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
 
 
-@njit
+@njit_borrowing
 def forward(
     joint_position: Array,
     q: Array,
@@ -191,8 +197,8 @@ def forward(
     axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
     segments : how many, counted from the pelvis (9 are pelvis and legs).
     """
-    rotation[0] = rotation_matrix(q[:3])
-    origin[0] = q[3:6]
+    _enter_rotation(q, rotation[0])
+    origin[0, 0], origin[0, 1], origin[0, 2] = q[3], q[4], q[5]
     for s in range(1, segments):
         p = PARENT[s]
         frame = rotation[s]
@@ -217,7 +223,7 @@ def forward(
                 frame[row, j] = b * cosine - a * sine
 
 
-@njit
+@njit_borrowing
 def velocities(
     origin: Array,
     axes: Array,

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.configuration import Contact
 from gaitval.kinematics.tree import (
     DOF_COUNT,
@@ -48,9 +48,10 @@ LEG_SEGMENTS = 9
 
 
 class ContactLaw(NamedTuple):
-    """Numbers of the contact law; units as in `configuration.Contact`."""
+    """Numbers of the contact law; units as in `configuration.Contact`, and k = E^(2/3) / 2."""
 
     stiffness: float
+    k: float
     dissipation: float
     static_friction: float
     dynamic_friction: float
@@ -62,6 +63,7 @@ def contact_law(contact: Contact, friction: float) -> ContactLaw:
     """The law with a static friction coefficient `friction` (the body parameter sigma)."""
     return ContactLaw(
         stiffness=contact.stiffness,
+        k=0.5 * contact.stiffness ** (2.0 / 3.0),
         dissipation=contact.dissipation,
         static_friction=friction,
         dynamic_friction=friction * contact.dynamic_to_static,
@@ -70,7 +72,7 @@ def contact_law(contact: Contact, friction: float) -> ContactLaw:
     )
 
 
-@njit
+@njit_borrowing
 def sphere_force(
     law: ContactLaw, radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:
@@ -91,14 +93,14 @@ def sphere_force(
         out[:] = 0.0
         return 0.0, 0.0
     v = -velocity[2]
-    k = 0.5 * law.stiffness ** (2.0 / 3.0)
+    # 1/2 + 1/2 tanh(y) = 1 / (1 + exp(-2 y)), and y^0.75 = sqrt(y) sqrt(sqrt(y)), cost half.
+    root = np.sqrt(x * x + SMOOTHING)
     fh = (
-        4.0 / 3.0 * k * np.sqrt(radius * k)
-        * (x * x + SMOOTHING) ** 0.75
-        * (0.5 + 0.5 * np.tanh(PENETRATION_SLOPE * x))
+        4.0 / 3.0 * law.k * np.sqrt(radius * law.k) * root * np.sqrt(root)
+        / (1.0 + np.exp(-2.0 * PENETRATION_SLOPE * x))
     )  # fmt: skip
     c = law.dissipation
-    fn = fh * (1.0 + 1.5 * c * v) * (0.5 + 0.5 * np.tanh(RATE_SLOPE * (v + 2.0 / (3.0 * c))))
+    fn = fh * (1.0 + 1.5 * c * v) / (1.0 + np.exp(-2.0 * RATE_SLOPE * (v + 2.0 / (3.0 * c))))
     slip = np.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + SMOOTHING)
     ratio = slip / law.transition_velocity
     excess = law.static_friction - law.dynamic_friction
@@ -143,7 +145,7 @@ def contact_workspace(spheres: int) -> ContactWorkspace:
     )
 
 
-@njit
+@njit_borrowing
 def contact_forces(
     tree: Tree,
     law: ContactLaw,
@@ -168,7 +170,7 @@ def contact_forces(
     rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     place, force, velocity, slope, wrench = work
     spheres = tree.sphere_segment.shape[0]
-    slope[:] = 0.0
+    slope[:, :] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         p = tree.sphere_position[n]
@@ -187,8 +189,8 @@ def contact_forces(
         side = 0 if n < spheres // 2 else 1
         slope[side, 0] += normal
         slope[side, 1] += friction
-    wrench[:] = 0.0
-    feet[:] = 0.0
+    wrench[:, :] = 0.0
+    feet[:, :] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         side = 0 if n < spheres // 2 else 1

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.kinematics.tree import (
     DOF_COUNT,
     FIRST_DOF,
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 SEGMENT_COUNT = len(PARENT)
 
 
-class Workspace(NamedTuple):
+class DynamicsWorkspace(NamedTuple):
     """Arrays that `accelerations` works in; spatial vectors are (angular, linear).
 
     Attributes
@@ -44,8 +44,8 @@ class Workspace(NamedTuple):
     force : (14, 6) its bias force.
     axis : (31, 6) motion of the pelvis's origin with a unit rate of each joint coordinate.
     reaction : (31, 6) inertia times axis.
-    resistance, drive : (31,) of each joint coordinate: axis · reaction with springs and dampers,
-        and the moment that is left for its acceleration.
+    compliance, drive : (31,) of each joint coordinate: 1 / (axis · reaction + h D + h² K), and the
+        moment that is left for its acceleration.
     """
 
     acceleration: Array
@@ -53,14 +53,14 @@ class Workspace(NamedTuple):
     force: Array
     axis: Array
     reaction: Array
-    resistance: Array
+    compliance: Array
     drive: Array
 
 
 @njit
-def workspace() -> Workspace:
+def dynamics_workspace() -> DynamicsWorkspace:
     """Arrays to be filled."""
-    return Workspace(
+    return DynamicsWorkspace(
         np.empty((14, 6)),
         np.empty((14, 6, 6)),
         np.empty((14, 6)),
@@ -71,8 +71,8 @@ def workspace() -> Workspace:
     )
 
 
-@njit
-def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: Workspace) -> None:
+@njit_borrowing
+def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace) -> None:
     """Inertia of every segment and the force that moves it as it would move with q̈ = 0."""
     rotation, origin, axes, angular = frames.rotation, frames.origin, frames.axes, frames.angular
     acceleration = work.acceleration
@@ -162,27 +162,24 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: Workspace) -> Non
         whole[3, 4] = whole[4, 3] = whole[3, 5] = whole[5, 3] = whole[4, 5] = whole[5, 4] = 0.0
 
 
-@njit
+@njit_borrowing
 def _solve_root(inertia: Array, right: Array) -> None:
-    """Solve inertia (6, 6) x = right (6,) in place by Cholesky's factors; both are overwritten."""
-    for j in range(6):
-        for k in range(j):
-            for i in range(j, 6):
-                inertia[i, j] -= inertia[i, k] * inertia[j, k]
-        root = np.sqrt(inertia[j, j])
-        for i in range(j, 6):
-            inertia[i, j] /= root
-    for i in range(6):
-        for k in range(i):
-            right[i] -= inertia[i, k] * right[k]
-        right[i] /= inertia[i, i]
-    for i in range(5, -1, -1):
-        for k in range(i + 1, 6):
-            right[i] -= inertia[k, i] * right[k]
-        right[i] /= inertia[i, i]
+    """Solve inertia (6, 6) x = right (6,) in place by its L D Lᵀ factors; both are overwritten."""
+    for k in range(6):
+        inverse = 1.0 / inertia[k, k]
+        for i in range(k + 1, 6):
+            share = inertia[i, k] * inverse
+            right[i] -= share * right[k]
+            for j in range(k + 1, i + 1):
+                inertia[i, j] -= share * inertia[j, k]
+        inertia[k, k] = inverse
+    for k in range(5, -1, -1):
+        for i in range(k + 1, 6):
+            right[k] -= inertia[i, k] * right[i]
+        right[k] *= inertia[k, k]
 
 
-@njit
+@njit_borrowing
 def accelerations(
     tree: Tree,
     frames: Frames,
@@ -191,7 +188,7 @@ def accelerations(
     stiffness: Array,
     damping: Array,
     step: float,
-    work: Workspace,
+    work: DynamicsWorkspace,
     out: Array,
 ) -> None:
     """(q̇⁺ - q̇) / h of one step: the accelerations for h = 0.
@@ -223,8 +220,8 @@ def accelerations(
             u = reaction[d]
             for i in range(6):
                 u[i] = (
-                    body[i, 0] * e0 + body[i, 1] * e1 + body[i, 2] * e2
-                    + body[i, 3] * e3 + body[i, 4] * e4 + body[i, 5] * e5
+                    (body[i, 0] * e0 + body[i, 1] * e1) + (body[i, 2] * e2
+                    + body[i, 3] * e3) + (body[i, 4] * e4 + body[i, 5] * e5)
                 )  # fmt: skip
             k, c = stiffness[d - 6], damping[d - 6]
             resistance = (
@@ -235,9 +232,10 @@ def accelerations(
                 e0 * load[0] + e1 * load[1] + e2 * load[2]
                 + e3 * load[3] + e4 * load[4] + e5 * load[5]
             )  # fmt: skip
-            work.resistance[d], work.drive[d] = resistance, drive
+            compliance = 1.0 / resistance
+            work.compliance[d], work.drive[d] = compliance, drive
             for i in range(6):
-                share = u[i] / resistance
+                share = u[i] * compliance
                 load[i] += share * drive
                 for j in range(6):
                     body[i, j] -= share * u[j]
@@ -260,13 +258,13 @@ def accelerations(
             rate = work.drive[d] - (
                 u[0] * a[0] + u[1] * a[1] + u[2] * a[2] + u[3] * a[3] + u[4] * a[4] + u[5] * a[5]
             )
-            rate /= work.resistance[d]
+            rate *= work.compliance[d]
             out[d] = rate
             for i in range(6):
                 a[i] += axis[i] * rate
 
 
-@njit
+@njit_borrowing
 def integrate(state: Array, acceleration: Array, step: float) -> None:
     """Semi-implicit Euler: velocities first, then positions with the new velocities.
 

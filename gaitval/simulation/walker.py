@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.configuration import Configuration, Servo
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.data.record import GaitRecord
@@ -40,7 +40,12 @@ from gaitval.simulation.contact import (
     contact_law,
     contact_workspace,
 )
-from gaitval.simulation.dynamics import accelerations, integrate, workspace
+from gaitval.simulation.dynamics import (
+    DynamicsWorkspace,
+    accelerations,
+    dynamics_workspace,
+    integrate,
+)
 
 if TYPE_CHECKING:
     from gaitval.simulation.skeleton import HumanSkeleton
@@ -145,6 +150,8 @@ class Account(NamedTuple):
     moments : (N, 25) Nm, net joint moments that acted.
     feet : (N, 2, 6) right and left foot, force N of the ground and moment Nm about the world
         origin that acted.
+    mean_ground_reaction : (2, 3) N, right and left foot, mean over all rows.
+    mean_moments, mean_square_moments : (25,) Nm, Nm², likewise.
     """
 
     phase: Array
@@ -152,6 +159,9 @@ class Account(NamedTuple):
     velocities: Array
     moments: Array
     feet: Array
+    mean_ground_reaction: Array
+    mean_moments: Array
+    mean_square_moments: Array
 
 
 def empty_account(steps: int) -> Account:
@@ -162,10 +172,40 @@ def empty_account(steps: int) -> Account:
         np.zeros((steps, 31)),
         np.zeros((steps, 25)),
         np.zeros((steps, 2, 6)),
+        np.zeros((2, 3)),
+        np.zeros(25),
+        np.zeros(25),
     )
 
 
+class Workspace(NamedTuple):
+    """Arrays that a physics step works in: what moves, the forces (31,) of `_forces`, its command
+    (25,) and feet (2, 6), and the acceleration (31,) that they make.
+    """
+
+    frames: Frames
+    contact: ContactWorkspace
+    dynamics: DynamicsWorkspace
+    forces: Array
+    command: Array
+    feet: Array
+    acceleration: Array
+
+
 @njit
+def _workspace(spheres: int) -> Workspace:
+    return Workspace(
+        empty_frames(),
+        contact_workspace(spheres),
+        dynamics_workspace(),
+        np.empty(31),
+        np.empty(25),
+        np.empty((2, 6)),
+        np.empty(31),
+    )
+
+
+@njit_borrowing
 def _forces(
     body: Body,
     state: Array,
@@ -173,21 +213,18 @@ def _forces(
     offset: Array,
     root_force: Array,
     memory: Array,
-    frames: Frames,
-    work: ContactWorkspace,
-    forces: Array,
-    command: Array,
-    feet: Array,
+    work: Workspace,
 ) -> None:
-    """Generalised forces (31,) that one physics step applies, and frames of all segments.
+    """Frames of all segments and the generalised forces that one physics step applies.
 
     Parameters
     ----------
     offset : (25,) rad, of the joint targets.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
-    command : (25,) out, Nm, the servos' share.
+    work : its frames, forces, command (the servos' share, Nm) and feet are filled.
     """
-    tables = body.tables
+    tree, tables, frames = body.tree, body.tables, work.frames
+    forces, command = work.forces, work.command
     count = tables.positions.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -200,27 +237,74 @@ def _forces(
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
-    tree = body.tree
     forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
     velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
-    contact_forces(tree, body.law, frames, body.lag, memory, forces, feet, work)
+    contact_forces(tree, body.law, frames, body.lag, memory, forces, work.feet, work.contact)
 
 
-@njit
+@njit_borrowing
 def _enter(
-    body: Body, state: Array, phase: float, command: Array, feet: Array, row: int, account: Account
+    body: Body, state: Array, phase: float, row: int, account: Account, work: Workspace
 ) -> None:
     """Enter the step that led to `state` and `phase` in row `row` of the account."""
+    command, feet = work.command, work.feet
+    share = 1.0 / account.phase.shape[0]
+    if row == 0:
+        account.mean_ground_reaction[:, :] = 0.0
+        account.mean_moments[:] = 0.0
+        account.mean_square_moments[:] = 0.0
     account.phase[row] = phase
-    account.positions[row] = state[0]
-    account.velocities[row] = state[1]
-    account.feet[row] = feet
+    for i in range(31):
+        account.positions[row, i] = state[0, i]
+        account.velocities[row, i] = state[1, i]
+    for side in range(2):
+        for i in range(6):
+            account.feet[row, side, i] = feet[side, i]
+        for i in range(3):
+            account.mean_ground_reaction[side, i] += share * feet[side, i]
     for i in range(25):
-        account.moments[row, i] = (
+        moment = (
             command[i]
             - body.stiffness[i] * state[0, 6 + i]
             - body.total_damping[i] * state[1, 6 + i]
         )
+        account.moments[row, i] = moment
+        account.mean_moments[i] += share * moment
+        account.mean_square_moments[i] += share * moment * moment
+
+
+@njit_borrowing
+def _steps(
+    body: Body,
+    state: Array,
+    phase: float,
+    target: Array,
+    slope: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+    work: Workspace,
+) -> float:
+    """`_advance`, with the change `slope` (25,) rad of the targets from step to step."""
+    for row in range(account.phase.shape[0]):
+        for i in range(25):
+            target[i] += slope[i]
+        _forces(body, state, phase, target, root_force, memory, work)
+        accelerations(
+            body.tree,
+            work.frames,
+            state,
+            work.forces,
+            body.stiffness,
+            body.total_damping,
+            body.physics_step,
+            work.dynamics,
+            work.acceleration,
+        )
+        integrate(state, work.acceleration, body.physics_step)
+        phase += body.phase_step
+        _enter(body, state, phase, row, account, work)
+    return phase
 
 
 @njit
@@ -243,32 +327,9 @@ def _advance(
     memory : (K, 3) in and out, as `contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
-    frames, dynamics = empty_frames(), workspace()
-    contact = contact_workspace(memory.shape[0])
-    forces, acceleration = np.empty(31), np.empty(31)
-    command, feet = np.empty(25), np.empty((2, 6))
-    count = account.phase.shape[0]
-    target = offset.copy()
-    slope = (next_offset - offset) / count
-    for row in range(count):
-        target += slope
-        _forces(
-            body, state, phase, target, root_force, memory, frames, contact, forces, command, feet
-        )
-        accelerations(
-            body.tree,
-            frames,
-            state,
-            forces,
-            body.stiffness,
-            body.total_damping,
-            body.physics_step,
-            dynamics,
-            acceleration,
-        )
-        integrate(state, acceleration, body.physics_step)
-        phase += body.phase_step
-        _enter(body, state, phase, command, feet, row, account)
+    slope = (next_offset - offset) / account.phase.shape[0]
+    target, work = offset.copy(), _workspace(memory.shape[0])
+    phase = _steps(body, state, phase, target, slope, root_force, memory, account, work)
     return phase
 
 
@@ -290,22 +351,18 @@ def _advance_in_dart(
     account: Account,
 ) -> float:
     """`_advance` with DART's dynamics and integrator; the skeleton is at `state`."""
-    frames, contact = empty_frames(), contact_workspace(len(memory))
-    forces, command, feet = np.empty(31), np.empty(25), np.empty((2, 6))
-    count = len(account.phase)
+    work = _workspace(len(memory))
     target = offset.copy()
-    slope = (next_offset - offset) / count
-    for row in range(count):
+    slope = (next_offset - offset) / len(account.phase)
+    for row in range(len(account.phase)):
         target += slope
-        _forces(
-            body, state, phase, target, root_force, memory, frames, contact, forces, command, feet
-        )
-        skeleton.skeleton.setForces(forces)
+        _forces(body, state, phase, target, root_force, memory, work)
+        skeleton.skeleton.setForces(work.forces)
         skeleton.step()
         state[0] = skeleton.skeleton.getPositions()
         state[1] = skeleton.skeleton.getVelocities()
         phase += body.phase_step
-        _enter(body, state, phase, command, feet, row, account)
+        _enter(body, state, phase, row, account, work)
     return phase
 
 
@@ -314,7 +371,12 @@ class Recording:
 
     def __init__(self, steps: int) -> None:
         self.rows = 0
-        self.phase, self.positions, self.velocities, self.moments, self.feet = empty_account(steps)
+        account = empty_account(steps)
+        self.phase = account.phase
+        self.positions = account.positions
+        self.velocities = account.velocities
+        self.moments = account.moments
+        self.feet = account.feet
         self.root_force = np.zeros((steps, 6))
 
     def append(self, account: Account, root_force: Array) -> None:
@@ -361,14 +423,14 @@ class Walker:
         self.state = np.zeros((2, 31))
         self.phase = 0.0
         self.offset = np.zeros(25)
-        self.mean_ground_reaction = np.zeros((2, 3))
-        self.mean_moments = np.zeros(25)
-        self.mean_square_moments = np.zeros(25)
+        self._account = empty_account(self.steps_per_action)
+        self.mean_ground_reaction = self._account.mean_ground_reaction
+        self.mean_moments = self._account.mean_moments
+        self.mean_square_moments = self._account.mean_square_moments
         # A foot's contact moves the foot, its toes and about as much of the shank.
         moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
         self._lag = np.full(2, self.physics_step / moved_mass)
         self._memory = np.zeros((len(task.model.spheres), 3))
-        self._account = empty_account(self.steps_per_action)
         self.set_parameters(nominal_parameters())
 
     def set_parameters(self, mu: Array) -> None:
@@ -435,8 +497,5 @@ class Walker:
         else:
             self.phase = _advance_in_dart(self._skeleton, *action)
         self.offset[:] = offset
-        self.mean_ground_reaction[:] = account.feet[:, :, :3].mean(axis=0)
-        self.mean_moments[:] = account.moments.mean(axis=0)
-        self.mean_square_moments[:] = (account.moments**2).mean(axis=0)
         if recording is not None:
             recording.append(account, root_force)
