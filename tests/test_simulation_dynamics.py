@@ -20,7 +20,7 @@ from gaitval.kinematics.tree import (
 )
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import apply_parameters, nominal_parameters
-from gaitval.simulation.dynamics import accelerations, integrate, dynamics_workspace
+from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Recording, Walker
 
