@@ -243,7 +243,7 @@ class Pushes(Section):
     largest: Positive = 1200.0
     """No push is larger, N."""
     force: Positive = 300.0
-    """The push that is to be survived from every direction within 90 degrees of straight ahead, N
+    """The push that is to be survived in every direction within 90 degrees of straight ahead, N
     (issue 4: 300 N x 50 ms)."""
     cycles: Positive = 5.0
     """Gait cycles without a fall after which a push is survived (issue 4)."""

@@ -11,6 +11,7 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 """
 
 import fcntl
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -56,6 +57,9 @@ STORED_FILES = (
 )
 """What a baseline keeps of a run folder; enough to walk the policy again."""
 
+
+TIMES = "times.json"
+"""Wall times of the runs that a baseline came of: `scratch`, and `warm` from a stored policy."""
 
 FOLLOWING = ("evaluate", "choose")
 """Short stages without a command: they run by themselves after `identify`."""
@@ -844,7 +848,10 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
 
 
 def store_baseline(folder: Path, target: Path) -> None:
-    """Keep the policy, mu and metrics of a finished run, for `check` and as a start."""
+    """Keep the policy, mu and metrics of a finished run, for `check` and as a start.
+
+    Its wall times go into `TIMES`, beside those of runs that started otherwise.
+    """
     missing = [name for name in STORED_FILES if not (folder / name).is_file()]
     if missing:
         raise ArtefactError(
@@ -852,6 +859,28 @@ def store_baseline(folder: Path, target: Path) -> None:
             "Run `gaitval subject` for it first."
         )
     _copy(folder, target, STORED_FILES)
+    path = target / TIMES
+    kind = "warm" if (folder / "start").exists() else "scratch"
+    earlier = read_json(path) if path.exists() else {}
+    write_json(path, {**earlier, kind: _times(folder)})
+
+
+def _times(folder: Path) -> dict[str, Any]:
+    """Wall times of a finished run: seconds of each stage of it, and their sum.
+
+    A stage that was interrupted counts its last part only.
+    """
+    rounds = len(read_json(folder / "identification.json")["rounds"])
+    stages = {
+        name: times["seconds"]
+        for name, times in read_json(folder / "provenance.json")["stages"].items()
+        if int(name.partition("-")[2] or 1) <= rounds
+    }
+    return {
+        "seconds": round(sum(stages.values()), 1),
+        "stages": stages,
+        "processors": len(os.sched_getaffinity(0)),
+    }
 
 
 def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:

@@ -1,71 +1,423 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines.
 
-Every figure comes from a `metrics.json` under reports/Snn/baseline, which `make baseline` writes;
-`--check` writes nothing and fails where a table is not what the baselines say (for CI).
+Every figure comes from files under reports/Snn/baseline, which `make baseline` writes: accuracy
+from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails where a
+table is not what the baselines say (for CI).
 """
 
 import argparse
 import json
+import statistics
 import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parent.parent
 BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
 
-TITLE = """# Accuracy by subject
+AT_GOAL, WITHIN, FAILED = "●", "○", "✗"
+
+TITLE = f"""# Accuracy by subject
 
 Written by `scripts/accuracy_tables.py` from the stored baselines (`make baseline S=5`). Each is a
 walk of the stored policy with the identified body, deterministic, without pushes and without any
-force on the pelvis, against the recorded mean curves. **Bold** is outside the tolerance; what the
-tolerances are and where they come from: `gaitval/metrics/tolerances.toml`.
+force on the pelvis, against the recorded mean curves of the person.
+
+{AT_GOAL} reaches the goal (the limit, where there is no goal), {WITHIN} keeps the limit only,
+**{FAILED}** does neither. Where there are two values they are of the right and the left side. What
+the limits and goals are and where they come from:
+[tolerances.toml](../gaitval/metrics/tolerances.toml).
+"""
+
+Metrics = dict[str, Any]
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A stored baseline: content of its `metrics.json` and, if there, `times.json`."""
+
+    metrics: Metrics
+    times: dict[str, Any] | None
+
+    @property
+    def name(self) -> str:
+        """Identifier of the subject."""
+        return str(self.metrics["subject"]["identifier"])
+
+    def verdicts(self) -> list[Row]:
+        """Verdicts that decide, one a measured value."""
+        return [row for row in self.metrics["tolerances"] if row["role"] == "acceptance"]
+
+    def verdict(self, measure: str, target: str) -> Row | None:
+        """The verdict on one measured value."""
+        for row in self.verdicts():
+            if (row["measure"], row["target"]) == (measure, target):
+                return row
+        return None
+
+    def walk(self) -> dict[str, Any]:
+        """The walk that is judged."""
+        walk: dict[str, Any] = self.metrics["walks"][self.metrics["final"]]
+        return walk
+
+
+def load(folder: Path) -> list[Stored]:
+    """All baselines below `folder`, by subject."""
+    stored = []
+    for path in sorted(folder.glob("S*/baseline/metrics.json")):
+        times = path.with_name("times.json")
+        stored.append(
+            Stored(
+                json.loads(path.read_text(encoding="utf-8")),
+                json.loads(times.read_text(encoding="utf-8")) if times.exists() else None,
+            )
+        )
+    return stored
+
+
+# --- cells --------------------------------------------------------------------------------
+
+
+def mark(row: Row) -> str:
+    """Whether a value reaches the goal, keeps the limit, or neither; without a goal, the limit."""
+    if not row["passed"]:
+        return f"**{FAILED}**"
+    return WITHIN if row["reached"] is False else AT_GOAL
+
+
+def _digits(unit: str) -> int:
+    return {"Nm/kg": 3, "cycles": 0, "walks": 0, "N": 0}.get(unit, 2)
+
+
+def value_text(row: Row) -> str:
+    """A value with its mark."""
+    if row["value"] is None:
+        return f"not measured {mark(row)}"
+    return f"{row['value']:.{_digits(row['unit'])}f} {mark(row)}"
+
+
+def _cell(stored: Stored, measure: str, *targets: str) -> str:
+    rows = [stored.verdict(measure, target) for target in targets]
+    return " / ".join("–" if row is None else value_text(row) for row in rows)
+
+
+def _worst(stored: Stored, measure: str) -> str:
+    """The worst of all values of a measure."""
+    rows = [row for row in stored.verdicts() if row["measure"] == measure]
+    return value_text(worst_of(rows)) if rows else "–"
+
+
+def worst_of(rows: Sequence[Row]) -> Row:
+    """The row furthest on the wrong side; one that could not be measured, if any."""
+
+    def badness(row: Row) -> float:
+        if row["value"] is None:
+            return float("inf")
+        return -float(row["value"]) if row["limit"] == "at_least" else float(row["value"])
+
+    return max(rows, key=badness)
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = [headings, ["---"] * len(headings), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+# --- tables -------------------------------------------------------------------------------
+
+
+def criteria_table(baselines: Sequence[Stored]) -> str:
+    """A row a criterion over all subjects: how many values reach what, and the worst one."""
+    by_criterion: dict[str, list[tuple[Stored, Row]]] = {}
+    for stored in baselines:
+        for row in stored.verdicts():
+            by_criterion.setdefault(row["id"], []).append((stored, row))
+    lines = []
+    for found in by_criterion.values():
+        rows = [row for _, row in found]
+        first, worst = rows[0], worst_of(rows)
+        whose = next(stored.name for stored, row in found if row is worst)
+        sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[first["limit"]]
+        goal = first["goal"]
+        lines.append(
+            [
+                first["title"],
+                "" if goal is None else f"{sign} {goal:g} {first['unit']}",
+                f"{sign} {first['tolerance']:g} {first['unit']}",
+                "" if goal is None else f"{sum(bool(row['reached']) for row in rows)}",
+                f"{sum(row['passed'] for row in rows)} of {len(rows)}",
+                f"{value_text(worst)} ({whose})",
+            ]
+        )
+    headings = ("measure", "goal", "limit", "at the goal", "within the limit", "worst")
+    return table(headings, lines)
+
+
+def summary_table(baselines: Sequence[Stored]) -> str:
+    """A row a subject: how many of its values reach what."""
+    lines = []
+    for stored in baselines:
+        rows = stored.verdicts()
+        failed = sorted({row["title"].split(":")[0] for row in rows if not row["passed"]})
+        lines.append(
+            [
+                stored.name,
+                stored.metrics["subject"]["source"],
+                f"{stored.metrics['record']['spatiotemporal']['walking_speed']:.2f}",
+                f"{sum(bool(row['reached']) for row in rows)} of "
+                f"{sum(row['goal'] is not None for row in rows)}",
+                f"{sum(row['passed'] for row in rows)} of {len(rows)}",
+                "; ".join(failed) or "none",
+            ]
+        )
+    headings = ("subject", "trial", "m/s", "values at the goal", "within the limit", "failed")
+    return table(headings, lines)
+
+
+def measure_table(
+    baselines: Sequence[Stored], columns: Sequence[tuple[str, Callable[[Stored], str]]]
+) -> str:
+    """A row a subject, a column a measure."""
+    return table(
+        ("subject", *(heading for heading, _ in columns)),
+        [[stored.name, *(cell(stored) for _, cell in columns)] for stored in baselines],
+    )
+
+
+def _sides(measure: str, name: str) -> Callable[[Stored], str]:
+    return lambda stored: _cell(stored, measure, f"{name}_r", f"{name}_l")
+
+
+def _feet(measure: str) -> Callable[[Stored], str]:
+    return lambda stored: _cell(stored, measure, "right", "left")
+
+
+GROUPS: tuple[tuple[str, tuple[tuple[str, Callable[[Stored], str]], ...]], ...] = (
+    (
+        "Sagittal angles, RMSE, °",
+        (
+            ("hip flexion", _sides("angle_rmse", "hip_flexion")),
+            ("knee", _sides("angle_rmse", "knee_angle")),
+            ("ankle", _sides("angle_rmse", "ankle_angle")),
+        ),
+    ),
+    (
+        "Hip adduction, hip rotation and pelvis, RMSE, °",
+        (
+            ("hip adduction", _sides("angle_rmse", "hip_adduction")),
+            ("hip rotation", _sides("angle_rmse", "hip_rotation")),
+            ("pelvis tilt", _sides("angle_rmse", "pelvis_tilt")),
+            ("pelvis list", _sides("angle_rmse", "pelvis_list")),
+            ("pelvis rotation", _sides("angle_rmse", "pelvis_rotation")),
+        ),
+    ),
+    (
+        "Sagittal moments, RMSE, Nm/kg",
+        (
+            ("hip", _sides("moment_rmse", "hip_flexion")),
+            ("knee", _sides("moment_rmse", "knee_angle")),
+            ("ankle", _sides("moment_rmse", "ankle_angle")),
+        ),
+    ),
+    (
+        "Ground reaction, RMSE, % of body weight",
+        (
+            ("vertical", _sides("force_rmse", "vertical")),
+            ("fore-aft", _sides("force_rmse", "forward")),
+            ("medial", _sides("force_rmse", "medial")),
+        ),
+    ),
+    (
+        "Walking against the record, and walking on",
+        (
+            ("stance, % of cycle", _feet("stance_fraction_error")),
+            ("step length, cm", _feet("step_length_error")),
+            ("speed, %", lambda stored: _cell(stored, "speed_error", "walk")),
+            ("cycles, fewest of all starts", lambda s: _worst(s, "consecutive_cycles")),
+            ("falls", lambda stored: _cell(stored, "falls", "walk")),
+            ("force on the pelvis, N", lambda stored: _cell(stored, "root_force", "walk")),
+        ),
+    ),
+)
+
+
+def survival_table(baselines: Sequence[Stored]) -> str:
+    """Share of directions in which the push that is to be survived is, by phase."""
+    tested = [stored for stored in baselines if stored.metrics["push_recovery"] is not None]
+    if not tested:
+        return "No pushes tested.\n"
+    pushes = tested[0].metrics["push_recovery"]
+    lines = [
+        [
+            stored.name,
+            *(
+                _cell(stored, "push_survival", f"phase {phase:g}")
+                for phase in stored.metrics["push_recovery"]["phases"]
+            ),
+        ]
+        for stored in tested
+    ]
+    return table(("subject", *(f"at {100 * p:g} %" for p in pushes["phases"])), lines)
+
+
+def push_table(baselines: Sequence[Stored]) -> str:
+    """Largest push survived by phase and direction."""
+    tested = [stored for stored in baselines if stored.metrics["push_recovery"] is not None]
+    lines = []
+    for stored in tested:
+        pushes = stored.metrics["push_recovery"]
+        for phase, forces in zip(pushes["phases"], pushes["largest"], strict=True):
+            lines.append(
+                [
+                    stored.name,
+                    f"{100 * phase:g} %",
+                    *(f"{'≥ ' if f >= pushes['ceiling'] else ''}{f:g}" for f in forces),
+                    f"{statistics.median(forces):g}",
+                ]
+            )
+    directions = tested[0].metrics["push_recovery"]["directions"] if tested else ()
+    return table(("subject", "right cycle", *(f"{d:g}°" for d in directions), "median"), lines)
+
+
+def record_table(baselines: Sequence[Stored]) -> str:
+    """What the records contradict, and the error that comes of it."""
+    lines = []
+    for stored in baselines:
+        found = stored.metrics["record"]["consistency"]
+        vertical = [stored.verdict("force_rmse", f"vertical_{side}") for side in "rl"]
+        values = [row["value"] for row in vertical if row and row["value"] is not None]
+        lines.append(
+            [
+                stored.name,
+                f"{found['mean_force']['vertical']:.3f}",
+                f"{100 * found['force_rmse_bound']['vertical']:.1f}",
+                f"{100 * found['vertical_rmse_bound_in_stance']:.1f}",
+                f"{statistics.mean(values):.1f}" if values else "not measured",
+                *(
+                    f"{each['mean_difference']:+.2f} ({each['rms_difference'] / 2:.2f})"
+                    for each in (
+                        found["moment_asymmetry"][name]
+                        for name in ("hip_flexion", "knee_angle", "ankle_angle")
+                    )
+                ),
+            ]
+        )
+    return table(
+        (
+            "subject",
+            "mean vertical force, body weights",
+            "so vertical RMSE is at least, %",
+            "worse foot at least, %",
+            "simulated, mean of both feet, %",
+            "hip moment, right less left",
+            "knee moment",
+            "ankle moment",
+        ),
+        lines,
+    )
+
+
+def contact_table(baselines: Sequence[Stored]) -> str:
+    """How the feet meet the ground."""
+    lines = []
+    for stored in baselines:
+        walk = stored.walk()
+        feet = [walk["foot_contact"][side] for side in ("right", "left")]
+        both = next(r for r in walk["spatiotemporal"] if r["name"] == "double_support_fraction")
+        lines.append(
+            [
+                stored.name,
+                *(_feet_text([f["progress"][at] for f in feet], 0) for at in ("10", "50", "90")),
+                _feet_text([f["bounces_per_stance"] for f in feet], 2),
+                _feet_text([f["transient_peak"] for f in feet], 0),
+                f"{_number(both['mean'], 3)} ({_number(both['recorded'], 3)})",
+            ]
+        )
+    return table(
+        (
+            "subject",
+            "pressure at 10 % of stance, % of foot",
+            "at 50 %",
+            "at 90 %",
+            "bounces a stance",
+            "early peak, % of body weight",
+            "double support, part of the cycle (recorded)",
+        ),
+        lines,
+    )
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def _feet_text(values: Sequence[float | None], digits: int) -> str:
+    return " / ".join(_number(value, digits) for value in values)
+
+
+def time_table(baselines: Sequence[Stored]) -> str:
+    """Wall times of the runs that made the baselines."""
+    lines = []
+    for stored in baselines:
+        times = stored.times or {}
+        lines.append([stored.name, *(_minutes(times.get(kind)) for kind in ("scratch", "warm"))])
+    return table(("subject", "from scratch to report", "from a stored policy to report"), lines)
+
+
+def _minutes(run: dict[str, Any] | None) -> str:
+    if run is None:
+        return "not measured"
+    learning = sum(s for name, s in run["stages"].items() if name.startswith("train-"))
+    return (
+        f"{run['seconds'] / 60:.1f} min (learning {learning / 60:.1f}), "
+        f"{run['processors']} processors"
+    )
+
+
+ABOUT_SURVIVAL = """\
+300 N for 50 ms at the pelvis, in every direction within 90° of straight ahead, by phase of the
+right gait cycle. Survived: no fall within five gait cycles.
+"""
+ABOUT_LARGEST = """\
+The largest tested force up to which every tested push of 50 ms was survived, by phase and
+direction (0° pushes ahead, 90° to the left).
+"""
+ABOUT_RECORDS = """\
+In steady walking the mean vertical force is one body weight. The records have less, and because of
+it no steady walk can have a smaller vertical RMSE than told here
+([why](../gaitval/metrics/record_consistency.py)). Moments: mean difference of right and left,
+Nm/kg, and in brackets the RMSE that a walker keeps whose legs do the same.
+"""
+ABOUT_TIMES = """\
+Sum over all stages of the run, on the machine that made the baseline.
 """
 
 
-def _measured(metrics: dict[str, Any]) -> list[tuple[str, str, str, str, str]]:
-    """Rows (measure, right or value, left, tolerance, verdict) of the acceptance tolerances."""
-    rows: dict[str, dict[str, Any]] = {}
-    for verdict in metrics["tolerances"]:
-        if verdict["role"] != "acceptance":
-            continue
-        target = verdict["target"]
-        side = {"_r": "right", "_l": "left"}.get(target[-2:], "right")
-        name = target[:-2].replace("_", " ") if target[-2:] in ("_r", "_l") else target
-        key = f"{verdict['title'].split(':')[0]}: {name}" if name != "walk" else verdict["title"]
-        row = rows.setdefault(key, {"unit": verdict["unit"], "sides": {}, "verdict": verdict})
-        row["sides"][side] = verdict
-    table = []
-    for key, row in rows.items():
-        sides = row["sides"]
-        cells = [_cell(sides[side]) if side in sides else "" for side in ("right", "left")]
-        verdict = row["verdict"]
-        limit = f"{verdict['limit'].replace('_', ' ')} {verdict['tolerance']:g} {row['unit']}"
-        passed = all(side["passed"] for side in sides.values())
-        table.append((key, cells[0], cells[1], limit, "pass" if passed else "**fail**"))
-    return table
-
-
-def _cell(verdict: dict[str, Any]) -> str:
-    if verdict["value"] is None:
-        return "**not measured**"
-    text = f"{verdict['value']:.3g}"
-    return text if verdict["passed"] else f"**{text}**"
-
-
-def subject_table(metrics: dict[str, Any]) -> str:
-    """Markdown table of one subject."""
-    lines = [
-        "| measure | right | left | tolerance | |",
-        "|---|---|---|---|---|",
-        *("| " + " | ".join(row) + " |" for row in _measured(metrics)),
+def report(baselines: Sequence[Stored]) -> str:
+    """The page reports/README.md."""
+    sections = [
+        ("All subjects", "", criteria_table(baselines) + "\n" + summary_table(baselines)),
+        *((title, "", measure_table(baselines, columns)) for title, columns in GROUPS),
+        ("Pushes: directions survived, %", ABOUT_SURVIVAL, survival_table(baselines)),
+        ("Pushes: largest survived, N", ABOUT_LARGEST, push_table(baselines)),
+        ("The records against themselves", ABOUT_RECORDS, record_table(baselines)),
+        ("How the feet meet the ground", "", contact_table(baselines)),
+        ("Wall times", ABOUT_TIMES, time_table(baselines)),
     ]
-    return "\n".join(lines) + "\n"
+    parts = [TITLE]
+    for title, about, tables in sections:
+        parts.append(f"## {title}\n\n" + (f"{about}\n" if about else "") + tables)
+    return "\n".join(parts)
 
 
-def _with_table(text: str, table: str) -> str:
+def _with_table(text: str, replacement: str) -> str:
     before, _, rest = text.partition(BEGIN)
     _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{table}{END}{after}"
+    return f"{before}{BEGIN}\n{replacement}{END}{after}"
 
 
 def main() -> int:
@@ -73,18 +425,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail where stale")
     check = parser.parse_args().check
-    baselines = sorted((ROOT / "reports").glob("S*/baseline/metrics.json"))
-    report, first = TITLE, ""
-    for path in baselines:
-        metrics = json.loads(path.read_text(encoding="utf-8"))
-        subject = metrics["subject"]
-        table = subject_table(metrics)
-        first = first or table
-        report += f"\n## {subject['identifier']}: {subject['source']}\n\n{table}"
+    baselines = load(ROOT / "reports")
     readme = ROOT / "README.md"
     wanted = {
-        ROOT / "reports" / "README.md": report,
-        readme: _with_table(readme.read_text(encoding="utf-8"), first),
+        ROOT / "reports" / "README.md": report(baselines),
+        readme: _with_table(readme.read_text(encoding="utf-8"), criteria_table(baselines)),
     }
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:

@@ -18,6 +18,7 @@ from gaitval.data.subject import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.pipeline import (
     STORED_FILES,
+    TIMES,
     Observer,
     Run,
     Stage,
@@ -470,7 +471,30 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     run_subject(run)
     store_baseline(run.folder, tmp_path / "baseline")
     stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
-    assert sorted(stored) == sorted(STORED_FILES)
+    assert sorted(stored) == sorted([*STORED_FILES, TIMES])
+
+
+def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    stand_ins[:] = [3.0, 2.0]
+    times = tmp_path / "baseline" / TIMES
+    run = opened("identification.rounds=2")
+    run_subject(run, scratch=True)
+    store_baseline(run.folder, tmp_path / "baseline")
+    scratch = json.loads(times.read_text())["scratch"]
+    assert {"scale", "train-2", "report"} <= set(scratch["stages"])
+    assert scratch["seconds"] == pytest.approx(sum(scratch["stages"].values()))
+    for name in pipeline.POLICY_FILES:
+        write_text(run.folder / "start" / name, "{}")
+    warm = opened("identification.rounds=1")
+    run_stage(pipeline.train_stage(warm, 1), warm.folder)
+    run_subject(warm)
+    store_baseline(warm.folder, tmp_path / "baseline")
+    both = json.loads(times.read_text())
+    assert both["scratch"] == scratch
+    assert "train-1" in both["warm"]["stages"]
+    assert "train-2" not in both["warm"]["stages"]  # of the run before in the same folder
 
 
 def test_provenance_names_versions_seed_and_hashes(
