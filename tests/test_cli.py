@@ -27,13 +27,14 @@ COMMANDS = (
     "train",
     "identify",
     "simulate",
+    "push",
     "validate",
     "report",
     "subject",
     "baseline",
     "check",
 )
-STAGES = ("scale", "reference", "train", "identify", "simulate", "validate", "report")
+STAGES = ("scale", "reference", "train", "identify", "simulate", "push", "validate", "report")
 
 
 @pytest.fixture(autouse=True)
@@ -265,20 +266,34 @@ def stored(tmp_path: Path) -> Path:
     return tmp_path / "baseline" / "metrics.json"
 
 
-def test_check_passes_where_nothing_was_lost(stored: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli, "walk_again", lambda folder, observer: {})
-    monkeypatch.setattr(regression, "compare", lambda a, b: [row("kept", 4.1)])
-    result = gaitval("check", "--baseline", str(stored))
+@pytest.mark.parametrize("quick", [False, True])
+def test_check_passes_where_nothing_was_lost(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool
+) -> None:
+    """A quick check does not ask for what a short walk does not show."""
+
+    def compare(*_: object, leave_out: tuple[str, ...]) -> list[regression.Row]:
+        assert leave_out == (regression.LONG_MEASURES if quick else ())
+        return [row("kept", 4.1)]
+
+    monkeypatch.setattr(cli, "walk_again", lambda *_, **options: asserted(options, quick=quick))
+    monkeypatch.setattr(regression, "compare", compare)
+    result = gaitval("check", "--baseline", str(stored), *(["--quick"] if quick else []))
     assert result.exit_code == 0
     assert "1 measures within their margins" in result.output.replace("\n", " ")
+
+
+def asserted(options: dict[str, object], **expected: object) -> dict[str, object]:
+    assert options == expected
+    return {}
 
 
 def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr(cli, "walk_again", lambda folder, observer: {})
+    monkeypatch.setattr(cli, "walk_again", lambda *_, **__: {})
     rows = [row("kept", 4.1), row("lost", 5.25), row("lost", None)]
-    monkeypatch.setattr(regression, "compare", lambda a, b: rows)
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: rows)
     junit = tmp_path / "accuracy.xml"
     result = gaitval("check", "--baseline", str(stored), "--junit", str(junit))
     assert result.exit_code == 1
@@ -362,18 +377,38 @@ def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None
                         "value": value,
                         "limit": "at_most",
                         "tolerance": 5.0,
+                        "goal": goal,
                         "unit": "deg",
                         "status": "published",
                         "passed": passed,
+                        "reached": reached,
                     }
-                    for name, value, passed in (("hip_flexion_r", 3.0, True), ("knee", None, False))
+                    for name, value, goal, passed, reached in (
+                        ("hip_flexion_r", 3.0, 3.5, True, True),
+                        ("hip_flexion_l", 4.0, None, True, None),
+                        ("knee", None, 3.5, False, False),
+                    )
                 ],
             }
         )
     text = captured.get()
-    assert "fail" in text
+    verdicts = [line.split()[-2] for line in text.splitlines() if "published" in line]
+    assert verdicts == ["goal", "pass", "fail"]
     assert "not measured" in text
     assert "S05" in text
+
+
+def test_push_table_names_phases_and_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "output", Console(width=200))
+    with cli.output.capture() as captured:
+        cli._print_pushes(
+            {"phases": [0.0, 0.25], "directions": [0.0, -90.0], "largest": [[625, 200], [50, 475]]}
+        )
+    rows = [line.split("│") for line in captured.get().splitlines() if "│" in line]
+    assert [[cell.strip() for cell in row[1:-1]] for row in rows] == [
+        ["0", "625", "200"],
+        ["0.25", "50", "475"],
+    ]
 
 
 @pytest.mark.parametrize(("refused", "code"), [(0, 0), (2, 1)])
