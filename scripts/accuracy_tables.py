@@ -359,13 +359,21 @@ def _feet_text(values: Sequence[float | None], digits: int) -> str:
     return " / ".join(_number(value, digits) for value in values)
 
 
+START_KINDS = {
+    "scratch": "from nothing to report",
+    "general": "from the policy of several people",
+    "warm": "from the person's own stored policy",
+}
+"""What a run may start from, as in `times.json`."""
+
+
 def time_table(baselines: Sequence[Stored]) -> str:
     """Wall times of the runs that made the baselines."""
     lines = []
     for stored in baselines:
         times = stored.times or {}
-        lines.append([stored.name, *(_minutes(times.get(kind)) for kind in ("scratch", "warm"))])
-    return table(("subject", "from scratch to report", "from a stored policy to report"), lines)
+        lines.append([stored.name, *(_minutes(times.get(kind)) for kind in START_KINDS)])
+    return table(("subject", *START_KINDS.values()), lines)
 
 
 def _minutes(run: dict[str, Any] | None) -> str:
@@ -373,7 +381,7 @@ def _minutes(run: dict[str, Any] | None) -> str:
         return "not measured"
     learning = sum(s for name, s in run["stages"].items() if name.startswith("train-"))
     return (
-        f"{run['seconds'] / 60:.1f} min (learning {learning / 60:.1f}), "
+        f"{run['seconds'] / 60:.1f} min, of it learning {learning / 60:.1f}; "
         f"{run['processors']} processors"
     )
 
