@@ -159,7 +159,7 @@ class Training(Section):
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1)
-    """Processes; each steps several environments per message."""
+    """Processes; each walks its share of the environments."""
     environments: int = Field(32, ge=1)
     """Environments over all workers."""
     rollout_steps: int = Field(128, ge=1)
@@ -186,6 +186,9 @@ class Training(Section):
     to all of its range."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where the network learns; `auto`: what takes less time for an update. The environments
+    walk on the CPU."""
     checkpoint_samples: int = Field(200_000, ge=1)
     """Samples between checkpoints, in whole rollouts; a kill loses no more. Episodes begin anew
     at each, so that a training that goes on from it gives the same policy bit for bit."""

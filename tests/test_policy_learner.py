@@ -9,9 +9,11 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gaitval.configuration import Configuration
+from gaitval.errors import ConfigurationError
+from gaitval.policy import learner as module
 from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.experience import Experience
-from gaitval.policy.learner import Learner
+from gaitval.policy.learner import Learner, choose_device, update_seconds
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 from gaitval.scaling.parameters import nominal_parameters
 
@@ -147,7 +149,9 @@ def test_the_buffer_is_that_of_stable_baselines3(monkeypatch):
             obs, expected = getattr(ours._observations, name), getattr(counting.obs_rms, name)
             if name != "count":
                 obs, expected = (np.delete(x, PARAMETERS_OBSERVED) for x in (obs, expected))
-            np.testing.assert_allclose(obs, expected, atol=1e-6)  # single precision of the batch
+            np.testing.assert_allclose(
+                obs, expected, rtol=1e-5, atol=1e-6
+            )  # single precision of the batch
 
 
 @pytest.mark.parametrize("target_kl", [1e3, 0.01])
@@ -215,3 +219,36 @@ def test_what_was_restored_learns_the_same():
         each.learn(experience(each, 1), learning_rate=1e-3)
     for name, value in made.tensors().items():
         assert torch.equal(value, other.tensors()[name]), name
+
+
+# ---- Devices. ----
+
+
+def with_cuda(monkeypatch, there, seconds):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
+    monkeypatch.setattr(module, "update_seconds", lambda _, device: seconds[device])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "there", "seconds", "expected"),
+    [
+        ("auto", True, {"cpu": 0.2, "cuda": 0.1}, "cuda"),
+        ("auto", True, {"cpu": 0.1, "cuda": 0.2}, "cpu"),
+        ("auto", False, {}, "cpu"),  # nothing is timed
+        ("cpu", True, {}, "cpu"),
+        ("cuda", True, {}, "cuda"),
+    ],
+)
+def test_the_faster_device_is_taken(monkeypatch, wanted, there, seconds, expected):
+    with_cuda(monkeypatch, there, seconds)
+    assert choose_device(configuration(device=wanted)) == expected
+
+
+def test_a_device_that_is_not_there(monkeypatch):
+    with_cuda(monkeypatch, False, {})
+    with pytest.raises(ConfigurationError, match=r"training\.device: cuda is asked for, but"):
+        choose_device(configuration(device="cuda"))
+
+
+def test_an_update_is_timed():
+    assert 0.0 < update_seconds(configuration(), "cpu") < 60.0

@@ -22,6 +22,7 @@ from gaitval.policy.storage import (
     OBSERVATION_CLIP,
     Policy,
     load_policy,
+    load_start,
     save_policy,
 )
 from gaitval.scaling.urdf import model_hash
@@ -182,6 +183,22 @@ def test_other_actions(folder):
         load_policy(folder, environment=Environment(action_scale=0.3))
     with pytest.raises(PolicyError, match=r"environment\.mirror = True.*False"):
         load_policy(folder, environment=Environment(mirror=False))
+
+
+def test_a_training_starts_from_its_own_policy_or_a_general_one(task, policy, folder, tmp_path):
+    own = model_hash(task.model)
+    assert load_start(folder, Environment(), model_hash=own).about == policy.about
+    for other in (None, "0123456789abcdef"):
+        with pytest.raises(PolicyError, match=r"trained for S05 alone .*Start from a general"):
+            load_start(folder, Environment(), model_hash=other)
+    about = {k: v for k, v in policy.about.items() if k not in ("subject", "model_hash")}
+    save_policy(Policy(policy.tensors, {**about, "general": True}), tmp_path / "general")
+    for other in (None, own, "0123456789abcdef"):
+        assert load_start(tmp_path / "general", Environment(), model_hash=other).about["general"]
+    with pytest.raises(PolicyError, match=r"environment\.observation = 'extended'.*'paper'"):
+        load_start(tmp_path / "general", Environment(observation="paper"))
+    with pytest.raises(PolicyError, match="a general policy of several people"):
+        load_policy(tmp_path / "general", model_hash=own)
 
 
 @pytest.mark.parametrize("size", [0, 7, 200, -1])

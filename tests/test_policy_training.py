@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,13 +13,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors.numpy import save_file
 from simulation_fixtures import changed, random_policy
 
 from gaitval.configuration import Configuration
-from gaitval.errors import PolicyError
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.storage import load_policy, save_policy
-from gaitval.policy.training import LOG_COLUMNS, train
+from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.policy.environment import OBSERVATION_SIZES, WalkingEnvironment
+from gaitval.policy.experience import Experience, _shapes, _walk
+from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
+from gaitval.policy.training import LOG_COLUMNS, _read_checkpoint, train, train_general
 from gaitval.scaling.parameters import nominal_parameters
 from gaitval.scaling.urdf import model_hash
 
@@ -44,7 +47,8 @@ EASY = {
 UPDATES, SAMPLES = 40, 40 * 16 * 64
 
 TINY = {**EASY, "training": {**EASY["training"], "environments": 4, "hidden_units": 8}}
-UPDATE = 4 * 64
+TINY["training"] |= {"rollout_steps": 32, "batch_size": 64}
+UPDATE = 4 * 32
 
 INTERRUPTED = {**TINY, "training": {**TINY["training"], "checkpoint_samples": 2 * UPDATE}}
 
@@ -61,6 +65,42 @@ def rows_of(folder):
 def with_seed(task, seed):
     values = task.configuration.model_dump() | {"seed": seed}
     return replace(task, configuration=Configuration.model_validate(values))
+
+
+class LocalWorkers:
+    """What `WalkingWorkers` does, in this process, which starts sooner."""
+
+    def __init__(self, tasks, *, count, workers, steps):
+        del workers
+        size = OBSERVATION_SIZES[tasks[0].configuration.environment.observation]
+        arrays = {n: np.zeros(*shape) for n, shape in _shapes(steps, count, size).items()}
+        self.experience = Experience(**arrays)
+        self.environments = [WalkingEnvironment(tasks[i % len(tasks)]) for i in range(count)]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def set_difficulty(self, difficulty):
+        for environment in self.environments:
+            environment.difficulty = difficulty
+
+    def begin(self, seed):
+        self.seen = [each.reset(seed=seed + i)[0] for i, each in enumerate(self.environments)]
+
+    def walk(self, tensors, noise):
+        self.experience.actions[:] = noise
+        policy = Policy(tensors, {})
+        for i, environment in enumerate(self.environments):
+            self.seen[i] = _walk(environment, self.seen[i], policy, self.experience, i)
+        return self.experience
+
+
+@pytest.fixture
+def local(monkeypatch):
+    monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", LocalWorkers)
 
 
 # ---- A real training, short. ----
@@ -124,6 +164,7 @@ def test_the_policy_says_what_it_is_for(task, trained):
     assert about["observation"] == "extended"
     assert about["action_scale"] == task.configuration.environment.action_scale
     assert about["samples"] == SAMPLES
+    assert about["device"] == "cpu"
     assert about["seed"] == easy.configuration.seed
     assert about["configuration"] == easy.configuration.model_dump(mode="json")
     assert {"torch", "stable-baselines3", "dartpy"} <= set(about["versions"])
@@ -186,6 +227,7 @@ def test_a_warm_start_goes_on_where_the_policy_stands(task, trained, tmp_path):
     assert np.abs(warm.tensors["action_net.bias"] - stored.tensors["action_net.bias"]).max() > 0.0
 
 
+@pytest.mark.usefixtures("local")
 def test_a_warm_start_with_another_observation_is_refused(task, trained, tmp_path):
     paper = changed(task, environment={"observation": "paper"}, training=TINY["training"])
     with pytest.raises(PolicyError, match="does not fit this task"):
@@ -269,25 +311,28 @@ def wait(condition, seconds):
 def uninterrupted(task, tmp_path_factory):
     """A training of eight updates, a checkpoint after each two."""
     folder = tmp_path_factory.mktemp("uninterrupted")
-    return train(changed(task, **INTERRUPTED), folder, samples=8 * UPDATE), rows_of(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gaitval.policy.training.WalkingWorkers", LocalWorkers)
+        return train(changed(task, **INTERRUPTED), folder, samples=8 * UPDATE), folder
 
 
 def assert_the_same(policy, rows, uninterrupted):
     """Bit for bit; the log but for its times."""
-    expected, expected_rows = uninterrupted
+    expected, folder = uninterrupted
     assert policy.about == expected.about
     assert set(policy.tensors) == set(expected.tensors)
     for name, value in expected.tensors.items():
         np.testing.assert_array_equal(policy.tensors[name], value, err_msg=name)
     wall = [float(row.pop("wall_seconds")) for row in rows]
     assert wall == sorted(wall)
-    for row, other in zip(rows, expected_rows, strict=True):
+    for row, other in zip(rows, rows_of(folder), strict=True):
         assert row == {name: value for name, value in other.items() if name != "wall_seconds"}
 
 
-@pytest.mark.parametrize("update", [1, 5, 8])
+@pytest.mark.parametrize("update", [1, 6])
+@pytest.mark.usefixtures("local")
 def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_path, update):
-    """Before the first checkpoint, between two, and before the last is written."""
+    """Before the first checkpoint, and just before a later one is written."""
     tiny, seen = changed(task, **INTERRUPTED), []
 
     def stop(progress):
@@ -334,18 +379,91 @@ def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     assert_the_same(policy, rows_of(folder), uninterrupted)
 
 
-@pytest.mark.parametrize("damage", ["length", "empty", "truncated", "log"])
-def test_without_a_usable_checkpoint_it_begins_anew(task, uninterrupted, tmp_path, damage):
-    tiny = changed(task, **INTERRUPTED)
-    train(tiny, tmp_path, samples=(7 if damage == "length" else 8) * UPDATE)
-    path = tmp_path / "checkpoint.safetensors"
+@pytest.mark.parametrize("damage", ["length", "empty", "truncated", "unlabelled", "log"])
+def test_an_unusable_checkpoint_is_not_gone_on_from(uninterrupted, tmp_path, damage):
+    folder = tmp_path / "training"
+    shutil.copytree(uninterrupted[1], folder)
+    assert _read_checkpoint(folder, 8 * UPDATE).samples == 8 * UPDATE
+    path = folder / "checkpoint.safetensors"
     if damage == "empty":
         path.write_bytes(b"")
     elif damage == "truncated":
         path.write_bytes(path.read_bytes()[:-8])
+    elif damage == "unlabelled":
+        save_file({"numbers": np.zeros(3)}, path)
     elif damage == "log":
-        (tmp_path / "training.csv").unlink()
-    again = []
-    policy = train(tiny, tmp_path, samples=8 * UPDATE, on_progress=again.append)
-    assert len(again) == 8
-    assert_the_same(policy, rows_of(tmp_path), uninterrupted)
+        (folder / "training.csv").unlink()
+    assert _read_checkpoint(folder, (7 if damage == "length" else 8) * UPDATE) is None
+
+
+# ---- Devices. ----
+
+
+@pytest.mark.usefixtures("local")
+def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
+    """As long as it goes on; a fake CUDA device, which is slower."""
+    asked = []
+
+    def choose(configuration):
+        asked.append(configuration.training.device)
+        return "cpu"
+
+    monkeypatch.setattr("gaitval.policy.training.choose_device", choose)
+    tiny = changed(task, **INTERRUPTED)
+
+    def stop(progress):
+        if progress["samples"] == 3 * UPDATE:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        train(tiny, tmp_path, samples=4 * UPDATE, on_progress=stop)
+    policy = train(tiny, tmp_path, samples=4 * UPDATE)
+    assert asked == ["auto"]
+    assert policy.about["device"] == "cpu"
+
+
+# ---- One policy for several people. ----
+
+
+@pytest.mark.usefixtures("local")
+def test_a_general_policy_is_trained_on_all_and_started_from(task, tmp_path):
+    """Environments of both people: it differs from either's own, and walks for nobody."""
+    tiny = changed(task, **TINY)
+    light, heavy = (replace(tiny, model=scaled_mass(tiny.model, f)) for f in (0.9, 1.1))
+    policies = {
+        name: train_general(tasks, tmp_path / name, samples=UPDATE)
+        for name, tasks in (("both", [light, heavy]), ("light", [light]), ("heavy", [heavy]))
+    }
+    both = policies["both"]
+    means = {name: each.tensors["observation_mean"] for name, each in policies.items()}
+    assert not np.array_equal(means["both"], means["light"])
+    assert not np.array_equal(means["both"], means["heavy"])
+
+    save_policy(both, tmp_path / "policy")
+    with pytest.raises(PolicyError, match="a general policy of several people"):
+        load_policy(tmp_path / "policy")
+    start = load_start(tmp_path / "policy", tiny.configuration.environment)
+    assert start.about["general"]
+    assert "model_hash" not in start.about
+    mine = train(tiny, tmp_path / "mine", samples=UPDATE, start=start, subject="S05")
+    assert mine.about["model_hash"] == model_hash(task.model)
+    assert "general" not in mine.about
+    assert mine.tensors["observation_count"][0] == pytest.approx(2 * UPDATE, abs=1.0)
+
+
+def scaled_mass(model, factor):
+    """A body of the same lengths and another mass."""
+    segments = tuple(
+        replace(s, mass=factor * s.mass, inertia=factor * s.inertia) for s in model.segments
+    )
+    return replace(model, segments=segments)
+
+
+@pytest.mark.usefixtures("local")
+def test_what_a_general_policy_cannot_be_trained_on(task, tmp_path):
+    other = changed(task, servo={"hip": 300.0})
+    with pytest.raises(ConfigurationError, match="configuration, but those of the tasks differ"):
+        train_general([task, other], tmp_path, samples=UPDATE)
+    few = changed(task, training={"environments": 2})
+    with pytest.raises(ConfigurationError, match="2 are fewer than the 3 tasks"):
+        train_general([few, few, few], tmp_path, samples=UPDATE)

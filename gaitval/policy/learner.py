@@ -5,6 +5,7 @@ comes whole from `policy/experience.py`, so observations, values and probabiliti
 all of it at once, and that actor and critic, which share no weights, learn in two threads.
 """
 
+import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -14,11 +15,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
+from stable_baselines3.common.logger import configure
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 
 from gaitval.configuration import Configuration
-from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.errors import ConfigurationError
+from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED, REWARD_TERMS
 from gaitval.policy.experience import Experience
 from gaitval.policy.storage import OBSERVATION_CLIP
 from gaitval.scaling.parameters import parameter_bounds
@@ -84,8 +87,6 @@ class WalkingPPO(PPO):
 def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
     """PPO with the network and settings of a configuration, without environments of its own."""
     training = configuration.training
-
-    torch.distributions.Distribution.set_default_validate_args(False)  # a fifth of an update
     layers = [training.hidden_units, training.hidden_units]
     ppo = WalkingPPO(
         "MlpPolicy",
@@ -308,3 +309,52 @@ class Learner:
         seen.count = float(tensors["observation_count"][0])
         mean, variance, count = tensors["return_statistics"].numpy()
         returns.mean, returns.var, returns.count = mean, variance, float(count)
+
+
+def update_seconds(configuration: Configuration, device: str) -> float:
+    """Time of one update on a device, of made-up experience."""
+    learner = Learner(configuration, device=device)
+    learner.ppo.set_logger(configure(None, []))
+    learner.begin(0)
+    noise = learner.noise()
+    shape = noise.shape[:2]
+    random = np.random.default_rng(0)
+    size = OBSERVATION_SIZES[configuration.environment.observation]
+    never = np.zeros(shape, dtype=bool)
+    experience = Experience(
+        observations=random.standard_normal((shape[0] + 1, shape[1], size), dtype=np.float32),
+        actions=noise,
+        rewards=random.random(shape, dtype=np.float32),
+        fell=never,
+        ended=never,
+        final_observations=np.zeros((*shape, size), dtype=np.float32),
+        cycles=np.zeros(shape, dtype=np.float32),
+        terms=np.zeros((*shape, len(REWARD_TERMS)), dtype=np.float32),
+    )
+    seconds = np.inf
+    for _ in range(2):  # the first also loads what the device needs
+        began = time.perf_counter()
+        learner.learn(experience, learning_rate=0.0)
+        learner.actor()
+        seconds = time.perf_counter() - began
+    return seconds
+
+
+def choose_device(configuration: Configuration) -> str:
+    """`cpu` or `cuda`, as `training.device` says; `auto` is what takes less time for an update.
+
+    Raises
+    ------
+    ConfigurationError : `cuda` where there is none.
+    """
+    wanted = configuration.training.device
+    if wanted == "cpu" or (wanted == "auto" and not torch.cuda.is_available()):
+        return "cpu"
+    if not torch.cuda.is_available():
+        raise ConfigurationError(
+            "training.device: cuda is asked for, but PyTorch finds no CUDA device here. Set it to "
+            "auto or cpu, or install a build of PyTorch for the device's driver."
+        )
+    if wanted == "cuda":
+        return "cuda"
+    return min(("cpu", "cuda"), key=lambda device: update_seconds(configuration, device))

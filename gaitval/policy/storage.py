@@ -42,12 +42,17 @@ class Policy:
     ----------
     tensors : every number of the network (with the critic, so that training can go on), the
         observation mean and variance, and the variance of returns.
-    about : what the policy was trained for: `model_hash`, `observation`, `action_scale`,
-        `subject`, `samples`, `seed`, `configuration`, `versions`.
+    about : what the policy was trained for: `subject` and `model_hash`, or `general`; and
+        `observation`, `action_scale`, `samples`, `seed`, `device`, `configuration`, `versions`.
     """
 
     tensors: Mapping[str, NDArray[Any]]
     about: Mapping[str, Any]
+
+    @property
+    def hidden_units(self) -> int:
+        """Units of each hidden layer."""
+        return len(self.tensors[NETWORK[1]])
 
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
         """Mean action (25,) or (B, 25) for observations (size,) or (B, size)."""
@@ -70,7 +75,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
 def load_policy(
     folder: Path, *, model_hash: str | None = None, environment: Environment | None = None
 ) -> Policy:
-    """Read what `save_policy` wrote.
+    """Read what `save_policy` wrote, to walk with.
 
     Parameters
     ----------
@@ -79,9 +84,64 @@ def load_policy(
 
     Raises
     ------
-    PolicyError : missing, damaged or of another subject's model.
+    PolicyError : missing, damaged, of another subject's model, or general.
     """
-    folder = Path(folder)
+    policy = _read(Path(folder))
+    about = policy.about
+    if about.get("general"):
+        raise PolicyError(
+            f"{folder}: this is a general policy of several people, for a training to start from. "
+            "Train a policy for this body from it."
+        )
+    if model_hash is not None and about.get("model_hash") != model_hash:
+        raise PolicyError(
+            f"{folder}: this policy was trained for {about.get('subject', 'another subject')} with "
+            f"the body model {str(about.get('model_hash'))[:12]}, but the model here is "
+            f"{model_hash[:12]}. Train a policy for this model, or use the model it was made for."
+        )
+    if environment is not None:
+        _check_meaning(policy, environment, folder)
+    return policy
+
+
+def load_start(folder: Path, environment: Environment, *, model_hash: str | None = None) -> Policy:
+    """Read a policy that a training may start from: a general one, or one of the same body.
+
+    Parameters
+    ----------
+    environment : refuse a policy that was trained to observe or act otherwise.
+    model_hash : of the body to train for; only a general policy is taken when not given.
+
+    Raises
+    ------
+    PolicyError : missing, damaged, or neither general nor of this body.
+    """
+    policy = _read(Path(folder))
+    about = policy.about
+    if not about.get("general") and (model_hash is None or about.get("model_hash") != model_hash):
+        raise PolicyError(
+            f"{folder}: this policy was trained for {about.get('subject', 'another subject')} "
+            f"alone (body model {str(about.get('model_hash'))[:12]}). Start from a general policy, "
+            "from one of the same body, or from nothing (--scratch)."
+        )
+    _check_meaning(policy, environment, folder)
+    return policy
+
+
+def _check_meaning(policy: Policy, environment: Environment, folder: Path) -> None:
+    """Refuse a policy whose numbers mean something else than `environment` says."""
+    trained = policy.about.get("configuration", {}).get("environment", {})
+    for name in MEANING:
+        seen, wanted = trained.get(name), getattr(environment, name)
+        if seen != wanted:
+            raise PolicyError(
+                f"{folder}: this policy was trained with environment.{name} = {seen!r}, but "
+                f"the configuration asks for {wanted!r}. Set it to what the policy was trained "
+                "with, or train a policy with --scratch."
+            )
+
+
+def _read(folder: Path) -> Policy:
     path = folder / "policy.safetensors"
     if not path.exists():
         raise PolicyError(f"{path}: there is no policy here. Train one with `gaitval train`.")
@@ -106,20 +166,4 @@ def load_policy(
         raise PolicyError(f"{path}: the tensors {', '.join(missing)} are missing.")
     if not all(np.isfinite(value).all() for value in tensors.values()):
         raise PolicyError(f"{path}: some of its numbers are not finite.")
-    if model_hash is not None and about.get("model_hash") != model_hash:
-        raise PolicyError(
-            f"{folder}: this policy was trained for {about.get('subject', 'another subject')} with "
-            f"the body model {str(about.get('model_hash'))[:12]}, but the model here is "
-            f"{model_hash[:12]}. Train a policy for this model, or use the model it was made for."
-        )
-    if environment is not None:
-        trained = about.get("configuration", {}).get("environment", {})
-        for name in MEANING:
-            seen, wanted = trained.get(name), getattr(environment, name)
-            if seen != wanted:
-                raise PolicyError(
-                    f"{folder}: this policy was trained with environment.{name} = {seen!r}, but "
-                    f"the configuration asks for {wanted!r}. Set it to what the policy was trained "
-                    "with, or train a policy with --scratch."
-                )
     return Policy(tensors, about)

@@ -5,7 +5,7 @@ import io
 import json
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,10 @@ from stable_baselines3.common.logger import configure
 
 from gaitval.artefacts import replacing, versions, write_text
 from gaitval.configuration import Configuration, Training
-from gaitval.errors import PolicyError
+from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.environment import REWARD_TERMS
 from gaitval.policy.experience import Experience, WalkingWorkers
-from gaitval.policy.learner import Learner
+from gaitval.policy.learner import Learner, choose_device
 from gaitval.policy.storage import Policy
 from gaitval.scaling.urdf import model_hash
 from gaitval.simulation.walker import WalkingTask
@@ -101,6 +101,7 @@ def _read_rows(path: Path, samples: int) -> list[dict[str, Any]]:
 @dataclass(frozen=True)
 class _Checkpoint:
     samples: int
+    device: str
     log: _Log
     tensors: dict[str, torch.Tensor]
 
@@ -112,6 +113,7 @@ def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None
     _write_rows(folder / "training.csv", checkpoint.log.rows)
     state = {
         "samples": checkpoint.samples,
+        "device": checkpoint.device,
         "total": total,
         "episodes": list(checkpoint.log.episodes),
     }
@@ -131,7 +133,7 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
     except (OSError, SafetensorError, KeyError, TypeError, ValueError):
         return None
     log.episodes.extend(tuple(episode) for episode in state["episodes"])
-    return _Checkpoint(state["samples"], log, tensors)
+    return _Checkpoint(state["samples"], state["device"], log, tensors)
 
 
 def _row(
@@ -158,14 +160,15 @@ def _row(
 def _learner(
     configuration: Configuration, checkpoint: _Checkpoint | None, start: Policy | None
 ) -> Learner:
-    """As it was at the checkpoint, or with the numbers of `start`, or new."""
-    learner = Learner(configuration)
+    """As it was at the checkpoint and on its device, or with the numbers of `start`, or new."""
     if checkpoint is not None:
+        learner = Learner(configuration, device=checkpoint.device)
         tensors = checkpoint.tensors
-    elif start is not None:
-        tensors = {name: torch.from_numpy(np.array(v)) for name, v in start.tensors.items()}
     else:
-        return learner
+        learner = Learner(configuration, device=choose_device(configuration))
+        if start is None:
+            return learner
+        tensors = {name: torch.from_numpy(np.array(v)) for name, v in start.tensors.items()}
     try:
         learner.restore(tensors)
     except (KeyError, RuntimeError) as error:
@@ -202,34 +205,82 @@ def train(
     folder : receives `training.csv`, TensorBoard logs and checkpoints.
     samples : environment steps in all.
     start : policy whose weights are taken over (a warm start: full randomisation and a smaller
-        learning rate from the beginning).
+        learning rate from the beginning), of the same body or general.
     on_progress : called after each update with samples, total, reward and cycles.
 
     Raises
     ------
     PolicyError : `start` observes something else than this task.
+    ConfigurationError : the device that is asked for is not there.
     """
-    folder = Path(folder)
+    learner = _train([task], Path(folder), samples, start, on_progress)
+    about = {"subject": subject, "model_hash": model_hash(task.model)}
+    return _policy(task.configuration, learner, about)
+
+
+def train_general(
+    tasks: Sequence[WalkingTask],
+    folder: Path,
+    *,
+    samples: int,
+    start: Policy | None = None,
+    on_progress: Progress | None = None,
+) -> Policy:
+    """Train one policy on the bodies of several people, for trainings of each to start from.
+
+    What is observed is relative to the reference, so it means the same for everybody. The
+    environments are shared out over the tasks in turn. Otherwise as `train`.
+
+    Parameters
+    ----------
+    tasks : of one configuration.
+
+    Raises
+    ------
+    ConfigurationError : the tasks' configurations differ, or there are fewer environments than
+        tasks.
+    """
+    configuration = tasks[0].configuration
+    if any(task.configuration != configuration for task in tasks):
+        raise ConfigurationError(
+            "A general policy is trained with one configuration, but those of the tasks differ."
+        )
+    if configuration.training.environments < len(tasks):
+        raise ConfigurationError(
+            f"training.environments: {configuration.training.environments} are fewer than the "
+            f"{len(tasks)} tasks of a general policy. Set it to a multiple of {len(tasks)}."
+        )
+    learner = _train(tasks, Path(folder), samples, start, on_progress)
+    return _policy(configuration, learner, {"general": True})
+
+
+def _train(
+    tasks: Sequence[WalkingTask],
+    folder: Path,
+    samples: int,
+    start: Policy | None,
+    on_progress: Progress | None,
+) -> Learner:
     folder.mkdir(parents=True, exist_ok=True)
-    configuration = task.configuration
+    configuration = tasks[0].configuration
     training, warm = configuration.training, start is not None
     torch.set_num_threads(1)  # more threads in one operation wait longer than they compute
     checkpoint = _read_checkpoint(folder, samples)
     learner = _learner(configuration, checkpoint, start)
-    if learner.ppo.num_timesteps >= samples:
-        return _policy(task, learner, subject)
+    done = learner.ppo.num_timesteps
+    if done >= samples:
+        return learner
     log = _Log() if checkpoint is None else checkpoint.log
     logger = configure(str(folder / "tensorboard"), ["tensorboard"])
     learner.ppo.set_logger(logger)
     began = time.monotonic() - log.wall_seconds
     workers = WalkingWorkers(
-        [task],
+        tasks,
         count=training.environments,
         workers=training.workers,
         steps=training.rollout_steps,
     )
     with workers:
-        done = learner.ppo.num_timesteps
         pause = done  # for a checkpoint
         while done < samples:
             difficulty = _difficulty(training, done, samples, warm)
@@ -253,25 +304,27 @@ def train(
                 told = {"total": samples, "reward": row["episode_reward"]}
                 on_progress({"samples": done, "cycles": row["cycles"], **told})
             if done >= pause:
-                _write_checkpoint(folder, _Checkpoint(done, log, learner.tensors()), samples)
-    return _policy(task, learner, subject)
+                found = _Checkpoint(done, str(learner.ppo.device), log, learner.tensors())
+                _write_checkpoint(folder, found, samples)
+    return learner
 
 
-def _policy(task: WalkingTask, learner: Learner, subject: str) -> Policy:
-    configuration = task.configuration
-    about = {
-        "subject": subject,
-        "model_hash": model_hash(task.model),
-        "observation": configuration.environment.observation,
-        "action_scale": configuration.environment.action_scale,
-        "samples": learner.ppo.num_timesteps,
-        "seed": configuration.seed,
-        "configuration": configuration.model_dump(mode="json"),
-        "versions": versions(),
-    }
+def _policy(configuration: Configuration, learner: Learner, about: dict[str, Any]) -> Policy:
     tensors = {
         name: value.numpy()
         for name, value in learner.tensors().items()
         if not name.startswith("optimiser.")
     }
-    return Policy(tensors, about)
+    return Policy(
+        tensors,
+        {
+            **about,
+            "observation": configuration.environment.observation,
+            "action_scale": configuration.environment.action_scale,
+            "samples": learner.ppo.num_timesteps,
+            "seed": configuration.seed,
+            "device": str(learner.ppo.device),
+            "configuration": configuration.model_dump(mode="json"),
+            "versions": versions(),
+        },
+    )
