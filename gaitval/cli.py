@@ -115,7 +115,8 @@ ConfigOption = Annotated[
     typer.Option(
         "--config",
         "-c",
-        help="TOML file with some of the settings; the others keep their values.",
+        help="TOML file with some of the settings; the others keep their values. `paper`: the "
+        "paper's own state and reward.",
         show_default=False,
     ),
 ]

@@ -16,6 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gaitval.errors import ConfigurationError
 
+NAMED = Path(__file__).parent / "configurations"
+"""Configurations that can be given by their name: `paper`."""
+
 Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 
@@ -91,7 +94,7 @@ class Environment(Section):
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
-    push_probability: Fraction = 0.1
+    push_probability: Fraction = 0.3
     """Share of training episodes with a push."""
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
@@ -104,33 +107,34 @@ class Reward(Section):
     """Weights and kernel widths of the reward.
 
     Every term is weight x exp(-sharpness x squared error), the bounded form of the paper's
-    signed differences (DeepMimic's; see docs/architecture.md). The paper's weights are 5, 2,
-    0.5 and 0.005; they keep their proportions here.
+    signed differences (DeepMimic's). The paper's weights are 5, 2, 0.5 and 0.005 on the first,
+    third, fifth and last term; docs/learning.md has what the other terms and the kernels' widths
+    are worth.
     """
 
     joint_positions: float = Field(5.0, ge=0)
-    joint_positions_sharpness: Positive = 5.0
+    joint_positions_sharpness: Positive = 20.0
     """1/rad², on the sum over the 25 coordinates."""
     joint_velocities: float = Field(1.0, ge=0)
-    joint_velocities_sharpness: Positive = 0.02
+    joint_velocities_sharpness: Positive = 0.05
     """s²/rad²."""
     centre_of_mass: float = Field(2.0, ge=0)
     centre_of_mass_sharpness: Positive = 40.0
     """1/m²."""
     pelvis_rotation: float = Field(1.0, ge=0)
-    pelvis_rotation_sharpness: Positive = 10.0
+    pelvis_rotation_sharpness: Positive = 40.0
     """1/rad²."""
     end_effectors: float = Field(2.0, ge=0)
-    end_effectors_sharpness: Positive = 40.0
+    end_effectors_sharpness: Positive = 100.0
     """1/m², on the sum over feet and hands."""
-    ground_reaction: float = Field(1.0, ge=0)
-    ground_reaction_sharpness: Positive = 8.0
+    ground_reaction: float = Field(3.0, ge=0)
+    ground_reaction_sharpness: Positive = 20.0
     """1/(body weight)², on the sum over both feet of the mean force during the action, fore-aft
     weighted twice and sideways three times, for these forces are a fifth and a tenth of the
     vertical one."""
-    joint_moments: float = Field(1.0, ge=0)
-    joint_moments_sharpness: Positive = 1.0
-    """1/(Nm/kg)², on the sum over the coordinates whose moment the record has."""
+    joint_moments: float = Field(3.0, ge=0)
+    joint_moments_sharpness: Positive = 4.0
+    """1/(Nm/kg)², on the sum over the 25 coordinates, against the reference's moments."""
     torque: float = Field(0.005, ge=0)
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 
@@ -154,8 +158,10 @@ class Randomisation(Section):
 class Training(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(4_000_000, ge=1)
+    samples: int = Field(3_000_000, ge=1)
     """Environment steps of the first training."""
+    transfer_samples: int = Field(1_000_000, ge=0)
+    """Environment steps of the first training when it starts from the general policy."""
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1)
@@ -341,7 +347,8 @@ def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()
 
     Parameters
     ----------
-    path : TOML file with some of the sections and keys of `Configuration`.
+    path : TOML file with some of the sections and keys of `Configuration`, or the name of one in
+        `NAMED`.
     settings : texts `section.key=value`, the value written as in TOML.
 
     Raises
@@ -350,10 +357,15 @@ def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()
     """
     values: dict[str, Any] = {}
     if path is not None:
+        named = NAMED / f"{path}.toml"
         try:
-            values = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+            file = named if named.is_file() and not Path(path).is_file() else Path(path)
+            values = tomllib.loads(file.read_text(encoding="utf-8"))
         except FileNotFoundError:
-            raise ConfigurationError(f"{path}: no such configuration file.") from None
+            names = ", ".join(sorted(file.stem for file in NAMED.glob("*.toml")))
+            raise ConfigurationError(
+                f"{path}: no such configuration file, nor one of the named ones ({names})."
+            ) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ConfigurationError(f"{path}: not valid TOML ({error}).") from None
     for text in settings:

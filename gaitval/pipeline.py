@@ -59,7 +59,10 @@ STORED_FILES = (
 
 
 TIMES = "times.json"
-"""Wall times of the runs that a baseline came of: `scratch`, and `warm` from a stored policy."""
+"""Wall times of the runs that a baseline came of, by what they started from (`_start_kind`)."""
+
+GENERAL = "general"
+"""Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 
 FOLLOWING = ("evaluate", "choose")
 """Short stages without a command: they run by themselves after `identify`."""
@@ -281,8 +284,18 @@ def stored_baseline(folder: Path, identifier: str) -> Path | None:
     return None
 
 
+def general_policy() -> Path | None:
+    """The stored policy of several people that trainings of anybody may start from."""
+    package = Path(__file__).parent
+    for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
+        if (candidate / POLICY_FILES[0]).is_file():
+            return candidate
+    return None
+
+
 def choose_start(run: Run, *, scratch: bool) -> None:
-    """Put the policy that round 1 starts from into `start/`, or none with `scratch`.
+    """Put the policy that round 1 starts from into `start/`, or none with `scratch`: the stored
+    one of this body, else the general one.
 
     A training that is done or under way keeps its start, so that a later call resumes or
     skips instead of training again from a baseline that was rewritten since.
@@ -294,16 +307,34 @@ def choose_start(run: Run, *, scratch: bool) -> None:
     if scratch:
         return
     baseline = stored_baseline(run.folder, run.subject.identifier)
-    if baseline is None:
-        run.observer.say("No stored policy for this subject: training from nothing.")
+    stored = [baseline / "policy"] if baseline else []
+    general = general_policy()
+    for source in (*stored, *([general] if general else [])):
+        try:
+            policy = _start(run, source)
+        except PolicyError as error:
+            run.observer.say(f"A stored policy is not used: {error}")
+            continue
+        units, wanted = policy.hidden_units, run.configuration.training.hidden_units
+        if units != wanted:
+            run.observer.say(
+                f"A stored policy is not used: {source} has {units} hidden units, "
+                f"training.hidden_units asks for {wanted}."
+            )
+            continue
+        _copy(source, start, POLICY_FILES)
+        kind = "general policy" if source == general else "stored policy of this body"
+        run.observer.say(f"Training starts from the {kind} in {source} (--scratch: not).")
         return
-    try:
-        _policy(run, baseline / "policy")
-    except PolicyError as error:
-        run.observer.say(f"The stored policy is not used, training from nothing: {error}")
-        return
-    _copy(baseline / "policy", start, POLICY_FILES)
-    run.observer.say(f"Training starts from the stored policy in {baseline} (--scratch: not).")
+    run.observer.say("No stored policy to start from: training from nothing.")
+
+
+def _start_kind(folder: Path) -> str:
+    """What round 1 of a run starts from: `scratch`, or `general` or `warm`, this body's own."""
+    about = folder / "start" / POLICY_FILES[1]
+    if not about.exists():
+        return "scratch"
+    return "general" if read_json(about).get("general") else "warm"
 
 
 def _copy(source: Path, target: Path, names: tuple[str, ...]) -> None:
@@ -363,6 +394,11 @@ def train_stage(run: Run, round_number: int) -> Stage:
     start = f"{before}/policy" if round_number > 1 else "start"
     has_start = round_number > 1 or (run.folder / start).exists()
     earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
+    samples = {
+        "scratch": training.samples,
+        "general": training.transfer_samples,
+        "warm": training.refinement_samples,
+    }[_start_kind(run.folder) if round_number == 1 else "warm"]
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
@@ -371,8 +407,8 @@ def train_stage(run: Run, round_number: int) -> Stage:
         policy = train(
             _task(run),
             run.folder / here,
-            samples=training.refinement_samples if has_start else training.samples,
-            start=_policy(run, run.folder / start) if has_start else None,
+            samples=samples,
+            start=_start(run, run.folder / start) if has_start else None,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
@@ -716,6 +752,15 @@ def _policy(run: Run, folder: Path) -> "Policy":
     )
 
 
+def _start(run: Run, folder: Path) -> "Policy":
+    """The policy in `folder` to train from: general, or of the body of this run."""
+    from gaitval.policy.storage import load_start
+    from gaitval.scaling.urdf import model_hash, read_urdf
+
+    body = model_hash(read_urdf(run.folder / "model.urdf"))
+    return load_start(folder, run.configuration.environment, model_hash=body)
+
+
 def _task(run: Run) -> "WalkingTask":
     """The walking task that training, identification and simulation share."""
     from gaitval.kinematics.reference import ReferenceMotion
@@ -860,9 +905,8 @@ def store_baseline(folder: Path, target: Path) -> None:
         )
     _copy(folder, target, STORED_FILES)
     path = target / TIMES
-    kind = "warm" if (folder / "start").exists() else "scratch"
     earlier = read_json(path) if path.exists() else {}
-    write_json(path, {**earlier, kind: _times(folder)})
+    write_json(path, {**earlier, _start_kind(folder): _times(folder)})
 
 
 def _times(folder: Path) -> dict[str, Any]:

@@ -10,9 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from simulation_fixtures import random_policy
 
 from gaitval import pipeline
-from gaitval.artefacts import write_json, write_text
+from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.data.subject import load_subject
 from gaitval.errors import ArtefactError
@@ -37,6 +38,8 @@ from gaitval.pipeline import (
     validate_stage,
     why_run,
 )
+from gaitval.policy.storage import save_policy
+from gaitval.simulation.walker import WalkingTask
 
 STAGES = ("scale", "reference", "train", "identify", "simulate", "push", "validate", "report")
 
@@ -271,6 +274,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     for name in (*STAGES, "evaluate"):
         stand_in(f"{name}_stage")
     monkeypatch.setattr(pipeline, "stored_baseline", lambda *_: None)
+    monkeypatch.setattr(pipeline, "general_policy", lambda: None)
     return epsilons
 
 
@@ -532,3 +536,78 @@ def test_killed_main_job_resumes_at_the_interrupted_stage(
     assert ran(again) == ["simulate", "push", "validate", "report"]
     assert isinstance(again.observer, Listener)
     assert again.observer.reasons["simulate"] == "was interrupted"
+
+
+# ---- What a training starts from. ----
+
+
+def stored_policy(folder: Path, task: WalkingTask, **about: object) -> Path:
+    """A policy of 128 hidden units in `folder`."""
+    policy = random_policy(task, scale=0.0, units=128)
+    save_policy(replace(policy, about={**policy.about, **about}), folder)
+    return folder
+
+
+@pytest.fixture
+def scaled(opened: Opener, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """A run whose body is scaled, with no stored policy anywhere."""
+    monkeypatch.setattr(pipeline, "stored_baseline", lambda *_: None)
+    monkeypatch.setattr(pipeline, "general_policy", lambda: None)
+    run = opened()
+    run_one(run, "scale")
+    run_one(run, "reference")
+    return run
+
+
+def said(run: Run) -> str:
+    assert isinstance(run.observer, Listener)
+    return "\n".join(run.observer.lines)
+
+
+def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> None:
+    pipeline.choose_start(scaled, scratch=False)
+    assert not (scaled.folder / "start").exists()
+    assert "training from nothing" in said(scaled)
+    assert pipeline.train_stage(scaled, 1).inputs == ("model.urdf", "reference.npz")
+
+
+def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(pipeline, "general_policy", lambda: general)
+    pipeline.choose_start(scaled, scratch=False)
+    assert read_json(scaled.folder / "start" / "policy.json")["general"]
+    assert "general policy" in said(scaled)
+    pipeline.choose_start(scaled, scratch=True)
+    assert not (scaled.folder / "start").exists()
+
+
+def test_a_policy_of_this_body_goes_before_the_general_one_and_another_body_is_refused(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(pipeline, "general_policy", lambda: general)
+    own = tmp_path / "baseline"
+    monkeypatch.setattr(pipeline, "stored_baseline", lambda *_: own)
+    stored_policy(own / "policy", task)
+    pipeline.choose_start(scaled, scratch=False)
+    assert not read_json(scaled.folder / "start" / "policy.json").get("general")
+    stored_policy(own / "policy", task, model_hash="0" * 64)
+    pipeline.choose_start(scaled, scratch=False)
+    assert read_json(scaled.folder / "start" / "policy.json")["general"]
+    assert "A stored policy is not used" in said(scaled)
+
+
+def test_a_policy_of_another_size_is_not_started_from(
+    opened: Opener, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "stored_baseline", lambda *_: None)
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(pipeline, "general_policy", lambda: general)
+    run = opened("training.hidden_units=64")
+    run_one(run, "scale")
+    run_one(run, "reference")
+    pipeline.choose_start(run, scratch=False)
+    assert not (run.folder / "start").exists()
+    assert "128 hidden units, training.hidden_units asks for 64" in said(run)

@@ -107,8 +107,9 @@ class Accuracy(NamedTuple):
     """BW m."""
 
 
-SWING_CLEARANCE = 0.006
-"""m under the lowest point of a swinging sole."""
+SWING_CLEARANCE = 0.012
+"""m under the lowest point of a swinging sole; people leave about 13 mm (Winter 1992, from
+memory), and a policy that is given less lifts its feet by itself, which delays the heel strike."""
 _SOLE_DEPTH = 0.004
 """m: spheres this much higher than the lowest one count 1/e of it as part of the sole on the
 ground."""

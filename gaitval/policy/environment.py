@@ -11,18 +11,18 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.configuration import Reward
 from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import (
     Tree,
+    empty_frames,
     forward,
     rotation_matrix,
     rotation_vector,
     velocities,
-    whole_body_centre_of_mass,
-    whole_body_velocity,
+    whole_body_motion,
 )
 from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
@@ -134,7 +134,7 @@ def _targets(reference: ReferenceMotion, mass: float) -> _Targets:
     )
 
 
-@njit
+@njit_borrowing
 def _at(table: Array, phase: float, out: Array) -> None:
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
@@ -144,34 +144,12 @@ def _at(table: Array, phase: float, out: Array) -> None:
         out[i] = (1.0 - part) * table[row, i] + part * table[row + 1, i]
 
 
-@njit
-def _angular_velocity_of_body(
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    rotation: Array,
-    origin: Array,
-    angular: Array,
-    linear: Array,
-    com: Array,
-    com_velocity: Array,
-) -> Array:
-    """Angular velocity (3,) of the whole body as if rigid: I⁻¹ L about its centre of mass."""
-    momentum = np.zeros(3)
-    total = np.zeros((3, 3))
-    for s in range(mass.shape[0]):
-        turned = rotation[s] @ inertia[s] @ rotation[s].T
-        arm = rotation[s] @ centre_of_mass[s]
-        velocity = linear[s] + np.cross(angular[s], arm) - com_velocity
-        place = origin[s] + arm - com
-        momentum += turned @ angular[s] + mass[s] * np.cross(place, velocity)
-        total += turned
-        square = place[0] ** 2 + place[1] ** 2 + place[2] ** 2
-        for i in range(3):
-            total[i, i] += mass[s] * square
-            for j in range(3):
-                total[i, j] -= mass[s] * place[i] * place[j]
-    return np.linalg.solve(total, momentum).astype(np.float64)
+@njit_borrowing
+def _square(values: Array) -> float:
+    total = 0.0
+    for i in range(values.shape[0]):
+        total += values[i] * values[i]
+    return total
 
 
 @njit
@@ -182,6 +160,8 @@ def _measure(
     phase: float,
     lift: float,
     half_action: float,
+    mass: float,
+    weight: float,
     ground: Array,
     moments: Array,
     offset: Array,
@@ -190,43 +170,34 @@ def _measure(
     half_cycle: bool,
     observation: Array,
     errors: Array,
-) -> None:
+) -> bool:
     """Observation and squared errors of one state.
+
+    Returns False, and leaves both as they were, where the state is no movement any more.
 
     Parameters
     ----------
     lift : m, added to the reference's heights for the leg length of the body.
     half_action : phase of half an action: means over the action are compared with its middle.
-    ground : (2, 3) body weights, mean over the action.
-    moments : (25,) Nm/kg, mean over the action.
+    mass, weight : kg and N, of the nominal body.
+    ground : (2, 3) N, mean over the action.
+    moments : (25,) Nm, mean over the action.
     offset : (25,) last action's offset over the action scale.
     parameters : (14,) the mu that is observed.
-    half_cycle : the phase is observed within its half of the cycle, 0 to 0.5.
+    half_cycle : the sines and cosines of the phase are of its half of the cycle, 0 to 0.5.
     observation : (71,) or (124,) out.
     errors : (10,) out: squared errors of the first seven `REWARD_TERMS`, then height m,
         rotation rad and drift m of the pelvis, for termination.
     """
-    rotation = np.empty((14, 3, 3))
-    origin = np.empty((14, 3))
-    axes = np.empty((31, 3))
-    angular = np.empty((14, 3))
-    linear = np.empty((14, 3))
+    for i in range(2):
+        for d in range(31):
+            if not abs(state[i, d]) < _LARGEST_STATE:
+                return False
     q, qd = state[0], state[1]
-    forward(tree.joint_position, q, rotation, origin, axes, 14)
-    velocities(origin, axes, qd, angular, linear, 14)
-    com = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, rotation, origin)
-    com_velocity = whole_body_velocity(tree.mass, tree.centre_of_mass, rotation, angular, linear)
-    com_angular = _angular_velocity_of_body(
-        tree.mass,
-        tree.centre_of_mass,
-        tree.inertia,
-        rotation,
-        origin,
-        angular,
-        linear,
-        com,
-        com_velocity,
-    )
+    frames, motion = empty_frames(), np.empty((3, 3))
+    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, 14)
+    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, 14)
+    whole_body_motion(tree, frames, motion)
 
     q_ref, qd_ref = np.empty(31), np.empty(31)
     com_ref, ee_ref, grf_ref, moment_ref = np.empty(3), np.empty(12), np.empty(6), np.empty(25)
@@ -240,30 +211,30 @@ def _measure(
     com_ref[0] += travel
     com_ref[2] += lift
 
-    turn = rotation_vector(rotation[0] @ rotation_matrix(q_ref[:3]).T)
+    turn = rotation_vector(frames.rotation[0] @ rotation_matrix(q_ref).T)
     joint = q[6:] - q_ref[6:]
     joint_rate = qd[6:] - qd_ref[6:]
     effector = np.empty(12)
     for e in range(4):
         for i in range(3):
-            effector[3 * e + i] = origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
+            effector[3 * e + i] = frames.origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
         # Where the pelvis is, is an error of its own.
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
     _at(targets.ground_reaction, phase - half_action, grf_ref)
     _at(targets.moments, phase - half_action, moment_ref)
 
-    errors[0] = np.sum(joint * joint)
-    errors[1] = np.sum(joint_rate * joint_rate)
-    errors[2] = np.sum((com - com_ref) ** 2)
-    errors[3] = np.sum(turn * turn)
-    errors[4] = np.sum(effector * effector)
+    errors[0] = _square(joint)
+    errors[1] = _square(joint_rate)
+    errors[2] = _square(motion[0] - com_ref)
+    errors[3] = _square(turn)
+    errors[4] = _square(effector)
     errors[5] = 0.0
     for i in range(6):
-        errors[5] += (_FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] - grf_ref[i])) ** 2
+        errors[5] += (_FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] / weight - grf_ref[i])) ** 2
     errors[6] = 0.0
     for i in range(25):
-        errors[6] += targets.has_moment[i] * (moments[i] - moment_ref[i]) ** 2
+        errors[6] += targets.has_moment[i] * (moments[i] / mass - moment_ref[i]) ** 2
     errors[7] = abs(q[5] - q_ref[5])
     errors[8] = np.sqrt(errors[3])
     errors[9] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
@@ -274,12 +245,14 @@ def _measure(
     else:
         observation[0:25] = q[6:]
         observation[25:50] = qd[6:]
-    observation[50:53] = com_velocity
-    observation[53:56] = com_angular
+    observation[50:53] = motion[1]
+    observation[53:56] = motion[2]
     seen = phase - np.floor(phase)
+    # The phase tells which leg is which even where the policy sees half cycles: a person's two
+    # sides are not the same.
+    observation[56] = seen
     if half_cycle and seen >= 0.5:
         seen -= 0.5
-    observation[56] = seen
     observation[57:71] = parameters  # PARAMETERS_OBSERVED
     if extended:
         angle = 2.0 * np.pi * seen
@@ -293,19 +266,26 @@ def _measure(
         observation[84:87] = qd[3:6] - qd_ref[3:6]
         observation[87:93] = effector[0:6]
         for i in range(6):
-            observation[93 + i] = ground[i // 3, i % 3]
+            observation[93 + i] = ground[i // 3, i % 3] / weight
         observation[99:124] = offset
+    return True
 
 
-@njit
-def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> None:
-    """Terms (8,) of the reward, in the order of `REWARD_TERMS`: weights (8,) over their sum
-    times exp(-sharpness (7,) x squared error); the last is the torque cost.
+@njit_borrowing
+def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> float:
+    """Terms (8,) of the reward, in the order of `REWARD_TERMS`, and their sum: weights (8,) over
+    the sum of the first seven times exp(-sharpness (7,) x squared error); the last is the torque
+    cost.
     """
-    total = np.sum(weights[:7])
+    total, reward = 0.0, 0.0
+    for i in range(7):
+        total += weights[i]
     for i in range(7):
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
+        reward += terms[i]
     terms[7] = -weights[7] / total * effort
+    reward += terms[7]
+    return reward
 
 
 def _reward_numbers(reward: Reward) -> tuple[Array, Array]:
@@ -351,12 +331,14 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
         self.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
-        self._targets = _targets(task.reference, task.model.mass)
+        self._mass = task.model.mass
+        self._targets = _targets(task.reference, self._mass)
         self._weights, self._sharpness = _reward_numbers(configuration.reward)
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
+        self._parameters = self._nominal
         self._observation = np.zeros(size)
         self._errors = np.zeros(10)
         self._terms = np.zeros(8)
@@ -397,6 +379,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         mu = np.asarray(mu, dtype=float)
         if not np.array_equal(mu, self.walker.mu):
             self.walker.set_parameters(mu)
+        self._parameters = (mu - self._middle) / self._half_range if self._extended else mu
         self._lift = self._leg_extension()
         positions, rates = np.empty(31), np.empty(31)
         _at(self._targets.positions, phase, positions)
@@ -432,26 +415,27 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         nominal = sum(self.task.model.segments[i].joint_position[2] for i in legs)
         return float(nominal - self.walker.tree.joint_position[legs, 2].sum())
 
-    def _measure(self, offset: Array) -> None:
+    def _measure(self, offset: Array) -> bool:
         walker = self.walker
-        parameters = walker.mu
-        if self._extended:
-            parameters = (walker.mu - self._middle) / self._half_range
-        _measure(
-            walker.tree,
-            self._targets,
-            walker.state,
-            walker.phase,
-            self._lift,
-            self._half_action,
-            walker.mean_ground_reaction / walker.weight,
-            walker.mean_moments / self.task.model.mass,
-            offset,
-            parameters,
-            self._extended,
-            self._mirrors,
-            self._observation,
-            self._errors,
+        return bool(
+            _measure(
+                walker.tree,
+                self._targets,
+                walker.state,
+                walker.phase,
+                self._lift,
+                self._half_action,
+                self._mass,
+                walker.weight,
+                walker.mean_ground_reaction,
+                walker.mean_moments,
+                offset,
+                self._parameters,
+                self._extended,
+                self._mirrors,
+                self._observation,
+                self._errors,
+            )
         )
 
     def _push_now(self) -> None:
@@ -482,10 +466,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._push_now()
         self.walker.step(self.constants.action_scale * clipped, self._root_force, recording)
         self._steps += 1
-        if np.abs(self.walker.state).max() < _LARGEST_STATE:
-            self._measure(clipped)
-            effort = float(self.walker.mean_square_moments.sum()) / self.task.model.mass**2
-            _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
+        if self._measure(clipped):
+            effort = float(self.walker.mean_square_moments.sum()) / self._mass**2
+            reward = _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
             fell = not (
                 self._errors[7] < self.constants.height_tolerance
                 and self._errors[8] < self.constants.rotation_tolerance
@@ -493,7 +476,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             )
         else:  # it blew up, perhaps to no number at all: the last observation stands
             self._terms[:] = 0.0
-            fell = True
+            reward, fell = 0.0, True
         info = {
             "errors": self._errors.copy(),
             "reward_terms": self._terms.copy(),
@@ -501,7 +484,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         }
         return (
             self._seen(),
-            float(self._terms.sum()),
+            reward,
             fell,
             self._steps >= self._longest,
             info,

@@ -1,0 +1,59 @@
+"""Train the general policy of reports/general: one walker for the bodies of several people.
+
+A training of anybody who has no stored policy starts from it, which takes a few minutes instead of
+a training from nothing. Interrupted, it resumes.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+from gaitval.artefacts import write_json
+from gaitval.configuration import load_configuration
+from gaitval.data.subject import BUILTIN, load_subject
+from gaitval.pipeline import GENERAL, POLICY_FILES
+from gaitval.policy.storage import save_policy
+from gaitval.policy.training import train_general
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+
+TARGET = Path(__file__).parent.parent / "reports" / GENERAL
+
+
+def main() -> None:
+    """Command line; see the module."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
+    parser.add_argument("--samples", type=int, default=8_000_000, help="default: %(default)s")
+    parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
+    parser.add_argument("--out", type=Path, default=TARGET)
+    arguments = parser.parse_args()
+    environments = 4 * len(arguments.subjects)
+    configuration = load_configuration(settings=[f"training.environments={environments}"])
+    tasks = []
+    for name in arguments.subjects:
+        subject = load_subject(name)
+        model = scale_subject(subject).model
+        tasks.append(WalkingTask.of(model, subject.record(), configuration))
+        print(f"{name}: reference", flush=True)
+    began = time.monotonic()
+
+    def show(values: dict[str, float]) -> None:
+        rate = values["samples"] / (time.monotonic() - began)
+        print(
+            f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
+            f"{values['cycles']:.2f} cycles an episode, {rate:,.0f} samples/s",
+            flush=True,
+        )
+
+    policy = train_general(tasks, arguments.work, samples=arguments.samples, on_progress=show)
+    save_policy(policy, arguments.out)
+    write_json(
+        arguments.out / "about.json",
+        {"subjects": arguments.subjects, "samples": arguments.samples},
+    )
+    print(f"{arguments.out}: {', '.join(POLICY_FILES)}. {arguments.work} may be deleted.")
+
+
+if __name__ == "__main__":
+    main()
