@@ -94,7 +94,7 @@ class Environment(Section):
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
-    push_probability: Fraction = 0.3
+    push_probability: Fraction = 0.6
     """Share of training episodes with a push."""
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
@@ -121,7 +121,7 @@ class Reward(Section):
     centre_of_mass: float = Field(2.0, ge=0)
     centre_of_mass_sharpness: Positive = 40.0
     """1/m²."""
-    pelvis_rotation: float = Field(1.0, ge=0)
+    pelvis_rotation: float = Field(2.0, ge=0)
     pelvis_rotation_sharpness: Positive = 40.0
     """1/rad²."""
     end_effectors: float = Field(2.0, ge=0)

@@ -12,7 +12,7 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.data.subject import BUILTIN, load_subject
 from gaitval.pipeline import GENERAL, POLICY_FILES
-from gaitval.policy.storage import save_policy
+from gaitval.policy.storage import load_start, save_policy
 from gaitval.policy.training import train_general
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -25,6 +25,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
     parser.add_argument("--samples", type=int, default=8_000_000, help="default: %(default)s")
+    parser.add_argument("--start", type=Path, help="go on from this general policy")
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
     arguments = parser.parse_args()
@@ -46,7 +47,10 @@ def main() -> None:
             flush=True,
         )
 
-    policy = train_general(tasks, arguments.work, samples=arguments.samples, on_progress=show)
+    start = load_start(arguments.start, configuration.environment) if arguments.start else None
+    policy = train_general(
+        tasks, arguments.work, samples=arguments.samples, start=start, on_progress=show
+    )
     save_policy(policy, arguments.out)
     write_json(
         arguments.out / "about.json",

@@ -63,16 +63,16 @@ FITTED_MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 class Accuracy(NamedTuple):
     """Departures that weigh the same, rad, m, s, Nm/kg, body weights (BW).
 
-    The first group is about three quarters of the accuracy that the project aims at; the second
-    says how well the laws of motion and of contact hold; the third keeps what was not recorded
-    near its convention.
+    The first group is half to three quarters of the accuracy that the project aims at; the
+    second says how well the laws of motion and of contact hold; the third keeps what was not
+    recorded near its convention.
     """
 
     sagittal: float = np.deg2rad(1.5)
-    frontal: float = np.deg2rad(2.0)
+    frontal: float = np.deg2rad(1.4)
     """Hip adduction and rotation."""
     pelvis: float = np.deg2rad(1.5)
-    moment: float = 0.08
+    moment: float = 0.06
     adduction_moment: float = 0.15
     forward_force: float = 0.020
     sideways_force: float = 0.015
