@@ -4,11 +4,8 @@ import os
 from pathlib import Path
 
 import pytest
-from simulation_fixtures import DartPeer
+from simulation_fixtures import DartPeer, task_of_subject
 
-from gaitval.configuration import Configuration
-from gaitval.data.subject import load_subject
-from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 
 
@@ -33,8 +30,7 @@ def gait_data() -> Path:
 @pytest.fixture(scope="session")
 def task() -> WalkingTask:
     """The walking task of subject 5 with the default configuration."""
-    subject = load_subject("S05")
-    return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
+    return task_of_subject("S05")
 
 
 @pytest.fixture(scope="session")

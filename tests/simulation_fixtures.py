@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ import numpy as np
 from gaitval.configuration import Configuration, Contact
 from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
 from gaitval.data.record import GaitRecord, PeriodicCurve
+from gaitval.data.subject import load_subject
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
 from gaitval.policy.storage import NETWORK, Policy
 from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
+from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.urdf import model_hash, write_urdf
 from gaitval.simulation.walker import WalkingTask
 
@@ -108,6 +111,13 @@ def kinematics(model: BodyModel, q: np.ndarray, qd: np.ndarray) -> dict[str, np.
         "angular": angular,
         "linear": linear,
     }
+
+
+@cache
+def task_of_subject(name: str) -> WalkingTask:
+    """The walking task of a built-in subject; its reference takes seconds to fit."""
+    subject = load_subject(name)
+    return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
 
 
 def changed(task: WalkingTask, **sections: Mapping[str, Any]) -> WalkingTask:

@@ -6,27 +6,24 @@ The peer is DART: what forces and moments the motion needs is asked of the loade
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from simulation_fixtures import DartPeer, mirror_image, symmetric
+from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subject
 
 from gaitval.configuration import Contact
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.data.subject import BUILTIN, load_subject
+from gaitval.data.subject import BUILTIN
 from gaitval.kinematics.dynamic_fit import consistent_reference
 from gaitval.kinematics.reference import pelvis_angles, side_phase
 from gaitval.kinematics.tree import segment_frames, tree_arrays
 from gaitval.scaling.model import SEGMENTS
-from gaitval.scaling.scaling import scale_subject
 
 GRAVITY = 9.81
-RNG = np.random.default_rng(0)
 
 
 @pytest.fixture(scope="module", params=list(BUILTIN))
 def fitted(request):
     """Every built-in subject: its model, record and fitted reference."""
-    loaded = load_subject(request.param)
-    model, record = scale_subject(loaded).model, loaded.record()
-    return model, record, consistent_reference(record, model)
+    task = task_of_subject(request.param)
+    return task.model, task.record, task.reference
 
 
 def own_phases(record, reference):
@@ -88,9 +85,7 @@ def test_in_single_support_the_moments_are_those_that_dart_finds(fitted, tmp_pat
         frames = segment_frames(model, reference.positions[rows])
         for row, t in enumerate(rows):
             force = needed[row, 3:6]
-            np.testing.assert_allclose(
-                force / weight, reference.ground_reaction[t, i], atol=0.03
-            )
+            np.testing.assert_allclose(force / weight, reference.ground_reaction[t, i], atol=0.03)
             moment = needed[row, :3]  # about the pelvis's origin
             origin = reference.positions[t, 3:6]
             # The point on the ground about which the moment has no horizontal part.

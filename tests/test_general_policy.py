@@ -1,0 +1,37 @@
+"""The general policy that is stored in the repository: it walks everybody, and is no result."""
+
+import pytest
+from simulation_fixtures import task_of_subject
+
+from gaitval.configuration import Configuration
+from gaitval.data.subject import BUILTIN
+from gaitval.errors import PolicyError
+from gaitval.pipeline import general_policy
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import load_policy, load_start
+from gaitval.policy.walking import score_walk
+from gaitval.scaling.parameters import nominal_parameters
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+def test_it_walks_every_built_in_body_before_any_training(name):
+    folder = general_policy()
+    assert folder is not None
+    policy = load_start(folder, Configuration().environment)
+    task = task_of_subject(name)
+    score = score_walk(
+        WalkingEnvironment(task),
+        policy,
+        mu=nominal_parameters(),
+        start_phase=0.0,
+        seconds=10 * task.reference.stride_time,
+    )
+    assert not score.fell
+    assert score.cycles == pytest.approx(10.0, abs=0.1)
+
+
+def test_no_result_may_be_walked_with_it():
+    folder = general_policy()
+    assert folder is not None
+    with pytest.raises(PolicyError, match="general policy"):
+        load_policy(folder)
