@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint baseline tables check bench wheel clean
+.PHONY: help setup subject test lint baseline tables check bench general ablation wheel clean
 
 help: ## This list
 	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
@@ -27,7 +27,8 @@ subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothi
 	@$(BIN)/gaitval subject $(S) $(if $(OUT),--out $(OUT)) $(if $(filter-out 0,$(SCRATCH)),--scratch) $(settings)
 
 test: setup ## All tests; PYTEST_ARGS="-k scaling" for some of them
-	@$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile $(PYTEST_ARGS)
+	@# The tests run side by side: threads of linear algebra beside them would wait for each other.
+	@OMP_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile $(PYTEST_ARGS)
 
 lint: setup ## ruff and mypy --strict
 	@$(BIN)/ruff check .
@@ -47,6 +48,13 @@ check: setup ## Walk the stored policy of subject S again and compare with its s
 
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
+
+general: setup ## Train the general policy of reports/general, which trainings start from (10 min)
+	@$(BIN)/python scripts/general_policy.py
+
+ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
+	@$(BIN)/python scripts/ablation.py run
+	@$(BIN)/python scripts/ablation.py table
 
 wheel: setup ## Build the wheel into dist/
 	@$(BIN)/python -m build --wheel

@@ -105,3 +105,30 @@ def test_every_section_says_what_it_is_for() -> None:
     for name, field in Configuration.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
             assert field.annotation.__doc__, name
+
+
+def test_the_papers_configuration_is_given_by_its_name():
+    """71 numbers; of the reward terms the paper's four with its weights."""
+    paper = load_configuration(Path("paper"))
+    assert paper.environment.observation == "paper"
+    weights = {
+        name: value
+        for name, value in paper.reward.model_dump().items()
+        if not name.endswith("sharpness") and value > 0
+    }
+    assert weights == {
+        "joint_positions": 5.0,
+        "centre_of_mass": 2.0,
+        "end_effectors": 0.5,
+        "torque": 0.005,
+    }
+    changed = load_configuration(Path("paper"), settings=["reward.torque=0.1"])
+    assert (changed.reward.torque, changed.environment.observation) == (0.1, "paper")
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigurationError, match=r"papr: no such .* named ones \(paper\)"):
+        load_configuration(Path("papr"))
+    (tmp_path / "paper").write_text("seed = 3\n")  # a file goes before a name
+    assert load_configuration(Path("paper")).seed == 3
