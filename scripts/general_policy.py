@@ -7,12 +7,13 @@ a training from nothing. Interrupted, it resumes.
 import argparse
 import time
 from pathlib import Path
+from typing import Any
 
-from gaitval.artefacts import write_json
+from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import load_configuration
 from gaitval.data.subject import BUILTIN, load_subject
 from gaitval.pipeline import GENERAL, POLICY_FILES
-from gaitval.policy.storage import load_start, save_policy
+from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -20,11 +21,24 @@ from gaitval.simulation.walker import WalkingTask
 TARGET = Path(__file__).parent.parent / "reports" / GENERAL
 
 
+def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
+    """What the policy was trained with, and what that training went on from."""
+    return {
+        "subjects": subjects,
+        "samples": policy.about["samples"],
+        "start": start
+        and {
+            "samples": start.about["samples"],
+            "configuration": value_hash(start.about["configuration"]),
+        },
+    }
+
+
 def main() -> None:
     """Command line; see the module."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
-    parser.add_argument("--samples", type=int, default=8_000_000, help="default: %(default)s")
+    parser.add_argument("--samples", type=int, default=14_000_000, help="default: %(default)s")
     parser.add_argument("--start", type=Path, help="go on from this general policy")
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
@@ -52,10 +66,7 @@ def main() -> None:
         tasks, arguments.work, samples=arguments.samples, start=start, on_progress=show
     )
     save_policy(policy, arguments.out)
-    write_json(
-        arguments.out / "about.json",
-        {"subjects": arguments.subjects, "samples": arguments.samples},
-    )
+    write_json(arguments.out / "about.json", about(arguments.subjects, policy, start))
     print(f"{arguments.out}: {', '.join(POLICY_FILES)}. {arguments.work} may be deleted.")
 
 
