@@ -10,7 +10,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class WheelData(BuildHookInterface):  # type: ignore[type-arg]
-    """Places `models/xacro` and `reports/S05/baseline` under `gaitval/` (`baselines/S05`)."""
+    """Places `models/xacro`, `reports/S05/baseline` and `reports/general` under `gaitval/`
+    (`baselines/S05`, `baselines/general`)."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Register the folders that exist; a checkout without baselines builds as well."""
@@ -21,3 +22,4 @@ class WheelData(BuildHookInterface):  # type: ignore[type-arg]
         included[str(root / "models" / "xacro")] = "gaitval/models/xacro"
         for baseline in sorted(root.glob("reports/S*/baseline")):
             included[str(baseline)] = f"gaitval/baselines/{baseline.parent.name}"
+        included[str(root / "reports" / "general")] = "gaitval/baselines/general"

@@ -31,6 +31,8 @@ def test_models_and_policies_are_inside(installed):
     assert (installed / "gaitval/data/builtin/S05.toml").is_file()
     for name in ("metrics.json", "policy/policy.safetensors", "policy/policy.json"):
         assert (installed / "gaitval/baselines/S05" / name).is_file()
+    assert (installed / "gaitval/baselines/general/policy.safetensors").is_file()
+    assert (installed / "gaitval/configurations/paper.toml").is_file()
 
 
 def test_scales_a_subject_away_from_the_checkout(installed, tmp_path):
