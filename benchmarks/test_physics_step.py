@@ -1,57 +1,135 @@
 """Time of one physics step; run with `make bench`.
 
-The peer is DART itself: the skeleton as `DartLoader` builds it from the URDF, a chain of one-dof
-joints and massless links for every compound joint. Compare the ratios of one run, not times.
+Every engine walks the same body (31 coordinates, 14 segments, 12 foot spheres on the ground) from
+the same state of the reference for ten actions of 15 steps of 2 ms, one call an action, with the
+joints' servos towards the reference; all of it is timed:
+
+* gaitval's compiled engine: Hunt-Crossley contact, servo, the account of every step;
+* gaitval with DART as its engine, contact and servo the same;
+* MuJoCo's C step, `mj_step(..., nstep=15)`: springs and dampers are its joints' own, its Euler
+  integrator takes the dampers implicitly, contact is its default (Newton solver, pyramidal cones,
+  until 1e-8). tests/test_simulation_skeleton.py shows that it is the same body.
+
+Below them DART alone, without ground: our compound joints, and the skeleton that `DartLoader`
+builds from the URDF, a chain of one-axis joints and massless links for every compound joint.
+Compare the ratios of one run, not times.
 """
 
 import dartpy
+import mujoco
 import numpy as np
 import pytest
+from mujoco_peer import MujocoPeer
+from speed_ratio import speed_ratio
 
 from gaitval.configuration import Configuration
+from gaitval.coordinates import ACTUATED
 from gaitval.data.subject import load_subject
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.urdf import write_urdf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
 
-STEPS = 1000
+ACTIONS = 10
+STEPS = ACTIONS * Configuration().environment.steps_per_action
+GOAL = 1.0
+"""Times MuJoCo's C step, per core."""
 
 
 @pytest.fixture(scope="module")
-def subject():
-    return load_subject("S05")
+def task():
+    subject = load_subject("S05")
+    return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
 
 
-@pytest.fixture(scope="module")
-def model(subject):
-    return scale_subject(subject).model
+def walking(task, engine):
+    """The walk in one of our engines, ready to run again and again."""
+    walker = Walker(task, engine=engine)
+    start = task.reference.positions[0], task.reference.velocities[0]
+    no_offset, no_force = np.zeros(25), np.zeros(6)
+
+    def walk():
+        walker.reset(*start, 0.0)
+        for _ in range(ACTIONS):
+            walker.step(no_offset, no_force)
+
+    walk()  # compiles
+    return walk
 
 
-@pytest.mark.benchmark(group="1000 physics steps")
-def test_loader_skeleton(benchmark, model, tmp_path):
-    write_urdf(model, tmp_path / "model.urdf")
+def walking_in_mujoco(task):
+    """The same walk in MuJoCo; what does not depend on the state enters once an action."""
+    walker, reference = Walker(task), task.reference
+    stiffness, damping = walker.gains
+    peer = MujocoPeer(
+        task.model, option=f'timestep="{walker.physics_step}" integrator="Euler"', floor=True
+    )
+    hinges = np.array([peer.model.joint(name).id for name in ACTUATED])
+    peer.model.jnt_stiffness[hinges] = stiffness
+    peer.model.dof_damping[peer.rates] = damping
+    rows = np.arange(ACTIONS) * walker.action_seconds / reference.stride_time
+    rows = np.round(rows * len(reference.phase)).astype(int)
+    commands = (
+        stiffness * reference.positions[rows, 6:]
+        + damping * reference.velocities[rows, 6:]
+        + reference.moments[rows]
+    )
+    peer.set(reference.positions[0], reference.velocities[0])
+    start = peer.data.qpos.copy(), peer.data.qvel.copy()
+    forces, rates = peer.data.qfrc_applied, peer.rates
+
+    def walk():
+        mujoco.mj_resetData(peer.model, peer.data)
+        peer.data.qpos[:], peer.data.qvel[:] = start
+        for command in commands:
+            forces[rates] = command
+            mujoco.mj_step(peer.model, peer.data, nstep=walker.steps_per_action)
+
+    walk()
+    assert peer.data.ncon > 0
+    assert np.abs(peer.data.qpos[2] - reference.positions[rows[-1], 5]) < 0.1
+    return walk
+
+
+@pytest.mark.benchmark(group=f"{STEPS} physics steps of a walk")
+def test_gaitval_compiled(benchmark, task):
+    benchmark(walking(task, "compiled"))
+
+
+@pytest.mark.benchmark(group=f"{STEPS} physics steps of a walk")
+def test_gaitval_in_dart(benchmark, task):
+    benchmark(walking(task, "dart"))
+
+
+@pytest.mark.benchmark(group=f"{STEPS} physics steps of a walk")
+def test_mujoco(benchmark, task):
+    benchmark(walking_in_mujoco(task))
+
+
+@pytest.mark.benchmark(group="the compiled engine and its peers, once")
+def test_the_goal(benchmark, task):
+    ours = walking(task, "compiled")
+    in_mujoco, in_dart = walking_in_mujoco(task), walking(task, "dart")
+
+    def ratio(theirs):
+        return speed_ratio(lambda: theirs, ours, their_rounds=50, our_rounds=50)
+
+    times_mujoco = benchmark.pedantic(lambda: ratio(in_mujoco))
+    benchmark.extra_info["times_mujoco"] = round(times_mujoco, 2)
+    benchmark.extra_info["times_dart"] = round(ratio(in_dart), 2)
+    assert times_mujoco >= GOAL
+
+
+@pytest.mark.benchmark(group=f"{STEPS} physics steps of DART alone, no ground")
+def test_compound_skeleton(benchmark, task):
+    body = HumanSkeleton(task.model, physics_step=0.002)
+    benchmark(lambda: [body.step() for _ in range(STEPS)])
+
+
+@pytest.mark.benchmark(group=f"{STEPS} physics steps of DART alone, no ground")
+def test_loader_skeleton(benchmark, task, tmp_path):
+    write_urdf(task.model, tmp_path / "model.urdf")
     world = dartpy.simulation.World()
     world.setTimeStep(0.002)
     world.addSkeleton(dartpy.utils.DartLoader().parseSkeleton(str(tmp_path / "model.urdf")))
     benchmark(lambda: [world.step() for _ in range(STEPS)])
-
-
-@pytest.mark.benchmark(group="1000 physics steps")
-def test_compound_skeleton(benchmark, model):
-    body = HumanSkeleton(model, physics_step=0.002)
-    benchmark(lambda: [body.step() for _ in range(STEPS)])
-
-
-@pytest.mark.benchmark(group="1000 physics steps")
-def test_walker_with_contact_and_servo(benchmark, subject, model):
-    """The same steps with Hunt-Crossley contact, servo and the accounts of each step."""
-    walker = Walker(WalkingTask.of(model, subject.record(), Configuration()))
-    reference = walker.task.reference
-
-    def walk():
-        walker.reset(reference.positions[0], reference.velocities[0], 0.0)
-        for _ in range(STEPS // walker.steps_per_action):
-            walker.step(np.zeros(25), np.zeros(6))
-
-    benchmark(walk)

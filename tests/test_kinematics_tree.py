@@ -8,6 +8,7 @@ from simulation_fixtures import kinematics, random_state
 
 from gaitval.coordinates import ACTUATED, AXES, COORDINATES, mirrored
 from gaitval.kinematics.tree import (
+    Frames,
     forward,
     rotation_matrix,
     rotation_vector,
@@ -15,7 +16,7 @@ from gaitval.kinematics.tree import (
     tree_arrays,
     velocities,
     whole_body_centre_of_mass,
-    whole_body_velocity,
+    whole_body_motion,
 )
 from gaitval.scaling.model import SEGMENTS
 
@@ -47,11 +48,19 @@ def test_the_centre_of_mass_and_its_velocity_are_those_of_dart(task, peer, seed)
     com = whole_body_centre_of_mass(
         tree.mass, tree.centre_of_mass, seen["rotation"], seen["origin"]
     )
-    velocity = whole_body_velocity(
-        tree.mass, tree.centre_of_mass, seen["rotation"], seen["angular"], seen["linear"]
-    )
+    motion = np.empty((3, 3))
+    whole_body_motion(tree, Frames(**seen), motion)
     np.testing.assert_allclose(com, peer.skeleton.getCOM(), atol=ROUNDING)
-    np.testing.assert_allclose(velocity, peer.skeleton.getCOMLinearVelocity(), atol=ROUNDING)
+    np.testing.assert_allclose(motion[0], peer.skeleton.getCOM(), atol=ROUNDING)
+    np.testing.assert_allclose(motion[1], peer.skeleton.getCOMLinearVelocity(), atol=ROUNDING)
+
+
+def test_a_body_that_turns_as_a_whole_has_one_angular_velocity(task):
+    q, qd = random_state(4)
+    qd[6:] = 0.0
+    motion = np.empty((3, 3))
+    whole_body_motion(tree_arrays(task.model), Frames(**kinematics(task.model, q, qd)), motion)
+    np.testing.assert_allclose(motion[2], qd[:3], atol=ROUNDING)
 
 
 def test_a_coordinate_turns_its_segment_about_the_axis_that_forward_reports(task, peer):

@@ -15,8 +15,7 @@ from gaitval.kinematics.tree import (
     tree_arrays,
     turned_vector,
     velocities,
-    whole_body_centre_of_mass,
-    whole_body_velocity,
+    whole_body_motion,
 )
 from gaitval.scaling.model import BodyModel
 from gaitval.scaling.parameters import apply_parameters, nominal_parameters
@@ -124,10 +123,9 @@ def test_a_mirrored_body_moves_as_in_a_mirror(task, seed):
 def mechanics(tree, state):
     """Momentum (3,), angular momentum (3,) about the centre of mass, energy."""
     frames = frames_at(tree, state)
-    com = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, frames.rotation, frames.origin)
-    com_velocity = whole_body_velocity(
-        tree.mass, tree.centre_of_mass, frames.rotation, frames.angular, frames.linear
-    )
+    motion = np.empty((3, 3))
+    whole_body_motion(tree, frames, motion)
+    com, com_velocity, _ = motion
     angular, energy = np.zeros(3), tree.mass.sum() * GRAVITY * com[2]
     for s in range(14):
         rotation, omega = frames.rotation[s], frames.angular[s]

@@ -5,9 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import DartPeer, random_state
 
-from gaitval.coordinates import AXES, COORDINATES
-from gaitval.kinematics.tree import GRAVITY
-from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, BodyModel
+from gaitval.coordinates import COORDINATES
+from gaitval.kinematics.tree import GRAVITY, segment_frames, tree_arrays
 from gaitval.scaling.parameters import apply_parameters, nominal_parameters
 from gaitval.simulation.skeleton import HumanSkeleton
 
@@ -153,64 +152,43 @@ def test_a_free_fall_loses_no_momentum_of_its_own(task):
 # ---- MuJoCo: another engine, fed from the same body model. ----
 
 
-def mjcf(model: BodyModel) -> str:
-    """The model in MuJoCo's own format: several hinges of one body turn in their order, the
-    first one outermost. Inertia as xx yy zz xy xz yz."""
-
-    def numbers(values):
-        return " ".join(repr(float(v)) for v in values)
-
-    def body(segment) -> str:
-        inertia = segment.inertia
-        full = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-        joints = "".join(
-            f'<joint name="{name}" type="hinge" axis="{numbers(AXES[name])}"/>'
-            for name in JOINT_COORDINATES.get(segment.name, ())
-        )
-        children = "".join(body(s) for s in model.segments if PARENTS.get(s.name) == segment.name)
-        return (
-            f'<body name="{segment.name}" pos="{numbers(segment.joint_position)}">'
-            f"{joints or '<freejoint/>'}"
-            f'<inertial mass="{segment.mass!r}" pos="{numbers(segment.centre_of_mass)}" '
-            f'fullinertia="{numbers(full)}"/>{children}</body>'
-        )
-
-    return (
-        f'<mujoco><compiler angle="radian"/><option gravity="0 0 {-GRAVITY}"/>'
-        f"<worldbody>{body(model.segments[0])}</worldbody></mujoco>"
-    )
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_mujoco_agrees_on_mass_matrix_and_acceleration(task, human, seed):
-    """MuJoCo's free joint has the place first, then the orientation, and its angular velocity in
-    the pelvis's axes: v = T q̇ with T made of identities and Rᵀ. T's rate adds nothing to the
-    acceleration, for Ṙᵀ ω = -Rᵀ (ω × ω) = 0."""
-    mujoco = pytest.importorskip("mujoco")
-    model = mujoco.MjModel.from_xml_string(mjcf(task.model))
-    data = mujoco.MjData(model)
+    pytest.importorskip("mujoco")
+    from mujoco_peer import MujocoPeer
+
     q, qd = random_state(seed)
     forces = np.random.default_rng(seed + 100).uniform(-200.0, 200.0, 31)
-    rotation = Rotation.from_rotvec(q[:3])
-    hinges = [model.joint(name).dofadr[0] for name in COORDINATES[6:]]
-    transform = np.zeros((31, 31))
-    transform[0:3, 3:6] = np.eye(3)
-    transform[3:6, 0:3] = rotation.as_matrix().T
-    transform[hinges, np.arange(6, 31)] = 1.0
-
-    data.qpos[0:3] = q[3:6]
-    data.qpos[3:7] = rotation.as_quat(scalar_first=True)
-    data.qpos[[model.joint(name).qposadr[0] for name in COORDINATES[6:]]] = q[6:]
-    data.qvel[:] = transform @ qd
-    # Generalised forces pair with velocities: f = Tᵀ f_mujoco.
-    data.qfrc_applied[:] = np.linalg.solve(transform.T, forces)
-    mujoco.mj_forward(model, data)
-    full = np.zeros((31, 31))  # symmetric
-    for row, unit in zip(full, np.eye(31), strict=True):
-        mujoco.mj_mulM(model, data, row, unit)
-
     place(human, q, qd)
     human.setForces(forces)
     human.computeForwardDynamics()
-    close(human.getMassMatrix(), transform.T @ full @ transform)
-    close(transform @ human.getAccelerations(), data.qacc)
+    peer = MujocoPeer(task.model)
+    peer.set(q, qd)
+    close(peer.accelerations(forces), human.getAccelerations())
+    close(peer.mass_matrix(), human.getMassMatrix())
+
+
+def test_mujocos_body_of_the_benchmark_is_the_same_with_twelve_spheres_on_the_ground(task, human):
+    """benchmarks/test_physics_step.py compares the engines on it."""
+    mujoco = pytest.importorskip("mujoco")
+    from mujoco_peer import MujocoPeer
+
+    peer = MujocoPeer(task.model, floor=True)
+    q, qd = random_state(0)
+    peer.set(q, qd)
+    peer.accelerations(np.zeros(31))
+    place(human, q, qd)
+    close(peer.mass_matrix(), human.getMassMatrix())
+    assert peer.model.nv == human.getNumDofs() == 31
+    assert peer.model.body_mass.sum() == pytest.approx(task.model.mass, rel=1e-12)
+    kinds = list(peer.model.geom_type)
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_SPHERE) == len(task.model.spheres) == 12
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_PLANE) == 1
+    # It stands on them: where our spheres touch the ground, so do MuJoCo's.
+    q = task.reference.positions[0]
+    tree, frames = tree_arrays(task.model), segment_frames(task.model, q[None])[0]
+    poses = frames[tree.sphere_segment]
+    heights = np.einsum("kj,kj->k", poses[:, 2, :3], tree.sphere_position) + poses[:, 2, 3]
+    peer.set(q, np.zeros(31))
+    peer.accelerations(np.zeros(31))
+    assert peer.data.ncon == (heights < tree.sphere_radius).sum() > 0

@@ -96,7 +96,7 @@ def ground(walker, positions, velocities, *, plain=False):
     """Generalised forces (31,) and feet (2, 6) of the ground at each of the states; the plain law,
     or one step after the other as in the walker."""
     memory, results = np.zeros((12, 3)), []
-    lag = np.zeros(2) if plain else walker._lag
+    lag = np.zeros(2) if plain else walker.lag
     for q, qd in zip(positions, velocities, strict=True):
         generalised, feet = np.zeros(31), np.zeros((2, 6))
         ground_forces(walker.tree, walker.law, q, qd, lag, memory, generalised, feet)

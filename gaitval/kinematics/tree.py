@@ -276,23 +276,75 @@ def whole_body_centre_of_mass(
     return total
 
 
+@njit_borrowing
+def turned_inertia(rotation: Array, inertia: Array, out: Array) -> None:
+    """out = R I Rᵀ, all (3, 3)."""
+    for i in range(3):
+        r0, r1, r2 = rotation[i, 0], rotation[i, 1], rotation[i, 2]
+        a = r0 * inertia[0, 0] + r1 * inertia[1, 0] + r2 * inertia[2, 0]
+        b = r0 * inertia[0, 1] + r1 * inertia[1, 1] + r2 * inertia[2, 1]
+        c = r0 * inertia[0, 2] + r1 * inertia[1, 2] + r2 * inertia[2, 2]
+        for j in range(3):
+            out[i, j] = a * rotation[j, 0] + b * rotation[j, 1] + c * rotation[j, 2]
+
+
+@njit_borrowing
+def _cross(a: Array, b: Array, out: Array) -> None:
+    """out += a × b."""
+    out[0] += a[1] * b[2] - a[2] * b[1]
+    out[1] += a[2] * b[0] - a[0] * b[2]
+    out[2] += a[0] * b[1] - a[1] * b[0]
+
+
 @njit
-def whole_body_velocity(
-    mass: Array,
-    centre_of_mass: Array,
-    rotation: Array,
-    angular: Array,
-    linear: Array,
-) -> Array:
-    """Velocity of the centre of mass (3,) m/s, world, after `velocities`."""
-    total = np.zeros(3)
+def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
+    """Motion of the whole body as if it were rigid.
+
+    Parameters
+    ----------
+    frames : of all segments.
+    out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
+        which a rigid body of the same inertia about it has the same angular momentum; world.
+    """
+    mass, total = tree.mass, tree.mass.sum()
+    place, velocity = frames.origin.copy(), frames.linear.copy()
+    arm, moment, inertia = np.empty(3), np.zeros(3), np.zeros((3, 3))
+    turned = np.empty((3, 3))
+    com, com_velocity, angular = out[0], out[1], out[2]
+    com[:] = 0.0
+    com_velocity[:] = 0.0
     for s in range(mass.shape[0]):
-        r = rotation[s] @ centre_of_mass[s]
-        total[0] += mass[s] * (linear[s, 0] + angular[s, 1] * r[2] - angular[s, 2] * r[1])
-        total[1] += mass[s] * (linear[s, 1] + angular[s, 2] * r[0] - angular[s, 0] * r[2])
-        total[2] += mass[s] * (linear[s, 2] + angular[s, 0] * r[1] - angular[s, 1] * r[0])
-    total /= mass.sum()
-    return total
+        r, c = frames.rotation[s], tree.centre_of_mass[s]
+        for i in range(3):
+            arm[i] = r[i, 0] * c[0] + r[i, 1] * c[1] + r[i, 2] * c[2]
+            place[s, i] += arm[i]
+        _cross(frames.angular[s], arm, velocity[s])
+        for i in range(3):
+            com[i] += mass[s] / total * place[s, i]
+            com_velocity[i] += mass[s] / total * velocity[s, i]
+    for s in range(mass.shape[0]):
+        turned_inertia(frames.rotation[s], tree.inertia[s], turned)
+        for i in range(3):
+            place[s, i] -= com[i]
+            velocity[s, i] = mass[s] * (velocity[s, i] - com_velocity[i])
+        _cross(place[s], velocity[s], moment)
+        square = place[s, 0] ** 2 + place[s, 1] ** 2 + place[s, 2] ** 2
+        for i in range(3):
+            inertia[i, i] += mass[s] * square
+            for j in range(3):
+                moment[i] += turned[i, j] * frames.angular[s, j]
+                inertia[i, j] += turned[i, j] - mass[s] * place[s, i] * place[s, j]
+    # I⁻¹ L by Cramer's rule: the columns of the adjugate are cross products of the rows of I.
+    adjugate = np.zeros((3, 3))
+    for i in range(3):
+        _cross(inertia[(i + 1) % 3], inertia[(i + 2) % 3], adjugate[i])
+    determinant = 0.0
+    for i in range(3):
+        determinant += inertia[0, i] * adjugate[0, i]
+    for i in range(3):
+        angular[i] = 0.0
+        for j in range(3):
+            angular[i] += adjugate[j, i] * moment[j] / determinant
 
 
 def segment_frames(model: BodyModel, positions: Array) -> Array:

@@ -284,8 +284,7 @@ def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, term
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
         reward += terms[i]
     terms[7] = -weights[7] / total * effort
-    reward += terms[7]
-    return reward
+    return float(reward + terms[7])
 
 
 def _reward_numbers(reward: Reward) -> tuple[Array, Array]:

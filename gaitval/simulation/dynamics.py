@@ -25,6 +25,7 @@ from gaitval.kinematics.tree import (
     PARENT,
     Frames,
     Tree,
+    turned_inertia,
     turned_vector,
 )
 
@@ -40,6 +41,7 @@ class DynamicsWorkspace(NamedTuple):
     ----------
     acceleration : (14, 6) of every segment, first without q̈ (linear part at its joint), then the
         part of q̈ (linear part at the pelvis's origin).
+    turned : (3, 3) inertia of one segment, world axes.
     inertia : (14, 6, 6) articulated inertia about the pelvis's origin.
     force : (14, 6) its bias force.
     axis : (31, 6) motion of the pelvis's origin with a unit rate of each joint coordinate.
@@ -49,6 +51,7 @@ class DynamicsWorkspace(NamedTuple):
     """
 
     acceleration: Array
+    turned: Array
     inertia: Array
     force: Array
     axis: Array
@@ -62,6 +65,7 @@ def dynamics_workspace() -> DynamicsWorkspace:
     """Arrays to be filled."""
     return DynamicsWorkspace(
         np.empty((14, 6)),
+        np.empty((3, 3)),
         np.empty((14, 6, 6)),
         np.empty((14, 6)),
         np.empty((31, 6)),
@@ -75,7 +79,7 @@ def dynamics_workspace() -> DynamicsWorkspace:
 def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace) -> None:
     """Inertia of every segment and the force that moves it as it would move with q̈ = 0."""
     rotation, origin, axes, angular = frames.rotation, frames.origin, frames.axes, frames.angular
-    acceleration = work.acceleration
+    acceleration, turned = work.acceleration, work.turned
     for s in range(SEGMENT_COUNT):
         w0, w1, w2 = angular[s, 0], angular[s, 1], angular[s, 2]
         if s == 0:
@@ -106,22 +110,9 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         c0 = r[0, 0] * k0 + r[0, 1] * k1 + r[0, 2] * k2
         c1 = r[1, 0] * k0 + r[1, 1] * k1 + r[1, 2] * k2
         c2 = r[2, 0] * k0 + r[2, 1] * k1 + r[2, 2] * k2
-        i = tree.inertia[s]
-        h00 = r[0, 0] * i[0, 0] + r[0, 1] * i[1, 0] + r[0, 2] * i[2, 0]
-        h01 = r[0, 0] * i[0, 1] + r[0, 1] * i[1, 1] + r[0, 2] * i[2, 1]
-        h02 = r[0, 0] * i[0, 2] + r[0, 1] * i[1, 2] + r[0, 2] * i[2, 2]
-        h10 = r[1, 0] * i[0, 0] + r[1, 1] * i[1, 0] + r[1, 2] * i[2, 0]
-        h11 = r[1, 0] * i[0, 1] + r[1, 1] * i[1, 1] + r[1, 2] * i[2, 1]
-        h12 = r[1, 0] * i[0, 2] + r[1, 1] * i[1, 2] + r[1, 2] * i[2, 2]
-        h20 = r[2, 0] * i[0, 0] + r[2, 1] * i[1, 0] + r[2, 2] * i[2, 0]
-        h21 = r[2, 0] * i[0, 1] + r[2, 1] * i[1, 1] + r[2, 2] * i[2, 1]
-        h22 = r[2, 0] * i[0, 2] + r[2, 1] * i[1, 2] + r[2, 2] * i[2, 2]
-        j00 = h00 * r[0, 0] + h01 * r[0, 1] + h02 * r[0, 2]
-        j01 = h00 * r[1, 0] + h01 * r[1, 1] + h02 * r[1, 2]
-        j02 = h00 * r[2, 0] + h01 * r[2, 1] + h02 * r[2, 2]
-        j11 = h10 * r[1, 0] + h11 * r[1, 1] + h12 * r[1, 2]
-        j12 = h10 * r[2, 0] + h11 * r[2, 1] + h12 * r[2, 2]
-        j22 = h20 * r[2, 0] + h21 * r[2, 1] + h22 * r[2, 2]
+        turned_inertia(r, tree.inertia[s], turned)
+        j00, j01, j02 = turned[0, 0], turned[0, 1], turned[0, 2]
+        j11, j12, j22 = turned[1, 1], turned[1, 2], turned[2, 2]
 
         # Force through the centre of mass, moment about it.
         t0, t1, t2 = w1 * c2 - w2 * c1, w2 * c0 - w0 * c2, w0 * c1 - w1 * c0

@@ -401,7 +401,8 @@ class Walker:
     Attributes
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
-    tree, law : the body and its contact with the parameters `mu` (14,).
+    tree, law, lag : the body and its contact with the parameters `mu` (14,), see
+        `contact.contact_forces`.
     state : (2, 31) positions and velocities after the last physics step.
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.
@@ -429,7 +430,7 @@ class Walker:
         self.mean_square_moments = self._account.mean_square_moments
         # A foot's contact moves the foot, its toes and about as much of the shank.
         moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
-        self._lag = np.full(2, self.physics_step / moved_mass)
+        self.lag = np.full(2, self.physics_step / moved_mass)
         self._memory = np.zeros((len(task.model.spheres), 3))
         self.set_parameters(nominal_parameters())
 
@@ -448,7 +449,7 @@ class Walker:
             stiffness,
             damping,
             damping + self.mu[PARAMETERS.index("damping")],
-            self._lag,
+            self.lag,
             self.physics_step,
             self.physics_step / self.task.reference.stride_time,
         )
