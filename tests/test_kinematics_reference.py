@@ -61,7 +61,8 @@ def central_difference(values: np.ndarray, reference: ReferenceMotion) -> np.nda
 
 @pytest.fixture(scope="module")
 def reference(task):
-    return task.reference
+    """As built from the record, before it is fitted to the laws of motion."""
+    return build_reference(task.record, task.model)
 
 
 @pytest.fixture(scope="module", params=list(BUILTIN))
