@@ -13,7 +13,7 @@ from gaitval.identification.identify import identify, search
 from gaitval.kinematics.reference import END_EFFECTORS
 from gaitval.kinematics.tree import tree_arrays, whole_body_centre_of_mass
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.walking import score_walk
+from gaitval.policy.walking import WalkingPool, score_walk
 from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.parameters import (
     PARAMETERS,
@@ -337,6 +337,15 @@ def test_an_identification_that_was_cut_off_goes_on(quick, tmp_path):
         identify(quick, policy, tmp_path / "cut", on_progress=die)
     assert list((tmp_path / "cut").iterdir()) != []
     assert identify(quick, policy, tmp_path / "cut") == whole
+
+
+def test_worker_processes_find_the_same(quick, tmp_path, monkeypatch):
+    """Bit for bit what one environment finds that walks all candidates in turn."""
+    policy = random_policy(quick, scale=0.1)
+    here = identify(quick, policy, tmp_path / "here")
+    monkeypatch.setattr(module, "WalkingPool", WalkingPool)
+    two = changed(quick, training={"workers": 2})
+    assert identify(two, policy, tmp_path / "two") == here
 
 
 def test_another_policy_does_not_go_on_from_the_state(quick, tmp_path, monkeypatch):
