@@ -38,7 +38,7 @@ RESULTS = ROOT / "reports" / "ablation.json"
 DOCUMENT = ROOT / "docs" / "learning.md"
 BEGIN, END = "<!-- ablation: begin -->", "<!-- ablation: end -->"
 
-SUBJECT, SAMPLES, SEEDS = "S05", 600_000, (0, 1, 2)
+SUBJECT, SAMPLES, SEEDS = "S05", 500_000, (0, 1, 2)
 CYCLES = 24
 
 
