@@ -1,0 +1,299 @@
+"""Write the tables of docs/speed.md: `make speed`, on a machine that does nothing else.
+
+    python scripts/speed_tables.py steps                  # the same on every machine
+    python scripts/speed_tables.py profile                # times of this machine
+    python scripts/speed_tables.py ratios benchmark.json  # of one run of pytest-benchmark
+
+`steps`: the same open-loop walk with different physics steps against the smallest one. `profile`:
+where the time of a training goes. `ratios`: the engines of benchmarks/test_physics_step.py.
+"""
+
+import argparse
+import json
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.configuration import Configuration
+from gaitval.data.subject import load_subject
+from gaitval.kinematics.tree import GRAVITY, Tree, empty_frames, forward, velocities
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.experience import WalkingWorkers
+from gaitval.policy.learner import Learner
+from gaitval.policy.storage import Policy
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.contact import ground_forces
+from gaitval.simulation.walker import Recording, Walker, WalkingTask
+
+Array = NDArray[np.float64]
+
+PAGE = Path(__file__).parent.parent / "docs" / "speed.md"
+SUBJECT = "S05"
+
+STEPS = (0.125e-3, 0.25e-3, 0.5e-3, 1e-3, 2e-3, 3e-3)
+"""s; the first is what the others are compared with."""
+ACTION = 0.03
+"""s, whatever the step."""
+ACTIONS = 13
+SETTLING = 1
+"""Actions at the start that are left out: contact starts from no force there."""
+GRID = 0.006
+"""s, a whole number of every step: the ground reaction is compared at these instants."""
+START_PHASES = np.arange(8) / 8
+
+
+def write_table(name: str, lines: Sequence[str]) -> None:
+    """Put lines between the markers of a table in docs/speed.md."""
+    text = PAGE.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, rest = text.split(begin)
+    after = rest.split(end)[1]
+    PAGE.write_text("\n".join([before + begin, *lines, end + after]), encoding="utf-8")
+
+
+def walking_task() -> WalkingTask:
+    """Of the subject, with the default configuration."""
+    subject = load_subject(SUBJECT)
+    return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
+
+
+# ---- The physics step. ----
+
+
+def energy(tree: Tree, state: Array) -> float:
+    """Kinetic and potential energy, J."""
+    frames = empty_frames()
+    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
+    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    arm = np.einsum("sij,sj->si", frames.rotation, tree.centre_of_mass)
+    velocity = frames.linear + np.cross(frames.angular, arm)
+    turning = np.einsum("sji,sj->si", frames.rotation, frames.angular)
+    kinetic = 0.5 * tree.mass @ (velocity**2).sum(axis=1)
+    kinetic += 0.5 * np.einsum("si,sij,sj->", turning, tree.inertia, turning)
+    return float(kinetic + GRAVITY * tree.mass @ (frames.origin + arm)[:, 2])
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One walk after its settling.
+
+    Attributes
+    ----------
+    ground_reaction : (T, 2, 3) body weights, at the instants of `GRID`.
+    impulse : (3,) body weights x s, of both feet.
+    unexplained_energy : J, change of energy less the work of the servos and of the ground.
+    work : J, of the servos, negative work taken positive.
+    """
+
+    ground_reaction: Array
+    impulse: Array
+    unexplained_energy: float
+    work: float
+
+
+def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
+    """From a state of the reference, the servos' targets being the reference."""
+    count = round(ACTION / step)
+    values = task.configuration.model_dump()
+    values["environment"] |= {"physics_step": step, "steps_per_action": count}
+    walker = Walker(replace(task, configuration=Configuration.model_validate(values)))
+    row = round(phase * len(task.reference.phase))
+    walker.reset(task.reference.positions[row], task.reference.velocities[row], phase)
+    start = walker.state.copy()
+    recording = Recording(ACTIONS * count)
+    for _ in range(ACTIONS):
+        walker.step(np.zeros(25), np.zeros(6), recording)
+
+    first = SETTLING * count
+    q = np.vstack([start[:1], recording.positions])
+    qd = np.vstack([start[1:], recording.velocities])
+    memory, work_of_ground = np.zeros((len(task.model.spheres), 3)), 0.0
+    for t in range(recording.rows):
+        generalised, feet = np.zeros(31), np.empty((2, 6))
+        ground_forces(walker.tree, walker.law, q[t], qd[t], walker.lag, memory, generalised, feet)
+        if t >= first:
+            work_of_ground += step * generalised @ qd[t + 1]
+    power = recording.moments[first:] * recording.velocities[first:, 6:]
+    change = energy(walker.tree, walker.state) - energy(
+        walker.tree, np.array([q[first], qd[first]])
+    )
+    force = recording.feet[first:, :, :3] / walker.weight
+    return Walk(
+        ground_reaction=force[:: round(GRID / step)],
+        impulse=step * force.sum(axis=(0, 1)),
+        unexplained_energy=change - float(step * power.sum()) - work_of_ground,
+        work=float(step * np.abs(power).sum()),
+    )
+
+
+def steps_table(task: WalkingTask) -> list[str]:
+    """How far walks with larger steps are from those with the smallest."""
+    walks = {step: [open_loop_walk(task, step, phase) for phase in START_PHASES] for step in STEPS}
+    finest = walks[STEPS[0]]
+    seconds = (ACTIONS - SETTLING) * ACTION
+    lines = [
+        "| step, ms | ground reaction, RMS, % of body weight: forward / left / up "
+        "| impulse, largest difference, % of body weight x time "
+        "| energy not explained, % of the servos' work |",
+        "|---|---|---|---|",
+    ]
+    for step in STEPS:
+        pairs = list(zip(walks[step], finest, strict=True))
+        differences = [w.ground_reaction - f.ground_reaction for w, f in pairs]
+        rms = 100 * np.sqrt(np.mean(np.square(differences), axis=(0, 1, 2)))
+        impulse = max(np.abs(w.impulse - f.impulse).max() for w, f in pairs)
+        unexplained = [abs(w.unexplained_energy) / w.work for w in walks[step]]
+        compared = step != STEPS[0]
+        lines.append(
+            f"| {1e3 * step:g} | "
+            + (" / ".join(f"{value:.2f}" for value in rms) if compared else "(compared with)")
+            + f" | {f'{100 * impulse / seconds:.2f}' if compared else ''}"
+            + f" | {100 * statistics.mean(unexplained):.1f} |"
+        )
+    return lines
+
+
+# ---- Where the time goes. ----
+
+
+def least_seconds(work: Callable[[], object], *, rounds: int) -> float:
+    """Of a few runs, so that what else the machine does counts little."""
+    times = []
+    for _ in range(rounds):
+        start = perf_counter()
+        work()
+        times.append(perf_counter() - start)
+    return min(times)
+
+
+def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
+    """Parts of one action of one environment, µs."""
+    environment = WalkingEnvironment(task)
+    options = {"phase": 0.0, "mu": environment.walker.mu, "push": None, "noise": 0.0}
+    actions, no_force = 10, np.zeros(6)
+    no_action, no_offset = np.zeros(25, dtype=np.float32), np.zeros(25)
+    observation, _ = environment.reset(seed=0, options=options)
+
+    def begin() -> None:
+        environment.reset(seed=0, options=options)
+
+    def steps() -> None:
+        begin()
+        for _ in range(actions):
+            environment.step(no_action)
+
+    def physics() -> None:
+        begin()
+        for _ in range(actions):
+            environment.walker.step(no_offset, no_force)
+
+    def policies() -> None:
+        for _ in range(actions):
+            policy.act(observation)
+
+    steps()  # compiles
+    start = least_seconds(begin, rounds=200)
+    whole = (least_seconds(steps, rounds=200) - start) / actions
+    walker = (least_seconds(physics, rounds=200) - start) / actions
+    acting = least_seconds(policies, rounds=200) / actions
+    count = environment.walker.steps_per_action
+    return [
+        (f"{count} physics steps in one compiled call", walker),
+        ("observation, errors, reward, checks", whole - walker),
+        ("policy (mean action)", acting),
+    ]
+
+
+def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
+    """Of a training with the default configuration."""
+    training = task.configuration.training
+    learner = Learner(task.configuration)
+    learner.begin(0)
+    walking, learning = [], []
+    workers = WalkingWorkers(
+        [task],
+        count=training.environments,
+        workers=training.workers,
+        steps=training.rollout_steps,
+    )
+    with workers:
+        workers.begin(0)
+        for _ in range(rollouts):
+            start = perf_counter()
+            experience = workers.walk(learner.actor(), learner.noise())
+            middle = perf_counter()
+            learner.learn(experience, learning_rate=training.learning_rate)
+            walking.append(middle - start)
+            learning.append(perf_counter() - middle)
+    walk, learn = statistics.median(walking[1:]), statistics.median(learning[1:])
+    samples = training.environments * training.rollout_steps
+    rows = action_rows(task, Policy(learner.actor(), {}))
+    alone = sum(seconds for _, seconds in rows)
+    lines = [
+        f"{samples / (walk + learn):,.0f} samples/s with {training.workers} workers: "
+        f"{1e3 * walk:.0f} ms of walking and {1e3 * learn:.0f} ms of learning for "
+        f"{samples:,} samples.",
+        "",
+        "| part of an action of one environment, one core | µs | share of the training, % |",
+        "|---|---|---|",
+    ]
+    for name, seconds in rows:
+        share = 100 * seconds / alone * walk / (walk + learn)
+        lines.append(f"| {name} | {1e6 * seconds:.1f} | {share:.0f} |")
+    lines.append(
+        f"| learning (update, advantages), per sample | {1e6 * learn / samples:.1f} | "
+        f"{100 * learn / (walk + learn):.0f} |"
+    )
+    return lines
+
+
+# ---- Ratios. ----
+
+
+def ratios_table(results: dict[str, Any]) -> list[str]:
+    """From the JSON of pytest-benchmark."""
+    walks = [b for b in results["benchmarks"] if "steps of a walk" in b["group"]]
+    steps = int(walks[0]["group"].split()[0])
+    least = {b["name"].removeprefix("test_"): b["stats"]["min"] for b in walks}
+    (goal,) = (b for b in results["benchmarks"] if b["name"] == "test_the_goal")
+    names = {
+        "gaitval_compiled": ("compiled engine, contact, servo and account", 1.0),
+        "mujoco": ("MuJoCo's C step", goal["extra_info"]["times_mujoco"]),
+        "gaitval_in_dart": ("DART with our contact and servo", goal["extra_info"]["times_dart"]),
+    }
+    return [
+        "| engine | µs a physics step | times the compiled engine |",
+        "|---|---|---|",
+        *(
+            f"| {title} | {1e6 * least[name] / steps:.2f} | {times:.1f} |"
+            for name, (title, times) in names.items()
+        ),
+    ]
+
+
+def main() -> None:
+    """Write one of the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    tables = parser.add_subparsers(dest="table", required=True)
+    tables.add_parser("steps")
+    tables.add_parser("profile")
+    tables.add_parser("ratios").add_argument("benchmark", type=Path)
+    arguments = parser.parse_args()
+    if arguments.table == "steps":
+        lines = steps_table(walking_task())
+    elif arguments.table == "profile":
+        lines = profile_table(walking_task())
+    else:
+        lines = ratios_table(json.loads(arguments.benchmark.read_text(encoding="utf-8")))
+    write_table(arguments.table, lines)
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()
