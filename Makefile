@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint baseline tables check bench general ablation wheel clean
+.PHONY: help setup subject test lint baseline tables check bench speed general ablation wheel clean
 
 help: ## This list
 	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
@@ -48,6 +48,13 @@ check: setup ## Walk the stored policy of subject S again and compare with its s
 
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
+
+speed: setup ## Write the tables of docs/speed.md (3 min on a machine that does nothing else)
+	@mkdir -p .benchmarks
+	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
+	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json
+	@$(BIN)/python scripts/speed_tables.py profile
+	@$(BIN)/python scripts/speed_tables.py steps
 
 general: setup ## Train the general policy of reports/general, which trainings start from (10 min)
 	@$(BIN)/python scripts/general_policy.py
