@@ -2,6 +2,7 @@
 
 import csv
 import json
+import pickle
 import shutil
 import signal
 import subprocess
@@ -255,19 +256,14 @@ def test_one_seed_gives_one_policy(task, tmp_path):
 # ---- Interrupted. ----
 
 SCRIPT = """
+    import pickle
     import sys
     from pathlib import Path
 
-    from gaitval.configuration import Configuration
-    from gaitval.data.subject import load_subject
     from gaitval.policy.training import train
-    from gaitval.scaling.scaling import scale_subject
-    from gaitval.simulation.walker import WalkingTask
 
     if __name__ == "__main__":
-        configuration = Configuration.model_validate_json(Path(sys.argv[1]).read_text())
-        subject = load_subject("S05")
-        task = WalkingTask.of(scale_subject(subject).model, subject.record(), configuration)
+        task = pickle.loads(Path(sys.argv[1]).read_bytes())
 
         def tell(progress):
             print(progress["samples"], flush=True)
@@ -352,11 +348,11 @@ def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_
 def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     """kill -9 after the second checkpoint. The killed one's workers and shared memory go too."""
     tiny, folder = changed(task, **INTERRUPTED), tmp_path / "training"
-    script, settings = tmp_path / "train.py", tmp_path / "configuration.json"
+    script, stored = tmp_path / "train.py", tmp_path / "task.pickle"
     script.write_text(textwrap.dedent(SCRIPT))
-    settings.write_text(tiny.configuration.model_dump_json())
+    stored.write_bytes(pickle.dumps(tiny))
     process = subprocess.Popen(
-        [sys.executable, str(script), str(settings), str(folder), str(8 * UPDATE)],
+        [sys.executable, str(script), str(stored), str(folder), str(8 * UPDATE)],
         stdout=subprocess.PIPE,
         text=True,
     )

@@ -233,9 +233,10 @@ class WalkingWorkers:
         for pipe in self._pipes:
             pipe.close()
         for process in self._processes:
-            process.join(timeout=5)
+            process.join(timeout=20)  # it may be in the middle of a rollout
             if process.is_alive():
                 process.kill()
+                process.join()
         del self._experience
         self._memory.close()
         self._memory.unlink()
