@@ -18,7 +18,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from stable_baselines3.common.logger import configure
 
 from gaitval.configuration import Configuration
 from gaitval.data.subject import load_subject
@@ -212,8 +214,10 @@ def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
 
 def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
     """Of a training with the default configuration."""
+    torch.set_num_threads(1)  # as in a training
     training = task.configuration.training
     learner = Learner(task.configuration)
+    learner.ppo.set_logger(configure(None, []))
     learner.begin(0)
     walking, learning = [], []
     workers = WalkingWorkers(
