@@ -11,7 +11,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 class WheelData(BuildHookInterface):  # type: ignore[type-arg]
     """Places `models/xacro`, `reports/S05/baseline` and `reports/general` under `gaitval/`
-    (`baselines/S05`, `baselines/general`)."""
+    (`baselines/S05`, `baselines/general`).
+    """
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Register the folders that exist; a checkout without baselines builds as well."""

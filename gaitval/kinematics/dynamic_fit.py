@@ -449,9 +449,7 @@ def _problem(
     offsets = np.concatenate([np.zeros(ROOT_DOFS), reference.offsets])
 
     # Rounded, so that an instant at the edge of stance counts alike on both sides.
-    own = np.column_stack(
-        [np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES]
-    )
+    own = np.column_stack([np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES])
     ends = np.array([record.stance_fraction[side] for side in SIDES])
     stance = own <= ends
     sliding = (own > _STANCE_EDGE) & (own < ends - _STANCE_EDGE)
