@@ -528,8 +528,13 @@ def test_killed_main_job_resumes_at_the_interrupted_stage(
         return replace(whole(run), run=stop)
 
     monkeypatch.setattr(pipeline, "simulate_stage", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        run_subject(run)
+    # A shell starts its background jobs, and so their tests, deaf to the interrupt.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_subject(run)
+    finally:
+        signal.signal(signal.SIGINT, before)
     monkeypatch.setattr(pipeline, "simulate_stage", whole)
     again = opened("identification.rounds=1")
     run_subject(again)
