@@ -311,16 +311,9 @@ def choose_start(run: Run, *, scratch: bool) -> None:
     general = general_policy()
     for source in (*stored, *([general] if general else [])):
         try:
-            policy = _start(run, source)
+            _start(run, source)
         except PolicyError as error:
             run.observer.say(f"A stored policy is not used: {error}")
-            continue
-        units, wanted = policy.hidden_units, run.configuration.training.hidden_units
-        if units != wanted:
-            run.observer.say(
-                f"A stored policy is not used: {source} has {units} hidden units, "
-                f"training.hidden_units asks for {wanted}."
-            )
             continue
         _copy(source, start, POLICY_FILES)
         kind = "general policy" if source == general else "stored policy of this body"
@@ -758,7 +751,12 @@ def _start(run: Run, folder: Path) -> "Policy":
     from gaitval.scaling.urdf import model_hash, read_urdf
 
     body = model_hash(read_urdf(run.folder / "model.urdf"))
-    return load_start(folder, run.configuration.environment, model_hash=body)
+    return load_start(
+        folder,
+        run.configuration.environment,
+        model_hash=body,
+        hidden_units=run.configuration.training.hidden_units,
+    )
 
 
 def _task(run: Run) -> "WalkingTask":

@@ -26,14 +26,21 @@ from gaitval.compiled import njit
 from gaitval.configuration import Contact
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.data.record import GaitRecord
-from gaitval.kinematics.inverse_dynamics import cardan_coordinates, newton_euler, root_state
+from gaitval.kinematics.inverse_dynamics import (
+    cardan_coordinates,
+    newton_euler,
+    root_state,
+    root_states,
+)
 from gaitval.kinematics.reference import (
     END_EFFECTORS,
+    FEED_FORWARD,
     SAMPLES,
     ReferenceMotion,
     build_reference,
     side_phase,
     spectral_rate,
+    static_stiffness,
     whole_body_path,
 )
 from gaitval.kinematics.tree import (
@@ -55,9 +62,6 @@ HARMONICS = 8
 MOST_STEPS = 15
 SMALLEST_GAIN = 1e-3
 """Share of the sum of squares that the last Gauss-Newton step still took away."""
-
-FITTED_MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-"""Recorded moments that the fit stays close to."""
 
 
 class Accuracy(NamedTuple):
@@ -125,7 +129,6 @@ _LANDING = 0.05
 _STANCE_EDGE = 0.04
 """Share of the cycle at both ends of stance in which the foot may still slide."""
 
-_MOMENTS = slice(0, 31)
 _TRUNK = slice(31, 34)
 _FOOT = 34
 """First of the six numbers of each foot: sliding (2), pivoting, height, pressure (2)."""
@@ -244,7 +247,6 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
         share = deep = 0.0
         middle = np.zeros(2)
         sliding = np.zeros(2)
-        on_toes = 0.0
         toes = np.zeros(3)
         for n in range(spheres):
             s = tree.sphere_segment[side * spheres + n]
@@ -257,7 +259,6 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
             for i in range(2):
                 middle[i] += weight * (origin[s, i] + r[i])
             if s == _TOES[side]:
-                on_toes += weight
                 for i in range(3):
                     toes[i] += weight * r[i]
         first = _FOOT + 6 * side
@@ -456,16 +457,15 @@ def _problem(
     force = np.zeros((INSTANTS, 2, 6))
     for i, side in enumerate(SIDES):
         force[:, i, :3] = weight * record.ground_reaction(side, own[:, i])
-    stiffness = 0.5 * contact.stiffness ** (2.0 / 3.0)
-    law = 4.0 / 3.0 * stiffness * np.sqrt(stiffness * tree.sphere_radius.mean())
-    depth = (np.maximum(force[..., 2], 0.0) / _SHARING_SPHERES / law) ** (2.0 / 3.0)
+    stiffness = static_stiffness(contact, tree.sphere_radius.mean())
+    depth = (np.maximum(force[..., 2], 0.0) / _SHARING_SPHERES / stiffness) ** (2.0 / 3.0)
 
     target = np.zeros((INSTANTS, _OUTPUTS))
     weights = np.zeros((INSTANTS, _OUTPUTS))
     weights[:, :ROOT_DOFS] = 1.0 / (accuracy.residual * weight)
     weights[:, _TRUNK] = 1.0 / accuracy.trunk
     for i, side in enumerate(SIDES):
-        for name in FITTED_MOMENTS:
+        for name in FEED_FORWARD:
             place = COORDINATES.index(f"{name}_{side[0]}")
             wanted = accuracy.adduction_moment if name == "hip_adduction" else accuracy.moment
             weights[:, place] = 1.0 / (wanted * model.mass)
@@ -623,12 +623,9 @@ def fitted(
     rates = spectral_rate(whole) / record.stride_time + series_rate @ change
     rates[:, 3] += record.speed
     positions, velocities = coordinates.copy(), rates.copy()
-    unused = np.zeros(3)
-    for t in range(len(coordinates)):
-        root_state(
-            coordinates[t, :3], rates[t, :3], unused,
-            positions[t, :3], velocities[t, :3], np.empty(3),
-        )  # fmt: skip
+    root = np.empty((len(coordinates), 3, 3))
+    root_states(coordinates[:, :3], rates[:, :3], np.zeros((len(coordinates), 3)), root)
+    positions[:, :3], velocities[:, :3] = root[:, 0], root[:, 1]
     positions[:, 3] += record.speed * record.stride_time * reference.phase
     frames = segment_frames(model, positions)
     effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]

@@ -200,7 +200,7 @@ def root_state(
 
 
 @njit
-def _root_states(angles: Array, rates: Array, second_rates: Array, out: Array) -> None:
+def root_states(angles: Array, rates: Array, second_rates: Array, out: Array) -> None:
     """`root_state` of every frame, into (T, 3, 3)."""
     for t in range(len(angles)):
         root_state(angles[t], rates[t], second_rates[t], out[t, 0], out[t, 1], out[t, 2])
@@ -511,7 +511,7 @@ def differentiate(time: Array, positions: Array) -> Kinematics:
     spline = make_interp_spline(time, coordinates, k=5)
     rates, second_rates = spline.derivative(1)(time), spline.derivative(2)(time)
     root = np.empty((len(time), 3, 3))
-    _root_states(coordinates[:, :3], rates[:, :3], second_rates[:, :3], root)
+    root_states(coordinates[:, :3], rates[:, :3], second_rates[:, :3], root)
     rates[:, :3], second_rates[:, :3] = root[:, 1], root[:, 2]
     return Kinematics(positions, rates, second_rates)
 

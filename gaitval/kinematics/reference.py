@@ -72,7 +72,7 @@ SLIDING_SCALE = 0.05
 """m/s: this much sliding of the flat foot."""
 
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-"""Coordinates whose recorded moment is fed forward."""
+"""Coordinates whose recorded moment is fed forward, and kept close to by `dynamic_fit`."""
 
 
 @dataclass(frozen=True)
@@ -347,15 +347,21 @@ def _pelvis_translation(
     return np.asarray(_series(phase, 0) @ solution)
 
 
+def static_stiffness(contact: Contact, radius: Array) -> Array:
+    """K of the static contact force K x^1.5 N on spheres of these radii (m) at depth x, m."""
+    k = 0.5 * contact.stiffness ** (2.0 / 3.0)
+    return np.asarray(4.0 / 3.0 * k * np.sqrt(radius * k))
+
+
 def _standing_height(tree: Tree, contact: Contact, frames: Array) -> float:
     """Height to add so that the mean static contact force over the cycle is one body weight."""
     heights = _sole_heights(tree, frames)
     weight = tree.mass.sum() * GRAVITY
-    k = 0.5 * contact.stiffness ** (2.0 / 3.0)
+    stiffness = static_stiffness(contact, tree.sphere_radius)
 
     def excess(lift: float) -> float:
         depth = np.maximum(-(heights + lift), 0.0)
-        force = 4.0 / 3.0 * k * np.sqrt(tree.sphere_radius * k) * depth**1.5
+        force = stiffness * depth**1.5
         return float(force.sum(axis=1).mean() - weight)
 
     top = -float(heights.min())

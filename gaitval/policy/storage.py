@@ -104,17 +104,24 @@ def load_policy(
     return policy
 
 
-def load_start(folder: Path, environment: Environment, *, model_hash: str | None = None) -> Policy:
+def load_start(
+    folder: Path,
+    environment: Environment,
+    *,
+    model_hash: str | None = None,
+    hidden_units: int | None = None,
+) -> Policy:
     """Read a policy that a training may start from: a general one, or one of the same body.
 
     Parameters
     ----------
     environment : refuse a policy that was trained to observe or act otherwise.
     model_hash : of the body to train for; only a general policy is taken when not given.
+    hidden_units : refuse a policy of another network.
 
     Raises
     ------
-    PolicyError : missing, damaged, or neither general nor of this body.
+    PolicyError : missing, damaged, of another network, or neither general nor of this body.
     """
     policy = _read(Path(folder))
     about = policy.about
@@ -123,6 +130,11 @@ def load_start(folder: Path, environment: Environment, *, model_hash: str | None
             f"{folder}: this policy was trained for {about.get('subject', 'another subject')} "
             f"alone (body model {str(about.get('model_hash'))[:12]}). Start from a general policy, "
             "from one of the same body, or from nothing (--scratch)."
+        )
+    if hidden_units is not None and policy.hidden_units != hidden_units:
+        raise PolicyError(
+            f"{folder} has {policy.hidden_units} hidden units, training.hidden_units asks for "
+            f"{hidden_units}. Set it to what the policy has, or start from nothing (--scratch)."
         )
     _check_meaning(policy, environment, folder)
     return policy
