@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from gaitval.errors import ConfigurationError
 
@@ -84,6 +84,9 @@ class Environment(Section):
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
+    pace_scale: float = Field(0.125, ge=0)
+    """Change of pace for an action of 1: the policy may go through the recorded cycle faster or
+    slower than the record, to take a step in time after a push. 0: the pace is the record's."""
     episode_seconds: Positive = 9.0
     """Length of a training episode, s."""
     height_tolerance: Positive = 0.2
@@ -101,6 +104,20 @@ class Environment(Section):
     push_seconds: Positive = 0.05
     """Duration of a push, s (the paper's 50 ms). A push acts through whole actions: 50 ms are
     30 ms of the full force and 30 ms of two thirds of it, so its impulse is exact."""
+
+    @property
+    def slowest_pace(self) -> float:
+        """Least pace that an action can ask for."""
+        return 1.0 - self.pace_scale * self.action_limit
+
+    @model_validator(mode="after")
+    def _goes_forward(self) -> "Environment":
+        if self.slowest_pace <= 0.0:
+            raise ValueError(
+                f"pace_scale {self.pace_scale:g} x action_limit {self.action_limit:g} is to be "
+                "below 1, or the walker could go backwards through the gait cycle"
+            )
+        return self
 
 
 class Reward(Section):
@@ -135,6 +152,9 @@ class Reward(Section):
     joint_moments: float = Field(3.0, ge=0)
     joint_moments_sharpness: Positive = 4.0
     """1/(Nm/kg)², on the sum over the 25 coordinates, against the reference's moments."""
+    pace: float = Field(1.0, ge=0)
+    pace_sharpness: Positive = 400.0
+    """On the squared difference from the record's pace, 1."""
     torque: float = Field(0.005, ge=0)
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 
@@ -337,6 +357,8 @@ def _explain(error: ValidationError, origin: str) -> str:
                 assert isinstance(annotation, type)
                 known = annotation
             lines.append(f"{'.'.join(place)}: unknown; known here are {_names(known)}.")
+        elif problem["type"] == "value_error":  # of several values together; the message has them
+            lines.append(f"{'.'.join(place)}: {problem['ctx']['error']}.")
         else:
             lines.append(f"{'.'.join(place)}: {problem['msg']}, but it is {problem['input']!r}.")
     return f"{origin}: " + "\n".join(lines)

@@ -179,7 +179,8 @@ def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
     environment = WalkingEnvironment(task)
     options = {"phase": 0.0, "mu": environment.walker.mu, "push": None, "noise": 0.0}
     actions, no_force = 10, np.zeros(6)
-    no_action, no_offset = np.zeros(25, dtype=np.float32), np.zeros(25)
+    no_action = np.zeros(environment.action_space.shape, dtype=np.float32)
+    no_offset = np.zeros(25)
     observation, _ = environment.reset(seed=0, options=options)
 
     def begin() -> None:

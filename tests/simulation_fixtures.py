@@ -15,6 +15,7 @@ from gaitval.data.record import GaitRecord, PeriodicCurve
 from gaitval.data.subject import load_subject
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
+from gaitval.policy.environment import OBSERVATION_SIZES, action_size
 from gaitval.policy.storage import NETWORK, Policy
 from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.scaling.scaling import scale_subject
@@ -155,8 +156,9 @@ def constant_reference(model: BodyModel, q: np.ndarray) -> ReferenceMotion:
 def random_policy(task: WalkingTask, *, scale: float, seed: int = 0, units: int = 16) -> Policy:
     """A policy with random weights; actions of the size of `scale`, zero for a scale of 0."""
     random = np.random.default_rng(seed)
-    size = {"paper": 71, "extended": 124}[task.configuration.environment.observation]
-    shapes = [(units, size), (units,), (units, units), (units,), (25, units), (25,)]
+    size = OBSERVATION_SIZES[task.configuration.environment.observation]
+    actions = action_size(task.configuration.environment)
+    shapes = [(units, size), (units,), (units, units), (units,), (actions, units), (actions,)]
     tensors = {
         name: random.normal(0.0, 1.0 / np.sqrt(shape[-1]), shape).astype(np.float32)
         for name, shape in zip(NETWORK, shapes, strict=True)

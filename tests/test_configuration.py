@@ -44,6 +44,10 @@ def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: ob
         ("training.samples=0", r"training\.samples: .*greater than or equal to 1, but it is 0"),
         ("training.samples=many", r"training\.samples: .*integer.*but it is 'many'"),
         ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),
+        (
+            "environment.pace_scale=0.25",
+            r"environment: pace_scale 0\.25 x action_limit 4 is to be ",
+        ),
         ("contact.stiffness=-1", r"contact\.stiffness: .*greater than 0, but it is -1"),
         ("training.samples", r"not of the form section\.key=value, for example --set "),
         ("=5", r"not of the form section\.key=value"),

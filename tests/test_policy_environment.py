@@ -16,7 +16,7 @@ from gaitval.scaling.model import SEGMENTS
 from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
 from gaitval.simulation.walker import WalkingTask
 
-NO_ACTION = np.zeros(25, dtype=np.float32)
+NO_ACTION = np.zeros(26, dtype=np.float32)
 SINGLE = 1e-6  # observations are single precision: 6e-8 of numbers up to ten
 
 
@@ -43,7 +43,7 @@ def restless(environment, seed, **options):
     environment.reset(seed=seed, options={"push": None, **options})
     random = np.random.default_rng(seed)
     for _ in range(3):
-        action = random.normal(0.0, 0.5, 25).astype(np.float32)
+        action = random.normal(0.0, 0.5, 26).astype(np.float32)
         result = environment.step(action)
     return (*result, action)
 
@@ -63,9 +63,9 @@ def test_gymnasiums_checker_has_no_objection(environment):
 
 def test_spaces(paper, extended, task):
     assert paper.observation_space.shape == (71,)
-    assert extended.observation_space.shape == (124,)
-    assert OBSERVATION_SIZES == {"paper": 71, "extended": 124}
-    assert extended.action_space.shape == (25,)
+    assert extended.observation_space.shape == (125,)
+    assert OBSERVATION_SIZES == {"paper": 71, "extended": 125}
+    assert extended.action_space.shape == (26,)
     limit = task.configuration.environment.action_limit
     assert extended.action_space.high.min() == extended.action_space.high.max() == limit
 
@@ -138,6 +138,7 @@ def test_the_extended_observation_adds_what_balance_needs(task, extended, peer):
     qd_ref = velocities[int(place)] + place % 1.0 * (
         velocities[int(place) + 1] - velocities[int(place)]
     )
+    qd_ref *= 1.0 + extended.constants.pace_scale * action[-1]
     velocity, angular_velocity = whole_body(peer, q, qd)
     turn = Rotation.from_rotvec(q[:3]) * Rotation.from_rotvec(q_ref[:3]).inv()
     origin = kinematics(task.model, q, qd)["origin"]
@@ -202,7 +203,7 @@ def test_a_left_step_is_a_right_step_in_the_mirror(twins):
     for _ in range(
         round(0.47 / right.walker.action_seconds)
     ):  # past φ = 1/2 on one side and past 1 on the other
-        action = random.normal(0.0, 0.4, 25).astype(np.float32)
+        action = random.normal(0.0, 0.4, 26).astype(np.float32)
         seen, reward, *_ = right.step(action)
         other, other_reward, *_ = left.step(action)
         # The walk amplifies the rounding of mirrored sums, ten times in 0.1 s at most.
@@ -248,7 +249,7 @@ def trajectory(environment, seed):
     random = np.random.default_rng(5)
     rewards = []
     for _ in range(8):
-        observation, reward, *_ = environment.step(random.normal(0.0, 1.0, 25).astype("f4"))
+        observation, reward, *_ = environment.step(random.normal(0.0, 1.0, 26).astype("f4"))
         observations.append(observation)
         rewards.append(reward)
     return np.array(observations), np.array(rewards)
@@ -270,7 +271,7 @@ def put(environment, monkeypatch, *, q=None, qd=None, perfect=True):
     """Make the next step lead to a given state with the reference's mean forces and moments."""
     walker, task = environment.walker, environment.task
 
-    def step(offset, root_force, recording=None):
+    def step(offset, root_force, recording, *, pace):
         del offset, root_force, recording
         walker.phase += walker.action_seconds / task.reference.stride_time
         walker.state[0] = reference_at(task, walker.phase, task.reference.positions)
@@ -316,14 +317,16 @@ def test_the_reference_itself_gets_the_whole_reward(task, extended, monkeypatch,
 
 def test_every_term_falls_with_its_own_squared_error(task, extended, peer):
     """weight / Σ weights x exp(-sharpness x squared error), errors computed anew from the state."""
-    _, reward, _, _, info, _ = restless(extended, 6, mu=nominal_parameters(), phase=0.55)
+    _, reward, _, _, info, action = restless(extended, 6, mu=nominal_parameters(), phase=0.55)
     walker, reference = extended.walker, task.reference
     q, qd = walker.state
     q_ref = reference_at(task, walker.phase, reference.positions)
     rates = np.concatenate([reference.velocities, reference.velocities[:1]])
     place = walker.phase % 1.0 * 1024
     qd_ref = rates[int(place)] + place % 1.0 * (rates[int(place) + 1] - rates[int(place)])
-    middle = walker.phase - 0.5 * walker.action_seconds / reference.stride_time
+    pace = 1.0 + extended.constants.pace_scale * float(action[-1])
+    qd_ref *= pace  # who walks through the cycle faster moves faster
+    middle = walker.phase - 0.5 * pace * walker.action_seconds / reference.stride_time
     row = round(middle % 1.0 * 1024) % 1024  # to half a sample; forces change by up to 0.5 %
     origin = kinematics(task.model, q, qd)["origin"]
     effectors = np.array([origin[SEGMENTS.index(name)] for name in END_EFFECTORS])
@@ -346,6 +349,7 @@ def test_every_term_falls_with_its_own_squared_error(task, extended, peer):
         "end_effectors": ((effectors - expected_effectors) ** 2).sum(),
         "ground_reaction": ((force_weights * force_error) ** 2).sum(),
         "joint_moments": (moment_error**2).sum(),
+        "pace": (pace - 1.0) ** 2,
     }
     assert has_moment.all()  # the fitted reference has the moment of every joint
     settings = task.configuration.reward
@@ -414,8 +418,8 @@ def test_an_episode_ends_with_the_pelvis_off_its_place(extended, monkeypatch, sh
     _, _, terminated, truncated, info = extended.step(NO_ACTION)
     assert terminated == fell
     assert not truncated
-    assert info["errors"][7] == pytest.approx(abs(z), abs=1e-9)
-    assert info["errors"][9] == pytest.approx(np.hypot(x, y), abs=1e-9)
+    assert info["errors"][8] == pytest.approx(abs(z), abs=1e-9)
+    assert info["errors"][10] == pytest.approx(np.hypot(x, y), abs=1e-9)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -426,8 +430,8 @@ def test_an_episode_ends_with_the_pelvis_turned(extended, monkeypatch, axis, sha
     put(extended, monkeypatch)
     plain = extended.walker.step
 
-    def turned(*arguments):
-        plain(*arguments)
+    def turned(*arguments, **pace):
+        plain(*arguments, **pace)
         turn = Rotation.from_rotvec(angle * np.eye(3)[axis])
         root = Rotation.from_rotvec(extended.walker.state[0, :3])
         extended.walker.state[0, :3] = (turn * root).as_rotvec()
@@ -435,7 +439,7 @@ def test_an_episode_ends_with_the_pelvis_turned(extended, monkeypatch, axis, sha
     monkeypatch.setattr(extended.walker, "step", turned)
     _, _, terminated, _, info = extended.step(NO_ACTION)
     assert terminated == fell
-    assert info["errors"][8] == pytest.approx(abs(angle), rel=1e-6)
+    assert info["errors"][9] == pytest.approx(abs(angle), rel=1e-6)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
@@ -475,10 +479,34 @@ def test_cycles_are_counted_from_the_start(extended, task):
 
 def test_actions_are_offsets_of_the_joint_targets(extended, task):
     extended.reset(options={"phase": 0.2, "mu": nominal_parameters(), "push": None})
-    action = np.linspace(-1.0, 1.0, 25).astype(np.float32)
+    action = np.linspace(-1.0, 1.0, 26).astype(np.float32)
     extended.step(action)
     scale = task.configuration.environment.action_scale
-    np.testing.assert_allclose(extended.walker.offset, scale * action, rtol=1e-6)
+    np.testing.assert_allclose(extended.walker.offset, scale * action[:25], rtol=1e-6)
+
+
+@pytest.mark.parametrize("phase", [0.2, 0.7])  # the mirror leaves the pace as it is
+@pytest.mark.parametrize("size", [-4.0, -1.0, 0.0, 2.0])
+def test_the_last_number_of_an_action_is_the_pace(extended, task, phase, size):
+    extended.reset(options={"phase": phase, "mu": nominal_parameters(), "push": None})
+    action = NO_ACTION.copy()
+    action[-1] = size
+    _, _, _, _, info = extended.step(action)
+    pace = 1.0 + task.configuration.environment.pace_scale * size
+    share = extended.walker.action_seconds / task.reference.stride_time
+    assert info["cycles"] == pytest.approx(pace * share, rel=1e-9)
+    assert info["errors"][REWARD_TERMS.index("pace")] == pytest.approx((pace - 1.0) ** 2)
+
+
+def test_without_a_pace_of_its_own_the_policy_keeps_to_the_record(task):
+    environment = WalkingEnvironment(changed(task, environment={"pace_scale": 0.0}))
+    assert environment.action_space.shape == (25,)
+    environment.reset(options={"phase": 0.2, "mu": nominal_parameters(), "push": None})
+    _, _, _, _, info = environment.step(np.full(25, 0.5, dtype=np.float32))
+    share = environment.walker.action_seconds / task.reference.stride_time
+    assert info["cycles"] == pytest.approx(share, rel=1e-9)
+    with pytest.raises(ValueError, match="broadcast"):
+        environment.step(NO_ACTION)
 
 
 def test_actions_beyond_the_limit_are_clipped(extended, task):
@@ -486,7 +514,7 @@ def test_actions_beyond_the_limit_are_clipped(extended, task):
     results = []
     for size in (limit, 100.0):
         extended.reset(seed=0, options={"phase": 0.2, "push": None})
-        results.append(extended.step(np.full(25, size, dtype=np.float32))[0])
+        results.append(extended.step(np.full(26, size, dtype=np.float32))[0])
     np.testing.assert_array_equal(*results)
 
 

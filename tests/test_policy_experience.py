@@ -37,7 +37,7 @@ def workers(short, other):
 def noise(seed, scale=0.3):
     """Environment 0 is thrown about until it falls."""
     scales = np.where(np.arange(COUNT) == 0, 4.0, scale)[:, None]
-    normal = np.random.default_rng(seed).standard_normal((STEPS, COUNT, 25))
+    normal = np.random.default_rng(seed).standard_normal((STEPS, COUNT, 26))
     return (scales * normal).astype(np.float32)
 
 
@@ -113,7 +113,7 @@ def test_a_killed_worker_is_reported_and_cleaned_up(short):
         os.kill(workers._processes[1].pid, signal.SIGKILL)
         workers._processes[1].join(5)
         with pytest.raises(RuntimeError, match="killed, perhaps because"):
-            workers.walk(policy, np.zeros((1, 2, 25), dtype=np.float32))
+            workers.walk(policy, np.zeros((1, 2, 26), dtype=np.float32))
     assert not (SHARED_MEMORY / name).exists()
 
 

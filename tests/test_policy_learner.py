@@ -46,7 +46,7 @@ def experience(made, seed):
     random = np.random.default_rng(seed)
     observations = random.normal(0.3, 2.0, (STEPS + 1, COUNT, SIZE)).astype(np.float32)
     policy = Policy(made.actor(), {})
-    actions = policy.act(observations[:-1].reshape(-1, SIZE)).reshape(STEPS, COUNT, 25)
+    actions = policy.act(observations[:-1].reshape(-1, SIZE)).reshape(STEPS, COUNT, 26)
     fell, ended = (np.zeros((STEPS, COUNT), dtype=bool) for _ in range(2))
     fell[[3, 20], 0] = True
     ended[[3, 20], 0] = ended[[7, STEPS - 1], 1] = True

@@ -39,7 +39,7 @@ def folder(policy, tmp_path):
     return tmp_path
 
 
-def observations(count=200, size=124):
+def observations(count=200, size=125):
     return np.random.default_rng(1).normal(0.0, 2.0, (count, size)).astype(np.float32)
 
 
@@ -92,10 +92,10 @@ def test_actions_are_those_of_stable_baselines3():
     """A policy of stable-baselines3 and the normalisation of its VecNormalize, and ours of the
     same numbers; single precision sums in another order leave 1e-6."""
     torch.manual_seed(0)
-    size = 124
+    size = 125
     network = ActorCriticPolicy(
         gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32),
-        gymnasium.spaces.Box(-4.0, 4.0, (25,), np.float32),
+        gymnasium.spaces.Box(-4.0, 4.0, (26,), np.float32),
         lambda _: 1e-3,
         net_arch={"pi": [32, 32], "vf": [32, 32]},
         activation_fn=torch.nn.Tanh,
@@ -133,15 +133,15 @@ def test_actions_are_those_of_stable_baselines3():
 def test_one_observation_gives_the_row_of_the_batch(policy):
     seen = observations(20)
     batch = policy.act(seen)
-    assert batch.shape == (20, 25)
+    assert batch.shape == (20, 26)
     for observation, row in zip(seen, batch, strict=True):
         single = policy.act(observation)
-        assert single.shape == (25,)
+        assert single.shape == (26,)
         np.testing.assert_allclose(single, row, atol=1e-6)
 
 
 def test_observations_are_clipped_after_normalisation(policy):
-    far, farther = np.full(124, 1e3), np.full(124, 1e6)
+    far, farther = np.full(125, 1e3), np.full(125, 1e6)
     np.testing.assert_array_equal(policy.act(far), policy.act(farther))
 
 

@@ -80,6 +80,17 @@ def test_a_recorded_walk_is_the_scored_walk(task, engine):
     assert rollout.start_phase[0] == 0.3
 
 
+@pytest.mark.parametrize("action", [-3.0, 2.0])
+def test_a_recorded_walk_covers_its_cycles_at_any_pace(task, action):
+    policy = random_policy(task, scale=0.0)
+    policy.tensors["action_net.bias"][-1] = action
+    rollout = walk(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine="compiled")
+    pace = 1.0 + task.configuration.environment.pace_scale * action
+    seconds = 0.2 * task.reference.stride_time / pace
+    assert 0.5 <= rollout.phase[-1] < 0.5 + 0.03 * pace / task.reference.stride_time + 1e-9
+    assert rollout.time[-1] == pytest.approx(seconds, abs=0.031)
+
+
 def test_a_walk_that_falls_is_cut_off_and_says_so(task):
     rollout = walk(task, random_policy(task, scale=20.0), mu=MU, start_phase=0.3, cycles=8.0)
     assert rollout.fell[0] == 1.0

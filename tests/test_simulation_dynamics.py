@@ -196,7 +196,8 @@ def walked(task, engine, row, actions):
     random = np.random.default_rng(row)
     for action in range(actions):
         push = np.array([0.0, 0.0, 0.0, 50.0, 80.0, 0.0]) if action == 3 else np.zeros(6)
-        walker.step(random.normal(0.0, 0.03, 25), push, recording)
+        pace = random.uniform(0.7, 1.3)
+        walker.step(random.normal(0.0, 0.03, 25), push, recording, pace=pace)
     return walker, recording
 
 

@@ -247,7 +247,7 @@ def recorded(task):
     recording = Recording(20 * environment.walker.steps_per_action)
     random = np.random.default_rng(0)
     for _ in range(20):
-        environment.step(random.normal(0.0, 0.3, 25), recording)
+        environment.step(random.normal(0.0, 0.3, 26), recording)
     assert recording.rows == len(recording.phase)
     positions = np.vstack([start[0], recording.positions])
     velocities = np.vstack([start[1], recording.velocities])
@@ -435,6 +435,32 @@ def run(walker, q, qd, actions=5):
     return recording
 
 
+@pytest.mark.parametrize("pace", [0.5, 1.3])
+def test_a_pace_scales_phase_and_reference_velocity(task, pace):
+    """What the servo commands, found back from the moment that acted and the state after the step,
+    differs between two paces by the damping times the difference of the velocities asked for."""
+    walker = Walker(task)
+    row = 307
+    commands = []
+    for each in (1.0, pace):
+        walker.reset(task.reference.positions[row], task.reference.velocities[row], row / 1024)
+        recording = Recording(walker.steps_per_action)
+        walker.step(NO_OFFSET, NO_FORCE, recording, pace=each)
+        passive = walker.mu[PARAMETERS.index("damping")]
+        stiffness, damping = walker.gains
+        commands.append(
+            recording.moments[0]
+            + stiffness * recording.positions[0, 6:]
+            + (damping + passive) * recording.velocities[0, 6:]
+        )
+        assert recording.phase[-1] - row / 1024 == pytest.approx(
+            each * walker.action_seconds / task.reference.stride_time, rel=1e-9
+        )
+    expected = walker.gains[1] * (pace - 1.0) * task.reference.velocities[row, 6:]
+    np.testing.assert_allclose(commands[1] - commands[0], expected, atol=1e-8)
+    assert np.abs(expected).max() > 1.0
+
+
 def test_the_same_start_gives_the_same_walk_bit_for_bit(task):
     """In a new walker, and in one that has already walked something else."""
     row = 307
@@ -518,14 +544,14 @@ def rollout(task):
 def test_a_rollout_holds_every_physics_step(task, rollout):
     steps = len(rollout.time)
     constants = task.configuration.environment
-    seconds = constants.physics_step * constants.steps_per_action
-    actions = np.ceil(0.4 * task.reference.stride_time / seconds)
-    assert steps == actions * constants.steps_per_action
+    each = constants.steps_per_action
+    pace = np.diff(rollout.phase, prepend=0.25) * task.reference.stride_time
+    pace = pace.reshape(-1, each) / constants.physics_step  # one a whole action
+    np.testing.assert_allclose(pace, np.tile(pace[:, :1], each), rtol=1e-9)
+    assert 0.0 < np.abs(pace - 1.0).max() < 0.5
+    assert rollout.phase[-each - 1] < 0.65 <= rollout.phase[-1]  # as many as 0.4 cycles take
     np.testing.assert_allclose(np.diff(rollout.time), constants.physics_step, rtol=1e-9)
     assert rollout.time[0] == pytest.approx(constants.physics_step)
-    np.testing.assert_allclose(
-        rollout.phase, 0.25 + rollout.time / task.reference.stride_time, rtol=1e-12
-    )
     assert not rollout.fell[0]
     shapes = {f.name: getattr(rollout, f.name).shape for f in fields(rollout)}
     assert shapes == {

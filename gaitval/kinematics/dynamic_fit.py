@@ -67,7 +67,7 @@ SMALLEST_GAIN = 1e-3
 class Accuracy(NamedTuple):
     """Departures that weigh the same, rad, m, s, Nm/kg, body weights (BW).
 
-    The first group is half to three quarters of the accuracy that the project aims at; the
+    The first group is two fifths to three quarters of the accuracy that the project aims at; the
     second says how well the laws of motion and of contact hold; the third keeps what was not
     recorded near its convention.
     """
@@ -80,7 +80,7 @@ class Accuracy(NamedTuple):
     adduction_moment: float = 0.15
     forward_force: float = 0.020
     sideways_force: float = 0.015
-    vertical_force: float = 0.035
+    vertical_force: float = 0.020
 
     residual: float = 0.002
     """BW and BW m, force and moment on the pelvis that nothing exerts."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.configuration import Reward
+from gaitval.configuration import Environment, Reward
 from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
 from gaitval.kinematics.tree import (
@@ -30,7 +30,7 @@ from gaitval.simulation.walker import Engine, Recording, Walker, WalkingTask, cl
 
 Array = NDArray[np.float64]
 
-OBSERVATION_SIZES = {"paper": 71, "extended": 124}
+OBSERVATION_SIZES = {"paper": 71, "extended": 125}
 PARAMETERS_OBSERVED = slice(57, 71)
 """Where mu is in both observations; in the extended one it is scaled to -1 ... 1."""
 REWARD_TERMS = (
@@ -41,6 +41,7 @@ REWARD_TERMS = (
     "end_effectors",
     "ground_reaction",
     "joint_moments",
+    "pace",
     "torque",
 )
 _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
@@ -57,8 +58,8 @@ of a whole training."""
 
 
 def _mirror() -> tuple[NDArray[np.int64], Array]:
-    """Order (124,) and signs (124,) that turn an extended observation into its mirror image at
-    the sagittal plane. The last 25 are the mirror of an action.
+    """Order (125,) and signs (125,) that turn an extended observation into its mirror image at
+    the sagittal plane. The last 26 are the mirror of an action.
     """
     joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
     joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
@@ -86,12 +87,18 @@ def _mirror() -> tuple[NDArray[np.int64], Array]:
     add(swapped, polar * 2)  # feet
     add(swapped, polar * 2)  # ground reaction
     add(joints, joint_signs)  # last action
+    add([0], [1])  # its pace
     return np.array(order), np.array(signs, dtype=float)
 
 
 _MIRROR_ORDER, _MIRROR_SIGNS = _mirror()
-_ACTION_ORDER = _MIRROR_ORDER[-25:] - (OBSERVATION_SIZES["extended"] - 25)
-_ACTION_SIGNS = _MIRROR_SIGNS[-25:]
+_ACTION_ORDER = _MIRROR_ORDER[-26:] - (OBSERVATION_SIZES["extended"] - 26)
+_ACTION_SIGNS = _MIRROR_SIGNS[-26:]
+
+
+def action_size(constants: Environment) -> int:
+    """Numbers in an action: one a joint, and the pace where it is the policy's."""
+    return len(ACTUATED) + (constants.pace_scale > 0.0)
 
 
 class _Targets(NamedTuple):
@@ -158,13 +165,14 @@ def _measure(
     targets: _Targets,
     state: Array,
     phase: float,
+    pace: float,
     lift: float,
     half_action: float,
     mass: float,
     weight: float,
     ground: Array,
     moments: Array,
-    offset: Array,
+    action: Array,
     parameters: Array,
     extended: bool,
     half_cycle: bool,
@@ -177,16 +185,17 @@ def _measure(
 
     Parameters
     ----------
+    pace : of the last action.
     lift : m, added to the reference's heights for the leg length of the body.
     half_action : phase of half an action: means over the action are compared with its middle.
     mass, weight : kg and N, of the nominal body.
     ground : (2, 3) N, mean over the action.
     moments : (25,) Nm, mean over the action.
-    offset : (25,) last action's offset over the action scale.
+    action : (26,) the last one.
     parameters : (14,) the mu that is observed.
     half_cycle : the sines and cosines of the phase are of its half of the cycle, 0 to 0.5.
-    observation : (71,) or (124,) out.
-    errors : (10,) out: squared errors of the first seven `REWARD_TERMS`, then height m,
+    observation : (71,) or (125,) out.
+    errors : (11,) out: squared errors of the first eight `REWARD_TERMS`, then height m,
         rotation rad and drift m of the pelvis, for termination.
     """
     for i in range(2):
@@ -205,6 +214,8 @@ def _measure(
     _at(targets.velocities, phase, qd_ref)
     _at(targets.centre_of_mass, phase, com_ref)
     _at(targets.end_effectors, phase, ee_ref)
+    for i in range(31):
+        qd_ref[i] *= pace
     travel = targets.stride_length * phase
     q_ref[3] += travel
     q_ref[5] += lift
@@ -221,8 +232,9 @@ def _measure(
         # Where the pelvis is, is an error of its own.
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
-    _at(targets.ground_reaction, phase - half_action, grf_ref)
-    _at(targets.moments, phase - half_action, moment_ref)
+    middle = phase - pace * half_action
+    _at(targets.ground_reaction, middle, grf_ref)
+    _at(targets.moments, middle, moment_ref)
 
     errors[0] = _square(joint)
     errors[1] = _square(joint_rate)
@@ -235,9 +247,10 @@ def _measure(
     errors[6] = 0.0
     for i in range(25):
         errors[6] += targets.has_moment[i] * (moments[i] / mass - moment_ref[i]) ** 2
-    errors[7] = abs(q[5] - q_ref[5])
-    errors[8] = np.sqrt(errors[3])
-    errors[9] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
+    errors[7] = (pace - 1.0) ** 2
+    errors[8] = abs(q[5] - q_ref[5])
+    errors[9] = np.sqrt(errors[3])
+    errors[10] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
 
     if extended:
         observation[0:25] = joint
@@ -267,24 +280,24 @@ def _measure(
         observation[87:93] = effector[0:6]
         for i in range(6):
             observation[93 + i] = ground[i // 3, i % 3] / weight
-        observation[99:124] = offset
+        observation[99:125] = action
     return True
 
 
 @njit_borrowing
 def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array) -> float:
-    """Terms (8,) of the reward, in the order of `REWARD_TERMS`, and their sum: weights (8,) over
-    the sum of the first seven times exp(-sharpness (7,) x squared error); the last is the torque
+    """Terms (9,) of the reward, in the order of `REWARD_TERMS`, and their sum: weights (9,) over
+    the sum of the first eight times exp(-sharpness (8,) x squared error); the last is the torque
     cost.
     """
     total, reward = 0.0, 0.0
-    for i in range(7):
+    for i in range(8):
         total += weights[i]
-    for i in range(7):
+    for i in range(8):
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
         reward += terms[i]
-    terms[7] = -weights[7] / total * effort
-    return float(reward + terms[7])
+    terms[8] = -weights[8] / total * effort
+    return float(reward + terms[8])
 
 
 def _reward_numbers(reward: Reward) -> tuple[Array, Array]:
@@ -297,8 +310,10 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     """Walk like the reference.
 
     Action: 25 numbers; times `action_scale` they are the offsets (rad) of the joint targets from
-    the reference. Observation: see `Environment.observation`. `info` of every step holds
-    `errors` (10,), `reward_terms` (8,) and `cycles`, the gait cycles walked since the start.
+    the reference. Unless `pace_scale` is 0 there is a 26th; times that it is added to the pace of
+    1 at which the walker goes through the recorded cycle. Observation: see
+    `Environment.observation`. `info` of every step holds `errors` (11,), `reward_terms` (9,) and
+    `cycles`, the gait cycles walked since the start.
 
     Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
     (14,) (else random within the bounds), `push` = (phase after which it starts, force N,
@@ -329,7 +344,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
-        self.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
+        self.action_space = gymnasium.spaces.Box(
+            -limit, limit, (action_size(self.constants),), np.float32
+        )
         self._mass = task.model.mass
         self._targets = _targets(task.reference, self._mass)
         self._weights, self._sharpness = _reward_numbers(configuration.reward)
@@ -339,10 +356,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
         self._parameters = self._nominal
         self._observation = np.zeros(size)
-        self._errors = np.zeros(10)
-        self._terms = np.zeros(8)
+        self._errors = np.zeros(11)
+        self._terms = np.zeros(9)
         self._root_force = np.zeros(6)
-        self._no_offset = np.zeros(25)
+        self._size = action_size(self.constants)
+        self._action = np.zeros(26)
+        self._pace = 1.0
         self._half_action = 0.5 * self.walker.action_seconds / task.reference.stride_time
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
@@ -394,7 +413,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         ground = self.walker.mean_ground_reaction.reshape(6)
         _at(self._targets.ground_reaction, phase, ground)
         ground *= self.walker.weight
-        self._measure(self._no_offset)
+        self._action[:] = 0.0
+        self._pace = 1.0
+        self._measure()
         return self._seen(), {}
 
     def _is_mirrored(self) -> bool:
@@ -414,7 +435,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         nominal = sum(self.task.model.segments[i].joint_position[2] for i in legs)
         return float(nominal - self.walker.tree.joint_position[legs, 2].sum())
 
-    def _measure(self, offset: Array) -> bool:
+    def _measure(self) -> bool:
         walker = self.walker
         return bool(
             _measure(
@@ -422,13 +443,14 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
                 self._targets,
                 walker.state,
                 walker.phase,
+                self._pace,
                 self._lift,
                 self._half_action,
                 self._mass,
                 walker.weight,
                 walker.mean_ground_reaction,
                 walker.mean_moments,
-                offset,
+                self._action,
                 self._parameters,
                 self._extended,
                 self._mirrors,
@@ -459,19 +481,21 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance by one action; see the class for `action` and `info`."""
         limit = self.constants.action_limit
-        clipped = np.clip(np.asarray(action, dtype=float), -limit, limit)
+        self._action[: self._size] = np.clip(action, -limit, limit)
         if self._is_mirrored():
-            clipped = _ACTION_SIGNS * clipped[_ACTION_ORDER]
+            self._action[:] = _ACTION_SIGNS * self._action[_ACTION_ORDER]
+        self._pace = 1.0 + self.constants.pace_scale * self._action[-1]
         self._push_now()
-        self.walker.step(self.constants.action_scale * clipped, self._root_force, recording)
+        offset = self.constants.action_scale * self._action[:-1]
+        self.walker.step(offset, self._root_force, recording, pace=self._pace)
         self._steps += 1
-        if self._measure(clipped):
+        if self._measure():
             effort = float(self.walker.mean_square_moments.sum()) / self._mass**2
             reward = _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
             fell = not (
-                self._errors[7] < self.constants.height_tolerance
-                and self._errors[8] < self.constants.rotation_tolerance
-                and self._errors[9] < self.constants.drift_tolerance
+                self._errors[8] < self.constants.height_tolerance
+                and self._errors[9] < self.constants.rotation_tolerance
+                and self._errors[10] < self.constants.drift_tolerance
             )
         else:  # it blew up, perhaps to no number at all: the last observation stands
             self._terms[:] = 0.0

@@ -18,7 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.policy.environment import OBSERVATION_SIZES, REWARD_TERMS, WalkingEnvironment
+from gaitval.configuration import Environment
+from gaitval.policy.environment import (
+    OBSERVATION_SIZES,
+    REWARD_TERMS,
+    WalkingEnvironment,
+    action_size,
+)
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
@@ -31,12 +37,12 @@ class Experience(NamedTuple):
     Attributes
     ----------
     observations : (T + 1, E, size) before each action, and after the last one.
-    actions : (T, E, 25) the policy's and noise.
+    actions : (T, E, A) the policy's and noise.
     rewards : (T, E).
     fell, ended : (T, E) the episode ended by a fall; ended by that or by its length.
     final_observations : (T, E, size) of the episodes that ended, where they did.
     cycles : (T, E) gait cycles of the episode so far.
-    terms : (T, E, 8) reward terms.
+    terms : (T, E, 9) reward terms.
     """
 
     observations: NDArray[np.float32]
@@ -49,11 +55,12 @@ class Experience(NamedTuple):
     terms: NDArray[np.float32]
 
 
-def _shapes(steps: int, count: int, size: int) -> _Shapes:
+def _shapes(steps: int, count: int, constants: Environment) -> _Shapes:
     """Shapes and types of an `Experience`."""
+    size = OBSERVATION_SIZES[constants.observation]
     return {
         "observations": ((steps + 1, count, size), np.float32),
-        "actions": ((steps, count, 25), np.float32),
+        "actions": ((steps, count, action_size(constants)), np.float32),
         "rewards": ((steps, count), np.float32),
         "fell": ((steps, count), np.bool_),
         "ended": ((steps, count), np.bool_),
@@ -161,8 +168,7 @@ class WalkingWorkers:
     def __init__(
         self, tasks: Sequence[WalkingTask], *, count: int, workers: int, steps: int
     ) -> None:
-        size = OBSERVATION_SIZES[tasks[0].configuration.environment.observation]
-        shapes = _shapes(steps, count, size)
+        shapes = _shapes(steps, count, tasks[0].configuration.environment)
         self._memory = SharedMemory(create=True, size=_bytes(shapes))
         self._experience = _views(self._memory, shapes)
         context = mp.get_context("spawn")
@@ -218,7 +224,7 @@ class WalkingWorkers:
 
         Parameters
         ----------
-        noise : (T, E, 25), added to the policy's actions.
+        noise : (T, E, A), added to the policy's actions.
 
         Returns
         -------

@@ -21,7 +21,12 @@ from stable_baselines3.common.running_mean_std import RunningMeanStd
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
-from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED, REWARD_TERMS
+from gaitval.policy.environment import (
+    OBSERVATION_SIZES,
+    PARAMETERS_OBSERVED,
+    REWARD_TERMS,
+    action_size,
+)
 from gaitval.policy.experience import Experience
 from gaitval.policy.storage import OBSERVATION_CLIP
 from gaitval.scaling.parameters import parameter_bounds
@@ -110,10 +115,10 @@ def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
         device=device,
         _init_setup_model=False,
     )
-    size = OBSERVATION_SIZES[configuration.environment.observation]
-    limit = configuration.environment.action_limit
+    constants = configuration.environment
+    size, limit = OBSERVATION_SIZES[constants.observation], constants.action_limit
     ppo.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
-    ppo.action_space = gymnasium.spaces.Box(-limit, limit, (25,), np.float32)
+    ppo.action_space = gymnasium.spaces.Box(-limit, limit, (action_size(constants),), np.float32)
     ppo.n_envs = training.environments
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*primarily intended to run on the CPU")
@@ -177,9 +182,9 @@ class Learner:
         }
 
     def noise(self) -> NDArray[np.float32]:
-        """Exploration (T, E, 25) of a rollout."""
-        shape = self.ppo.n_steps, self.ppo.n_envs, 25
+        """Exploration (T, E, A) of a rollout."""
         deviation = torch.exp(self.ppo.policy.get_parameter("log_std").detach()).cpu().numpy()
+        shape = self.ppo.n_steps, self.ppo.n_envs, len(deviation)
         normal = self._random.standard_normal(shape, dtype=np.float32)
         return np.asarray(normal * deviation, dtype=np.float32)
 
@@ -237,7 +242,9 @@ class Learner:
         steps, count = experience.rewards.shape
         seen = self._normalised(experience.observations)
         before = seen[: steps * count]
-        actions = torch.from_numpy(experience.actions.reshape(-1, 25).copy()).to(ppo.device)
+        actions = torch.from_numpy(experience.actions.reshape(len(before), -1).copy()).to(
+            ppo.device
+        )
         with torch.no_grad():
             values, log_prob, _ = ppo.policy.evaluate_actions(before, actions)
             last = ppo.policy.predict_values(seen[steps * count :])

@@ -17,7 +17,7 @@ from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.configuration import Environment
 from gaitval.errors import ArtefactError, PolicyError
 
-FORMAT = 1
+FORMAT = 2
 NETWORK = (
     "mlp_extractor.policy_net.0.weight",
     "mlp_extractor.policy_net.0.bias",
@@ -28,7 +28,7 @@ NETWORK = (
 )
 """Tensors of the action network, first layer first (stable-baselines3's names)."""
 NORMALISATION = ("observation_mean", "observation_variance")
-MEANING = ("observation", "mirror", "action_scale", "action_limit")
+MEANING = ("observation", "mirror", "action_scale", "action_limit", "pace_scale")
 """Settings of the environment that say what a policy's numbers mean."""
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped at this, in training and after."""
@@ -55,7 +55,7 @@ class Policy:
         return len(self.tensors[NETWORK[1]])
 
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
-        """Mean action (25,) or (B, 25) for observations (size,) or (B, size)."""
+        """Mean action (A,) or (B, A) for observations (size,) or (B, size)."""
         t = self.tensors
         x = (observation - t["observation_mean"]) / np.sqrt(t["observation_variance"] + 1e-8)
         x = np.clip(x, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(np.float32)

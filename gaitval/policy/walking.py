@@ -98,19 +98,20 @@ def record_walk(
     ----------
     mu : (14,) body parameters.
     start_phase : phase of the right gait cycle at the start.
-    cycles : planned length in gait cycles of the reference.
+    cycles : planned length in gait cycles.
     push : see `WalkingEnvironment`; none by default.
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
     observation, _ = environment.reset(seed=0, options=options)
-    stride_time = environment.task.reference.stride_time
-    actions = int(np.ceil(cycles * stride_time / walker.action_seconds))
+    constants = environment.constants
+    longest = cycles * environment.task.reference.stride_time / constants.slowest_pace
+    actions = int(np.ceil(longest / walker.action_seconds))
     recording = Recording(actions * walker.steps_per_action)
     fell = False
     for _ in range(actions):
         observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
-        if fell:
+        if fell or walker.phase >= start_phase + cycles:
             break
     rows = slice(0, recording.rows)
     positions = recording.positions[rows]

@@ -1,10 +1,11 @@
 """One walking body: its dynamics, ground contact and joint servos, advanced action by action.
 
-The servo of a joint is τ = k (q̂(φ) + a − q) + d (q̂̇(φ) − q̇) + τ_ff(φ) − β q̇, with q̂ the
-reference, a the action's offset, τ_ff the recorded moment and β the passive joint damping. The
-spring and the dampers are integrated implicitly (as springs about zero); what does not depend
-on the state enters as a force, so the torque that acted is known exactly:
-τ = command − k q⁺ − (d + β) q̇⁺ with the state after the step.
+The servo of a joint is τ = k (q̂(φ) + a − q) + d (p q̂̇(φ) − q̇) + τ_ff(φ) − β q̇, with q̂ the
+reference, a the action's offset, p its pace, τ_ff the reference's moment and β the passive joint
+damping. The phase φ of the gait cycle grows p times as fast as in the reference. The spring and
+the dampers are integrated implicitly (as springs about zero); what does not depend on the state
+enters as a force, so the torque that acted is known exactly: τ = command − k q⁺ − (d + β) q̇⁺
+with the state after the step.
 
 Two engines advance the body in the same way: `compiled` (`simulation/dynamics.py`), which runs
 all physics steps of an action in one compiled call, and DART.
@@ -210,6 +211,7 @@ def _forces(
     body: Body,
     state: Array,
     phase: float,
+    pace: float,
     offset: Array,
     root_force: Array,
     memory: Array,
@@ -219,6 +221,7 @@ def _forces(
 
     Parameters
     ----------
+    pace : rate of the phase over that of the reference.
     offset : (25,) rad, of the joint targets.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
     work : its frames, forces, command (the servos' share, Nm) and feet are filled.
@@ -233,7 +236,9 @@ def _forces(
         target = (1.0 - part) * tables.positions[row, i] + part * tables.positions[row + 1, i]
         rate = (1.0 - part) * tables.velocities[row, i] + part * tables.velocities[row + 1, i]
         moment = (1.0 - part) * tables.moments[row, i] + part * tables.moments[row + 1, i]
-        command[i] = body.stiffness[i] * (target + offset[i]) + body.damping[i] * rate + moment
+        command[i] = (
+            body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
+        )
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
@@ -278,6 +283,7 @@ def _steps(
     body: Body,
     state: Array,
     phase: float,
+    pace: float,
     target: Array,
     slope: Array,
     root_force: Array,
@@ -289,7 +295,7 @@ def _steps(
     for row in range(account.phase.shape[0]):
         for i in range(25):
             target[i] += slope[i]
-        _forces(body, state, phase, target, root_force, memory, work)
+        _forces(body, state, phase, pace, target, root_force, memory, work)
         accelerations(
             body.tree,
             work.frames,
@@ -302,7 +308,7 @@ def _steps(
             work.acceleration,
         )
         integrate(state, work.acceleration, body.physics_step)
-        phase += body.phase_step
+        phase += pace * body.phase_step
         _enter(body, state, phase, row, account, work)
     return phase
 
@@ -312,6 +318,7 @@ def _advance(
     body: Body,
     state: Array,
     phase: float,
+    pace: float,
     offset: Array,
     next_offset: Array,
     root_force: Array,
@@ -323,13 +330,14 @@ def _advance(
     Parameters
     ----------
     state : (2, 31) in and out.
+    pace : rate of the phase over that of the reference.
     offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
     memory : (K, 3) in and out, as `contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
     slope = (next_offset - offset) / account.phase.shape[0]
     target, work = offset.copy(), _workspace(memory.shape[0])
-    phase = _steps(body, state, phase, target, slope, root_force, memory, account, work)
+    phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
     return phase
 
 
@@ -344,6 +352,7 @@ def _advance_in_dart(
     body: Body,
     state: Array,
     phase: float,
+    pace: float,
     offset: Array,
     next_offset: Array,
     root_force: Array,
@@ -356,12 +365,12 @@ def _advance_in_dart(
     slope = (next_offset - offset) / len(account.phase)
     for row in range(len(account.phase)):
         target += slope
-        _forces(body, state, phase, target, root_force, memory, work)
+        _forces(body, state, phase, pace, target, root_force, memory, work)
         skeleton.skeleton.setForces(work.forces)
         skeleton.step()
         state[0] = skeleton.skeleton.getPositions()
         state[1] = skeleton.skeleton.getVelocities()
-        phase += body.phase_step
+        phase += pace * body.phase_step
         _enter(body, state, phase, row, account, work)
     return phase
 
@@ -471,7 +480,14 @@ class Walker:
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0
 
-    def step(self, offset: Array, root_force: Array, recording: Recording | None = None) -> None:
+    def step(
+        self,
+        offset: Array,
+        root_force: Array,
+        recording: Recording | None = None,
+        *,
+        pace: float = 1.0,
+    ) -> None:
         """Advance by one action.
 
         The offset of the joint targets moves linearly from the last action's to this one's, so
@@ -481,12 +497,14 @@ class Walker:
         ----------
         offset : (25,) rad.
         root_force : (6,) external moment Nm and force N on the pelvis, world.
+        pace : how fast to go through the gait cycle, 1 as fast as the reference.
         """
         account = self._account
         action = (
             self._body,
             self.state,
             self.phase,
+            pace,
             self.offset,
             offset,
             root_force,
