@@ -144,8 +144,8 @@ class Reward(Section):
     end_effectors: float = Field(2.0, ge=0)
     end_effectors_sharpness: Positive = 100.0
     """1/m², on the sum over feet and hands."""
-    ground_reaction: float = Field(3.0, ge=0)
-    ground_reaction_sharpness: Positive = 20.0
+    ground_reaction: float = Field(6.0, ge=0)
+    ground_reaction_sharpness: Positive = 40.0
     """1/(body weight)², on the sum over both feet of the mean force during the action, fore-aft
     weighted twice and sideways three times, for these forces are a fifth and a tenth of the
     vertical one."""
@@ -180,7 +180,7 @@ class Training(Section):
 
     samples: int = Field(3_000_000, ge=1)
     """Environment steps of the first training."""
-    transfer_samples: int = Field(1_000_000, ge=0)
+    transfer_samples: int = Field(2_000_000, ge=0)
     """Environment steps of the first training when it starts from the general policy."""
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
