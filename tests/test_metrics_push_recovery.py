@@ -159,7 +159,7 @@ def test_being_displaced_is_no_fall(task):
         return score_walk(environment, policy, mu=MU, start_phase=0.3, seconds=0.15).fell
 
     assert fell(narrow)
-    assert not fell(module._without_drift(narrow))
+    assert not fell(module.without_drift(narrow))
 
 
 def test_the_table_can_be_written(tried):

@@ -169,7 +169,9 @@ def largest_survived(
 
 
 @dataclass(frozen=True)
-class _Trial:
+class Trial:
+    """A walk from phase 0 that is pushed after its settling cycles and watched for `cycles`."""
+
     policy: Policy
     mu: Array
     push: Push
@@ -177,6 +179,7 @@ class _Trial:
     cycles: float
 
     def settings(self) -> dict[str, Any]:
+        """What a walk is to begin with."""
         return {
             "mu": self.mu,
             "start_phase": 0.0,
@@ -184,15 +187,17 @@ class _Trial:
         }
 
     def planned_cycles(self) -> float:
+        """Length of the walk."""
         return self.settling_cycles + self.push.phase + self.cycles
 
 
-def _stands(environment: WalkingEnvironment, trial: _Trial) -> bool:
+def stands(environment: WalkingEnvironment, trial: Trial) -> bool:
+    """Whether the walker of an environment that is `without_drift` survives the push."""
     seconds = trial.planned_cycles() * environment.task.reference.stride_time
     return not score_walk(environment, trial.policy, seconds=seconds, **trial.settings()).fell
 
 
-def _trace(environment: WalkingEnvironment, trial: _Trial) -> Trace:
+def _trace(environment: WalkingEnvironment, trial: Trial) -> Trace:
     rollout = record_walk(
         environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
     )
@@ -203,7 +208,12 @@ def _trace(environment: WalkingEnvironment, trial: _Trial) -> Trace:
     return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
 
 
-def _without_drift(task: WalkingTask) -> WalkingTask:
+def forward_half(directions: Sequence[float]) -> tuple[float, ...]:
+    """Those of the directions (rad) that are within 90 degrees of straight ahead."""
+    return tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
+
+
+def without_drift(task: WalkingTask) -> WalkingTask:
     """The task in which being displaced does not end a walk: it is no fall."""
     configuration = task.configuration
     environment = configuration.environment.model_copy(update={"drift_tolerance": math.inf})
@@ -240,28 +250,28 @@ def push_recovery(
     configuration: Configuration = task.configuration
     settings = configuration.pushes
     directions = evenly_spaced(settings.directions)
-    forward_half = tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
+    ahead = forward_half(directions)
     total = len(settings.phases) * len(directions)
 
-    def trials(pushes: Sequence[Push]) -> list[_Trial]:
+    def trials(pushes: Sequence[Push]) -> list[Trial]:
         settling = configuration.validation.settling_cycles
-        return [_Trial(policy, mu, push, settling, settings.cycles) for push in pushes]
+        return [Trial(policy, mu, push, settling, settings.cycles) for push in pushes]
 
     def progress(done: int) -> None:
         if on_progress is not None:
             on_progress({"pushes": done, "total": total})
 
     workers = configuration.training.workers
-    with WalkingPool(_without_drift(task), workers=workers, engine="dart") as pool:
+    with WalkingPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
-            return pool.map(_stands, trials(pushes))
+            return pool.map(stands, trials(pushes))
 
         stood = survived(
             [
                 Push(phase, direction, settings.force)
                 for phase in settings.phases
-                for direction in forward_half
+                for direction in ahead
             ]
         )
         largest = largest_survived(
@@ -292,7 +302,7 @@ def push_recovery(
         directions=directions,
         largest=largest,
         force=settings.force,
-        criterion_directions=forward_half,
-        survived=np.reshape(stood, (len(settings.phases), len(forward_half))),
+        criterion_directions=ahead,
+        survived=np.reshape(stood, (len(settings.phases), len(ahead))),
     )
     return recovery, traces
