@@ -55,6 +55,7 @@ speed: setup ## Write the tables of docs/speed.md (3 min on a machine that does 
 	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json
 	@$(BIN)/python scripts/speed_tables.py profile
 	@$(BIN)/python scripts/speed_tables.py steps
+	@$(BIN)/python scripts/speed_tables.py steered
 
 general: setup ## Train the general policy of reports/general, which trainings start from (10 min)
 	@$(BIN)/python scripts/general_policy.py

@@ -1,10 +1,12 @@
 """Write the tables of docs/speed.md: `make speed`, on a machine that does nothing else.
 
     python scripts/speed_tables.py steps                  # the same on every machine
+    python scripts/speed_tables.py steered                # likewise
     python scripts/speed_tables.py profile                # times of this machine
     python scripts/speed_tables.py ratios benchmark.json  # of one run of pytest-benchmark
 
-`steps`: the same open-loop walk with different physics steps against the smallest one. `profile`:
+`steps`: the same open-loop walk with different physics steps against the smallest one. `steered`:
+likewise walks of the stored policies, which were trained with the default step. `profile`:
 where the time of a training goes. `ratios`: the engines of benchmarks/test_physics_step.py.
 """
 
@@ -25,17 +27,22 @@ from stable_baselines3.common.logger import configure
 from gaitval.configuration import Configuration
 from gaitval.data.subject import load_subject
 from gaitval.kinematics.tree import GRAVITY, Tree, empty_frames, forward, velocities
-from gaitval.policy.environment import WalkingEnvironment
+from gaitval.metrics.comparison import low_pass_of, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.policy.environment import WalkingEnvironment, action_size
 from gaitval.policy.experience import WalkingWorkers
 from gaitval.policy.learner import Learner
-from gaitval.policy.storage import Policy
+from gaitval.policy.storage import Policy, load_policy
+from gaitval.policy.walking import walk
+from gaitval.scaling.parameters import nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.contact import ground_forces
 from gaitval.simulation.walker import Recording, Walker, WalkingTask
 
 Array = NDArray[np.float64]
 
-PAGE = Path(__file__).parent.parent / "docs" / "speed.md"
+ROOT = Path(__file__).parent.parent
+PAGE, REPORTS = ROOT / "docs" / "speed.md", ROOT / "reports"
 SUBJECT = "S05"
 
 STEPS = (0.125e-3, 0.25e-3, 0.5e-3, 1e-3, 2e-3, 3e-3)
@@ -49,6 +56,12 @@ GRID = 0.006
 """s, a whole number of every step: the ground reaction is compared at these instants."""
 START_PHASES = np.arange(8) / 8
 
+STEERED = ("S01", "S05", "S10")
+"""Subjects whose stored policies walk with each of the steps ..."""
+STEERED_STEPS = (0.25e-3, 0.5e-3, 1e-3, 2e-3)
+"""... s; the first is what the others are compared with."""
+STEERED_CYCLES = 24
+
 
 def write_table(name: str, lines: Sequence[str]) -> None:
     """Put lines between the markers of a table in docs/speed.md."""
@@ -59,9 +72,9 @@ def write_table(name: str, lines: Sequence[str]) -> None:
     PAGE.write_text("\n".join([before + begin, *lines, end + after]), encoding="utf-8")
 
 
-def walking_task() -> WalkingTask:
-    """Of the subject, with the default configuration."""
-    subject = load_subject(SUBJECT)
+def walking_task(name: str = SUBJECT) -> WalkingTask:
+    """Of a subject, with the default configuration."""
+    subject = load_subject(name)
     return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
 
 
@@ -99,12 +112,17 @@ class Walk:
     work: float
 
 
+def with_step(task: WalkingTask, step: float) -> WalkingTask:
+    """The task with another physics step and actions as long as before."""
+    values = task.configuration.model_dump()
+    values["environment"] |= {"physics_step": step, "steps_per_action": round(ACTION / step)}
+    return replace(task, configuration=Configuration.model_validate(values))
+
+
 def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
     """From a state of the reference, the servos' targets being the reference."""
     count = round(ACTION / step)
-    values = task.configuration.model_dump()
-    values["environment"] |= {"physics_step": step, "steps_per_action": count}
-    walker = Walker(replace(task, configuration=Configuration.model_validate(values)))
+    walker = Walker(with_step(task, step))
     row = round(phase * len(task.reference.phase))
     walker.reset(task.reference.positions[row], task.reference.velocities[row], phase)
     start = walker.state.copy()
@@ -161,6 +179,58 @@ def steps_table(task: WalkingTask) -> list[str]:
     return lines
 
 
+def steered_walk(name: str, step: float) -> dict[str, Array]:
+    """Mean curves of the stored policy's walk: joint angles in degrees, moments in Nm/kg, vertical
+    forces in % of body weight.
+    """
+    task = with_step(walking_task(name), step)
+    rollout = walk(
+        task,
+        load_policy(REPORTS / name / "baseline" / "policy"),
+        mu=nominal_parameters(),
+        start_phase=0.0,
+        cycles=task.configuration.validation.settling_cycles + STEERED_CYCLES,
+        engine="compiled",
+    )
+    curves = simulated_curves(
+        rollout,
+        find_cycles(rollout, task.configuration),
+        mass=task.model.mass,
+        filters=low_pass_of(task.record, task.configuration.validation.filter_frequency),
+    )
+
+    def means(values: dict[str, Array], *names: str) -> Array:
+        keys = [f"{name}_{side}" for name in names for side in "rl"]
+        return np.array([values[key].mean(axis=0) for key in keys])
+
+    joints = ("hip_flexion", "knee_angle", "ankle_angle")
+    return {
+        "angles": np.rad2deg(means(curves.angles, *joints)),
+        "moments": means(curves.moments, *joints),
+        "vertical": 100.0 * means(curves.forces, "vertical"),
+    }
+
+
+def steered_table() -> list[str]:
+    """How far the mean curves of steered walks are from those with the smallest step."""
+    lines = [
+        "| step, ms | hip, knee, ankle angles, ° | their moments, Nm/kg | vertical force, % BW |",
+        "|---|---|---|---|",
+    ]
+    finest = {name: steered_walk(name, STEERED_STEPS[0]) for name in STEERED}
+    for step in STEERED_STEPS[1:]:
+        worst = {"angles": 0.0, "moments": 0.0, "vertical": 0.0}
+        for name in STEERED:
+            for kind, curves in steered_walk(name, step).items():
+                rms = np.sqrt(np.mean((curves - finest[name][kind]) ** 2, axis=1))
+                worst[kind] = max(worst[kind], float(rms.max()))
+        lines.append(
+            f"| {1e3 * step:g} | {worst['angles']:.2f} | {worst['moments']:.3f} "
+            f"| {worst['vertical']:.2f} |"
+        )
+    return lines
+
+
 # ---- Where the time goes. ----
 
 
@@ -179,7 +249,7 @@ def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
     environment = WalkingEnvironment(task)
     options = {"phase": 0.0, "mu": environment.walker.mu, "push": None, "noise": 0.0}
     actions, no_force = 10, np.zeros(6)
-    no_action = np.zeros(environment.action_space.shape, dtype=np.float32)
+    no_action = np.zeros(action_size(environment.constants), dtype=np.float32)
     no_offset = np.zeros(25)
     observation, _ = environment.reset(seed=0, options=options)
 
@@ -287,11 +357,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     tables = parser.add_subparsers(dest="table", required=True)
     tables.add_parser("steps")
+    tables.add_parser("steered")
     tables.add_parser("profile")
     tables.add_parser("ratios").add_argument("benchmark", type=Path)
     arguments = parser.parse_args()
     if arguments.table == "steps":
         lines = steps_table(walking_task())
+    elif arguments.table == "steered":
+        lines = steered_table()
     elif arguments.table == "profile":
         lines = profile_table(walking_task())
     else:
