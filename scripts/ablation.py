@@ -52,6 +52,8 @@ BEGIN, END = "<!-- ablation: begin -->", "<!-- ablation: end -->"
 
 SUBJECT, SLOW, SAMPLES, SEEDS = "S05", "S10", 800_000, (0, 1, 2)
 CYCLES = 24
+LEARNING = {"contact", "servo", "environment", "reward", "randomisation", "training"}
+"""Sections of the configuration that the figures depend on."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +196,7 @@ def run(names: Sequence[str], trainings: int) -> None:
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"rows": {}}
     setting = {
         "samples": SAMPLES,
-        "default": value_hash(load_configuration().model_dump(mode="json")),
+        "default": value_hash(load_configuration().model_dump(mode="json", include=LEARNING)),
     }
     if results["rows"] and results["setting"] != setting:
         sys.exit(

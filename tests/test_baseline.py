@@ -60,9 +60,13 @@ def test_lost_accuracy_fails_the_check(tmp_path):
     assert "knee_angle_r" in done.stdout
 
 
-def test_accuracy_tables_say_what_the_baselines_say():
+@pytest.mark.parametrize(
+    "command",
+    [["scripts/accuracy_tables.py", "--check"], ["scripts/ablation.py", "table", "--check"]],
+)
+def test_tables_say_what_the_stored_figures_say(command):
     done = subprocess.run(
-        [sys.executable, "scripts/accuracy_tables.py", "--check"],
+        [sys.executable, *command],
         cwd=ROOT,
         capture_output=True,
         text=True,
