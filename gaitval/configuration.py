@@ -97,10 +97,15 @@ class Environment(Section):
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
-    push_probability: Fraction = 0.6
-    """Share of training episodes with a push."""
+    push_probability: Fraction = 0.8
+    """Share of training episodes with pushes."""
+    push_interval: tuple[Positive, Positive] = (1.5, 2.5)
+    """Gait cycles from one push of an episode to the next, shortest and longest."""
     push_force: float = Field(800.0, ge=0)
-    """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N)."""
+    """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N) ..."""
+    push_focus: float = Field(450.0, ge=0)
+    """... but every other push is drawn from 0 to this, N: beyond it a push from the side fells a
+    slow walker whatever she does, and teaches nothing."""
     push_seconds: Positive = 0.05
     """Duration of a push, s (the paper's 50 ms). A push acts through whole actions: 50 ms are
     30 ms of the full force and 30 ms of two thirds of it, so its impulse is exact."""
@@ -199,13 +204,13 @@ class Training(Section):
     """The rate falls linearly to this over `samples`."""
     clip_range: Positive = 0.2
     target_kl: Positive = 0.03
-    warm_learning_rate_factor: Positive = 0.3
+    warm_learning_rate_factor: Positive = 0.6
     """Share of `learning_rate` that a warm start begins with."""
     initial_log_std: float = -1.0
     """Logarithm of the standard deviation of actions: kept through the first
     `exploration_hold` of the training, then lowered linearly to `final_log_std`, for small
     errors are not seen under large noise."""
-    final_log_std: float = -2.3
+    final_log_std: float = -1.8
     exploration_hold: Fraction = 0.2
     difficulty_ramp: tuple[Fraction, Fraction] = (0.25, 0.7)
     """Parts of the training between which the randomisation of mu and pushes grows from nothing

@@ -668,25 +668,54 @@ def test_the_share_of_pushed_episodes_is_the_configured_one(task):
 
 
 def test_random_pushes_are_the_papers(task):
-    """Uniform in 0 to 800 N and in -90 to 90 degrees from straight ahead, for 50 ms, at any moment
-    of the gait cycle, neither at the start nor at the end of the episode."""
+    """Uniform in 0 to 800 N, every other one in 0 to 450 N, and in -90 to 90 degrees from straight ahead, for 50 ms, at any moment
+    of the gait cycle but the first half cycle of an episode."""
     assert task.configuration.environment.push_force == 800.0
     assert task.configuration.environment.push_seconds == 0.05
     pushed = WalkingEnvironment(changed(task, environment={"push_probability": 1.0}))
     drawn = []
-    for seed in range(100):
+    for seed in range(200):
         pushed.reset(seed=seed)
         start, force, direction = pushed._push
         drawn.append((start - pushed.walker.phase, force, direction))
     starts, forces, directions = np.array(drawn).T
-    cycles = pushed.constants.episode_seconds / task.reference.stride_time
     assert starts.min() >= 0.5
-    assert starts.max() <= cycles - 2.0
+    assert starts.max() <= 0.5 + pushed.constants.push_interval[1]
     assert np.ptp(starts % 1.0) > 0.9
     assert 0.0 <= forces.min() < 80.0
     assert 720.0 < forces.max() <= 800.0
+    assert np.mean(forces > 450.0) == pytest.approx(0.5 * 350.0 / 800.0, abs=0.09)  # SD 0.03
     assert -np.pi / 2 <= directions.min() < -0.4 * np.pi
     assert 0.4 * np.pi < directions.max() <= np.pi / 2
     pushed.difficulty = 0.0
     pushed.reset(seed=0)
     assert pushed._push[1] == 0.0
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked):
+    interval = (0.6, 0.9)
+    pushed = WalkingEnvironment(
+        changed(task, environment={"push_probability": 1.0, "push_interval": interval})
+    )
+    options = {"push": (0.5, 300.0, 0.0)} if asked else {}
+    pushed.reset(seed=3, options={"phase": 0.2, **options})
+
+    def walks_on(*_, **__):
+        pushed.walker.phase += pushed.walker.action_seconds / task.reference.stride_time
+
+    monkeypatch.setattr(pushed.walker, "step", walks_on)
+    acts, phases = [], []
+    for _ in range(150):
+        phases.append(pushed.walker.phase)
+        pushed.step(NO_ACTION)
+        acts.append(pushed._root_force.any())
+    began = np.array(phases)[np.flatnonzero(np.diff([False, *acts]) & np.array(acts))]
+    if asked:
+        assert began == pytest.approx([0.5], abs=0.03)
+        return
+    assert 0.7 <= began[0] <= 0.7 + interval[1] + 0.03
+    gaps = np.diff(began)
+    assert len(gaps) >= 3
+    assert np.all((gaps > interval[0] - 0.03) & (gaps < interval[1] + 0.03))
+    assert np.ptp(gaps) > 0.03

@@ -366,6 +366,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
         self._push: tuple[float, float, float] | None = None
+        self._pushed_again = False
         self._push_left = 0.0
         self._start_phase = 0.0
         self._lift = 0.0
@@ -374,13 +375,13 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         drawn = self.np_random.uniform(self._lower, self._upper)
         return np.asarray(self._nominal + self.difficulty * (drawn - self._nominal), dtype=float)
 
-    def _random_push(self, phase: float) -> tuple[float, float, float] | None:
-        if self.np_random.uniform() >= self.constants.push_probability:
-            return None
-        cycles = self.constants.episode_seconds / self.task.reference.stride_time
+    def _random_push(self, earliest: float, latest: float) -> tuple[float, float, float]:
+        constants = self.constants
+        focused = self.np_random.uniform() < 0.5
+        largest = constants.push_focus if focused else constants.push_force
         return (
-            phase + self.np_random.uniform(0.5, max(0.6, cycles - 2.0)),
-            self.difficulty * self.np_random.uniform(0.0, self.constants.push_force),
+            self.np_random.uniform(earliest, latest),
+            self.difficulty * self.np_random.uniform(0.0, largest),
             self.np_random.uniform(-0.5 * np.pi, 0.5 * np.pi),
         )
 
@@ -392,7 +393,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         options = options or {}
         phase = options["phase"] if "phase" in options else self.np_random.uniform()
         mu = options["mu"] if "mu" in options else self._random_parameters()
-        self._push = options["push"] if "push" in options else self._random_push(phase)
+        if "push" in options:
+            self._push, self._pushed_again = options["push"], False
+        else:
+            self._pushed_again = self.np_random.uniform() < self.constants.push_probability
+            first, interval = phase + 0.5, self.constants.push_interval[1]
+            self._push = self._random_push(first, first + interval) if self._pushed_again else None
         noise = options.get("noise", self.constants.initial_noise)
         mu = np.asarray(mu, dtype=float)
         if not np.array_equal(mu, self.walker.mu):
@@ -474,7 +480,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             self._root_force[4] = share * force * np.sin(direction)
             self._push_left -= share * self.walker.action_seconds
             if self._push_left <= 1e-12:
-                self._push = None
+                shortest, longest = (start + cycles for cycles in self.constants.push_interval)
+                self._push = self._random_push(shortest, longest) if self._pushed_again else None
 
     def step(
         self, action: NDArray[np.float32], recording: Recording | None = None
