@@ -94,14 +94,23 @@ ROWS = {
             "reward.joint_moments_sharpness=1.0",
         ),
     ),
+    "fixed-pace": Row("pace of the record, not the policy's", ("environment.pace_scale=0.0",)),
     "constant-noise": Row("constant exploration noise", ("training.final_log_std=-1.0",)),
-    "constant-rate": Row("constant learning rate", ("training.final_learning_rate=3e-4",)),
+    "less-noise": Row("0.6 of the exploration noise at the end", ("training.final_log_std=-2.3",)),
     "no-curriculum": Row(
         "all of mu's range and all pushes from the start", ("training.difficulty_ramp=[0.0, 0.0]",)
     ),
+    "rare-pushes": Row(
+        "one push of 0 to 800 N in six of ten episodes",
+        (
+            "environment.push_probability=0.6",
+            "environment.push_interval=[5.0, 5.0]",
+            "environment.push_focus=800.0",
+        ),
+    ),
     "no-pushes": Row("no pushes", ("environment.push_probability=0.0",)),
     "small-actions": Row("half the action scale", ("environment.action_scale=0.1",)),
-    "fixed-pace": Row("pace of the record, not the policy's", ("environment.pace_scale=0.0",)),
+    "constant-rate": Row("constant learning rate", ("training.final_learning_rate=3e-4",)),
     "tight": Row(
         "tight termination (0.1 m, 0.35 rad, 0.4 m)",
         (
@@ -207,8 +216,8 @@ def run(names: Sequence[str], trainings: int) -> None:
     with ProcessPoolExecutor(trainings, mp_context=mp.get_context("spawn")) as pool:
         under_way = {
             pool.submit(measured, ROWS[name], seed): (name, str(seed))
-            for seed in SEEDS
             for name in names
+            for seed in SEEDS
             if str(seed) not in results["rows"].get(name, {})
         }
         for future in as_completed(under_way):

@@ -668,8 +668,8 @@ def test_the_share_of_pushed_episodes_is_the_configured_one(task):
 
 
 def test_random_pushes_are_the_papers(task):
-    """Uniform in 0 to 800 N, every other one in 0 to 450 N, and in -90 to 90 degrees from straight ahead, for 50 ms, at any moment
-    of the gait cycle but the first half cycle of an episode."""
+    """Uniform in 0 to 800 N, every other one in 0 to 450 N, and in -90 to 90 degrees from straight
+    ahead, for 50 ms, at any moment of the gait cycle but the first half cycle of an episode."""
     assert task.configuration.environment.push_force == 800.0
     assert task.configuration.environment.push_seconds == 0.05
     pushed = WalkingEnvironment(changed(task, environment={"push_probability": 1.0}))
