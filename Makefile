@@ -57,7 +57,7 @@ speed: setup ## Write the tables of docs/speed.md (3 min on a machine that does 
 	@$(BIN)/python scripts/speed_tables.py steps
 	@$(BIN)/python scripts/speed_tables.py steered
 
-general: setup ## Train the general policy of reports/general, which trainings start from (10 min)
+general: setup ## Train the general policy of reports/general, which trainings start from (20 min)
 	@$(BIN)/python scripts/general_policy.py
 
 ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
