@@ -24,10 +24,11 @@ def test_it_walks_every_built_in_body_before_any_training(name):
         policy,
         mu=nominal_parameters(),
         start_phase=0.0,
-        seconds=10 * task.reference.stride_time,
+        seconds=11 * task.reference.stride_time,
     )
     assert not score.fell
-    assert score.cycles == pytest.approx(10.0, abs=0.1)
+    assert score.cycles > 10.0
+    assert score.cycles == pytest.approx(11.0, rel=0.05)  # its pace, before it is tuned
 
 
 def test_no_result_may_be_walked_with_it():

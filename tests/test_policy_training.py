@@ -19,7 +19,7 @@ from simulation_fixtures import changed, random_policy
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, PolicyError
-from gaitval.policy.environment import OBSERVATION_SIZES, WalkingEnvironment
+from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.experience import Experience, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
 from gaitval.policy.training import LOG_COLUMNS, _read_checkpoint, train, train_general
@@ -73,8 +73,8 @@ class LocalWorkers:
 
     def __init__(self, tasks, *, count, workers, steps):
         del workers
-        size = OBSERVATION_SIZES[tasks[0].configuration.environment.observation]
-        arrays = {n: np.zeros(*shape) for n, shape in _shapes(steps, count, size).items()}
+        constants = tasks[0].configuration.environment
+        arrays = {n: np.zeros(*shape) for n, shape in _shapes(steps, count, constants).items()}
         self.experience = Experience(**arrays)
         self.environments = [WalkingEnvironment(tasks[i % len(tasks)]) for i in range(count)]
 
