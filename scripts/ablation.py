@@ -245,7 +245,7 @@ def table() -> str:
     """The table of all rows in reports/ablation.json."""
     results = json.loads(RESULTS.read_text())
     lines = [
-        f"{results['setting']['samples']:,} samples each, of {SUBJECT} but for the last rows. "
+        f"{results['setting']['samples']:,} samples each, of {SUBJECT} where no other is named. "
         "Errors: RMSE of hip, knee and ankle (sagittal) and of the ground reaction, mean of both "
         f"sides, over {CYCLES} cycles against the record, mean ± standard deviation over the seeds "
         "that walk at all.",
