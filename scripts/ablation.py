@@ -18,6 +18,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from marked_table import with_table
+
 from gaitval.artefacts import value_hash, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.data.subject import load_subject
@@ -29,14 +31,7 @@ from gaitval.metrics.comparison import (
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.push_recovery import (
-    Push,
-    Trial,
-    evenly_spaced,
-    forward_half,
-    stands,
-    without_drift,
-)
+from gaitval.metrics.push_recovery import required_pushes, stands, trials, without_drift
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import train
@@ -48,7 +43,6 @@ from gaitval.simulation.walker import WalkingTask
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "reports" / "ablation.json"
 DOCUMENT = ROOT / "docs" / "learning.md"
-BEGIN, END = "<!-- ablation: begin -->", "<!-- ablation: end -->"
 
 SUBJECT, SLOW, SAMPLES, SEEDS = "S05", "S10", 800_000, (0, 1, 2)
 CYCLES = 24
@@ -133,14 +127,9 @@ ROWS = {
 def pushes_survived(task: WalkingTask, policy: Policy) -> float:
     """Share of the pushes that are to be survived that do not fell the walker."""
     environment = WalkingEnvironment(without_drift(task))
-    settings, settling = task.configuration.pushes, task.configuration.validation.settling_cycles
-    pushes = [
-        Push(phase, direction, settings.force)
-        for phase in settings.phases
-        for direction in forward_half(evenly_spaced(settings.directions))
-    ]
-    trials = [Trial(policy, nominal_parameters(), p, settling, settings.cycles) for p in pushes]
-    return statistics.mean(stands(environment, trial) for trial in trials)
+    pushes = required_pushes(task.configuration.pushes)
+    tried = trials(task, policy, nominal_parameters(), pushes)
+    return statistics.mean(stands(environment, trial) for trial in tried)
 
 
 def measured(row: Row, seed: int) -> dict[str, Any]:
@@ -291,9 +280,7 @@ def main() -> None:
         run(arguments.rows or list(ROWS), arguments.trainings)
         return
     text = DOCUMENT.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    wanted = f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    wanted = with_table(text, "ablation", table())
     if arguments.check and wanted != text:
         sys.exit(f"{DOCUMENT}: not what {RESULTS} says; run scripts/ablation.py table.")
     DOCUMENT.write_text(wanted, encoding="utf-8")

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from marked_table import with_table
+
 ROOT = Path(__file__).parent.parent
-BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
 
 AT_GOAL, WITHIN, FAILED = "●", "○", "✗"
 
@@ -424,12 +425,6 @@ def report(baselines: Sequence[Stored]) -> str:
     return "\n".join(parts)
 
 
-def _with_table(text: str, replacement: str) -> str:
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{replacement}{END}{after}"
-
-
 def main() -> int:
     """Write, or with --check compare, both files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -439,7 +434,9 @@ def main() -> int:
     readme = ROOT / "README.md"
     wanted = {
         ROOT / "reports" / "README.md": report(baselines),
-        readme: _with_table(readme.read_text(encoding="utf-8"), criteria_table(baselines)),
+        readme: with_table(
+            readme.read_text(encoding="utf-8"), "accuracy", criteria_table(baselines).rstrip("\n")
+        ),
     }
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:

@@ -7,6 +7,7 @@ and contact could do better all at once.
 from pathlib import Path
 
 import numpy as np
+from marked_table import with_table
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
@@ -16,7 +17,6 @@ from gaitval.kinematics.reference import pelvis_angles, side_phase
 from gaitval.scaling.scaling import scale_subject
 
 PAGE = Path(__file__).parent.parent / "docs" / "learning.md"
-BEGIN, END = "<!-- fit: begin -->", "<!-- fit: end -->"
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
 
@@ -70,9 +70,7 @@ def main() -> None:
         *(row(name) for name in BUILTIN),
     ]
     text = PAGE.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    PAGE.write_text("\n".join([before + BEGIN, *lines, END + after]), encoding="utf-8")
+    PAGE.write_text(with_table(text, "fit", "\n".join(lines)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ where the time of a training goes. `ratios`: the engines of benchmarks/test_phys
 import argparse
 import json
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from marked_table import with_table
 from numpy.typing import NDArray
 from stable_baselines3.common.logger import configure
 
@@ -61,15 +62,6 @@ STEERED = ("S01", "S05", "S10")
 STEERED_STEPS = (0.25e-3, 0.5e-3, 1e-3, 2e-3)
 """... s; the first is what the others are compared with."""
 STEERED_CYCLES = 24
-
-
-def write_table(name: str, lines: Sequence[str]) -> None:
-    """Put lines between the markers of a table in docs/speed.md."""
-    text = PAGE.read_text(encoding="utf-8")
-    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
-    before, rest = text.split(begin)
-    after = rest.split(end)[1]
-    PAGE.write_text("\n".join([before + begin, *lines, end + after]), encoding="utf-8")
 
 
 def walking_task(name: str = SUBJECT) -> WalkingTask:
@@ -306,24 +298,24 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
             learner.learn(experience, learning_rate=training.learning_rate)
             walking.append(middle - start)
             learning.append(perf_counter() - middle)
-    walk, learn = statistics.median(walking[1:]), statistics.median(learning[1:])
+    walked, learned = statistics.median(walking[1:]), statistics.median(learning[1:])
     samples = training.environments * training.rollout_steps
     rows = action_rows(task, Policy(learner.actor(), {}))
     alone = sum(seconds for _, seconds in rows)
     lines = [
-        f"{samples / (walk + learn):,.0f} samples/s with {training.workers} workers: "
-        f"{1e3 * walk:.0f} ms of walking and {1e3 * learn:.0f} ms of learning for "
+        f"{samples / (walked + learned):,.0f} samples/s with {training.workers} workers: "
+        f"{1e3 * walked:.0f} ms of walking and {1e3 * learned:.0f} ms of learning for "
         f"{samples:,} samples.",
         "",
         "| part of an action of one environment, one core | µs | share of the training, % |",
         "|---|---|---|",
     ]
     for name, seconds in rows:
-        share = 100 * seconds / alone * walk / (walk + learn)
+        share = 100 * seconds / alone * walked / (walked + learned)
         lines.append(f"| {name} | {1e6 * seconds:.1f} | {share:.0f} |")
     lines.append(
-        f"| learning (update, advantages), per sample | {1e6 * learn / samples:.1f} | "
-        f"{100 * learn / (walk + learn):.0f} |"
+        f"| learning (update, advantages), per sample | {1e6 * learned / samples:.1f} | "
+        f"{100 * learned / (walked + learned):.0f} |"
     )
     return lines
 
@@ -369,8 +361,10 @@ def main() -> None:
         lines = profile_table(walking_task())
     else:
         lines = ratios_table(json.loads(arguments.benchmark.read_text(encoding="utf-8")))
-    write_table(arguments.table, lines)
-    print("\n".join(lines))
+    table = "\n".join(lines)
+    text = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(with_table(text, arguments.table, table), encoding="utf-8")
+    print(table)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.configuration import Configuration
+from gaitval.configuration import Pushes
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking import WalkingPool, record_walk, score_walk
@@ -208,9 +208,26 @@ def _trace(environment: WalkingEnvironment, trial: Trial) -> Trace:
     return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
 
 
-def forward_half(directions: Sequence[float]) -> tuple[float, ...]:
-    """Those of the directions (rad) that are within 90 degrees of straight ahead."""
+def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[Trial]:
+    """What is walked to try the pushes on a walker."""
+    settling = task.configuration.validation.settling_cycles
+    cycles = task.configuration.pushes.cycles
+    return [Trial(policy, mu, push, settling, cycles) for push in pushes]
+
+
+def _forward_half(settings: Pushes) -> tuple[float, ...]:
+    """The directions, rad, that are within 90 degrees of straight ahead."""
+    directions = evenly_spaced(settings.directions)
     return tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
+
+
+def required_pushes(settings: Pushes) -> list[Push]:
+    """The pushes that are to be survived: at every phase, from all directions ahead."""
+    return [
+        Push(phase, direction, settings.force)
+        for phase in settings.phases
+        for direction in _forward_half(settings)
+    ]
 
 
 def without_drift(task: WalkingTask) -> WalkingTask:
@@ -247,15 +264,10 @@ def push_recovery(
         Velocity of the centre of mass from one cycle before a push of `pushes.force` to
         `pushes.cycles` after it, pushed ahead and to the left at each phase.
     """
-    configuration: Configuration = task.configuration
+    configuration = task.configuration
     settings = configuration.pushes
     directions = evenly_spaced(settings.directions)
-    ahead = forward_half(directions)
     total = len(settings.phases) * len(directions)
-
-    def trials(pushes: Sequence[Push]) -> list[Trial]:
-        settling = configuration.validation.settling_cycles
-        return [Trial(policy, mu, push, settling, settings.cycles) for push in pushes]
 
     def progress(done: int) -> None:
         if on_progress is not None:
@@ -265,15 +277,9 @@ def push_recovery(
     with WalkingPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
-            return pool.map(stands, trials(pushes))
+            return pool.map(stands, trials(task, policy, mu, pushes))
 
-        stood = survived(
-            [
-                Push(phase, direction, settings.force)
-                for phase in settings.phases
-                for direction in ahead
-            ]
-        )
+        stood = survived(required_pushes(settings))
         largest = largest_survived(
             survived,
             settings.phases,
@@ -286,11 +292,14 @@ def push_recovery(
         traces = pool.map(
             _trace,
             trials(
+                task,
+                policy,
+                mu,
                 [
                     Push(phase, direction, settings.force)
                     for direction in (0.0, 0.5 * math.pi)
                     for phase in settings.phases
-                ]
+                ],
             ),
         )
     recovery = PushRecovery(
@@ -302,7 +311,7 @@ def push_recovery(
         directions=directions,
         largest=largest,
         force=settings.force,
-        criterion_directions=ahead,
-        survived=np.reshape(stood, (len(settings.phases), len(ahead))),
+        criterion_directions=_forward_half(settings),
+        survived=np.reshape(stood, (len(settings.phases), -1)),
     )
     return recovery, traces

@@ -344,9 +344,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
-        self.action_space = gymnasium.spaces.Box(
-            -limit, limit, (action_size(self.constants),), np.float32
-        )
+        self._size = action_size(self.constants)
+        self.action_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
         self._mass = task.model.mass
         self._targets = _targets(task.reference, self._mass)
         self._weights, self._sharpness = _reward_numbers(configuration.reward)
@@ -359,9 +358,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._errors = np.zeros(11)
         self._terms = np.zeros(9)
         self._root_force = np.zeros(6)
-        self._size = action_size(self.constants)
         self._action = np.zeros(26)
-        self._pace = 1.0
         self._half_action = 0.5 * self.walker.action_seconds / task.reference.stride_time
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
@@ -420,9 +417,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         _at(self._targets.ground_reaction, phase, ground)
         ground *= self.walker.weight
         self._action[:] = 0.0
-        self._pace = 1.0
         self._measure()
         return self._seen(), {}
+
+    def _pace(self) -> float:
+        """Of the last action."""
+        return float(1.0 + self.constants.pace_scale * self._action[-1])
 
     def _is_mirrored(self) -> bool:
         """Whether the policy acts as in a mirror now: in the second half of the right cycle."""
@@ -449,7 +449,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
                 self._targets,
                 walker.state,
                 walker.phase,
-                self._pace,
+                self._pace(),
                 self._lift,
                 self._half_action,
                 self._mass,
@@ -491,10 +491,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._action[: self._size] = np.clip(action, -limit, limit)
         if self._is_mirrored():
             self._action[:] = _ACTION_SIGNS * self._action[_ACTION_ORDER]
-        self._pace = 1.0 + self.constants.pace_scale * self._action[-1]
         self._push_now()
         offset = self.constants.action_scale * self._action[:-1]
-        self.walker.step(offset, self._root_force, recording, pace=self._pace)
+        self.walker.step(offset, self._root_force, recording, pace=self._pace())
         self._steps += 1
         if self._measure():
             effort = float(self.walker.mean_square_moments.sum()) / self._mass**2
