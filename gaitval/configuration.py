@@ -90,9 +90,9 @@ class Environment(Section):
     episode_seconds: Positive = 9.0
     """Length of a training episode, s."""
     height_tolerance: Positive = 0.2
-    """An episode ends when the pelvis is this far from its reference height, m."""
+    """A walker has fallen when the pelvis is this far from its reference height, m, ..."""
     rotation_tolerance: Positive = 0.7
-    """... or turned this far from its reference, rad."""
+    """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference place along the walkway or beside it, m."""
     initial_noise: float = Field(0.02, ge=0)
@@ -215,6 +215,10 @@ class Training(Section):
     difficulty_ramp: tuple[Fraction, Fraction] = (0.25, 0.7)
     """Parts of the training between which the randomisation of mu and pushes grows from nothing
     to all of its range."""
+    tolerance_shares: tuple[Positive, Positive] = (0.5, 1.0)
+    """Shares of the tolerances of `environment`, which say what a fall is, at which an episode of
+    training ends: before the ramp, when samples of somebody about to fall teach little, and after
+    it, when pushes teach to recover."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
@@ -243,6 +247,18 @@ class Identification(Section):
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 0.5
     """Threshold on the normalised error epsilon that ends Algorithm 1."""
+
+
+class Correction(Section):
+    """Change of the reference so that the trained policy walks the record (`correct`)."""
+
+    rounds: int = Field(3, ge=0)
+    """How often the effect of each change is measured, at most; 0: the reference stays."""
+    harmonics: int = Field(3, ge=0, le=8)
+    """Of the gait cycle, in the change of each angle."""
+    largest: Positive = 0.052
+    """No angle is changed by more than this, rad: 3 degrees, within the 2-5 degrees by which
+    OpenSim's checklist lets residual reduction change a motion."""
 
 
 class Validation(Section):
@@ -316,6 +332,7 @@ class Configuration(Section):
     randomisation: Randomisation = Randomisation()
     training: Training = Training()
     identification: Identification = Identification()
+    correction: Correction = Correction()
     validation: Validation = Validation()
     pushes: Pushes = Pushes()
     processing: Processing = Processing()

@@ -442,6 +442,28 @@ def test_an_episode_ends_with_the_pelvis_turned(extended, monkeypatch, axis, sha
     assert info["errors"][9] == pytest.approx(abs(angle), rel=1e-6)
 
 
+@pytest.mark.parametrize("part", ["z", "x", "turn"])
+@pytest.mark.parametrize(("share", "fell"), [(0.39, False), (0.41, True)])
+def test_an_episode_can_end_before_what_is_a_fall(task, monkeypatch, part, share, fell):
+    early = WalkingEnvironment(task)
+    early.tolerance_share = 0.4
+    constants = early.constants
+    off = {"z": constants.height_tolerance, "x": constants.drift_tolerance}.get(part, 0.0)
+    early.reset(options={"phase": 0.3, "mu": nominal_parameters(), "push": None, "noise": 0.0})
+    put(early, monkeypatch, q=offset_state(**({part: share * off} if off else {})))
+    plain = early.walker.step
+
+    def turned(*arguments, **pace):
+        plain(*arguments, **pace)
+        if part == "turn":
+            turn = Rotation.from_rotvec([0.0, 0.0, share * constants.rotation_tolerance])
+            root = Rotation.from_rotvec(early.walker.state[0, :3])
+            early.walker.state[0, :3] = (turn * root).as_rotvec()
+
+    monkeypatch.setattr(early.walker, "step", turned)
+    assert early.step(NO_ACTION)[2] == fell
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
 def test_a_simulation_that_blows_up_ends_the_episode_with_finite_numbers(
     environment, monkeypatch, bad

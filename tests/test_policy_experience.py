@@ -45,11 +45,11 @@ def test_it_equals_single_environments_one_by_one(short, other, workers):
     """All that happens, bit for bit, over two rollouts with several episodes of each."""
     singles = [WalkingEnvironment((short, other)[i % 2]) for i in range(COUNT)]
     policy = random_policy(short, scale=0.1)
-    workers.set_difficulty(0.5)
+    workers.set_curriculum(0.5, 0.4)
     workers.begin(40)
     observations = []
     for i, single in enumerate(singles):
-        single.difficulty = 0.5
+        single.difficulty, single.tolerance_share = 0.5, 0.4
         observations.append(single.reset(seed=40 + i)[0])
     falls, timeouts = 0, 0
     for rollout in range(2):
@@ -98,7 +98,7 @@ def test_closing_frees_the_shared_memory_and_ends_the_workers(short):
 
 def test_an_error_in_a_worker_reaches_the_trainer(short):
     with WalkingWorkers([short], count=1, workers=1, steps=1) as workers:
-        workers.set_difficulty("hard")
+        workers.set_curriculum("hard", 1.0)
         with pytest.raises(RuntimeError, match=r"worker process .*(?s:.*)environment\.py"):
             workers.begin(0)
         processes = workers._processes

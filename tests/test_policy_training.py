@@ -84,9 +84,9 @@ class LocalWorkers:
     def __exit__(self, *_):
         pass
 
-    def set_difficulty(self, difficulty):
+    def set_curriculum(self, difficulty, tolerance_share):
         for environment in self.environments:
-            environment.difficulty = difficulty
+            environment.difficulty, environment.tolerance_share = difficulty, tolerance_share
 
     def begin(self, seed):
         self.seen = [each.reset(seed=seed + i)[0] for i, each in enumerate(self.environments)]
@@ -102,6 +102,25 @@ class LocalWorkers:
 @pytest.fixture
 def local(monkeypatch):
     monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", LocalWorkers)
+
+
+def test_episodes_may_go_worse_as_the_pushes_grow(task, monkeypatch, tmp_path):
+    """They end at the first share of what is a fall, and with all difficulty at the last one."""
+    told = []
+
+    class Watched(LocalWorkers):
+        def set_curriculum(self, difficulty, tolerance_share):
+            told.append(tolerance_share)
+            super().set_curriculum(difficulty, tolerance_share)
+
+    monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", Watched)
+    training = {**TINY["training"], "tolerance_shares": (0.4, 0.8), "difficulty_ramp": (0.25, 0.75)}
+    tiny = changed(task, **{**TINY, "training": training})
+    policy = train(tiny, tmp_path / "new", samples=4 * UPDATE)
+    assert told == pytest.approx([0.4, 0.4, 0.6, 0.8])
+    told.clear()
+    train(tiny, tmp_path / "warm", samples=4 * UPDATE, start=policy)
+    assert told == [0.8] * 4
 
 
 # ---- A real training, short. ----

@@ -328,6 +328,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     ----------
     difficulty : 0 to 1, share of the ranges of mu and of the largest push that is drawn from;
         the training raises it.
+    tolerance_share : of the tolerances of height, rotation and drift, at which a walk ends; the
+        training begins with less than 1.
     walker : the simulated body.
     """
 
@@ -339,6 +341,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.constants = configuration.environment
         self.walker = Walker(task, engine=engine)
         self.difficulty = 1.0
+        self.tolerance_share = 1.0
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
         size = OBSERVATION_SIZES[self.constants.observation]
@@ -498,10 +501,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if self._measure():
             effort = float(self.walker.mean_square_moments.sum()) / self._mass**2
             reward = _reward(self._weights, self._sharpness, self._errors, effort, self._terms)
+            share = self.tolerance_share
             fell = not (
-                self._errors[8] < self.constants.height_tolerance
-                and self._errors[9] < self.constants.rotation_tolerance
-                and self._errors[10] < self.constants.drift_tolerance
+                self._errors[8] < share * self.constants.height_tolerance
+                and self._errors[9] < share * self.constants.rotation_tolerance
+                and self._errors[10] < share * self.constants.drift_tolerance
             )
         else:  # it blew up, perhaps to no number at all: the last observation stands
             self._terms[:] = 0.0

@@ -129,7 +129,8 @@ def _work(
     memory_name: str,
     pipe: Connection,
 ) -> None:
-    """Body of a worker process; obeys ("difficulty", d), ("begin", seed), ("walk", tensors).
+    """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed),
+    ("walk", tensors).
 
     Answers None, or the traceback of what went wrong.
     """
@@ -142,8 +143,8 @@ def _work(
         while True:
             message, value = pipe.recv()
             for i, environment in environments.items():
-                if message == "difficulty":
-                    environment.difficulty = value
+                if message == "curriculum":
+                    environment.difficulty, environment.tolerance_share = value
                 elif message == "begin":
                     observations[i], _ = environment.reset(seed=value + i)
                 elif message == "walk":
@@ -211,9 +212,9 @@ class WalkingWorkers:
             if problem is not None:
                 raise RuntimeError(f"A worker process of the walking environments ended: {problem}")
 
-    def set_difficulty(self, difficulty: float) -> None:
-        """Set `WalkingEnvironment.difficulty` everywhere."""
-        self._tell("difficulty", difficulty)
+    def set_curriculum(self, difficulty: float, tolerance_share: float) -> None:
+        """Set these attributes of `WalkingEnvironment` everywhere."""
+        self._tell("curriculum", (difficulty, tolerance_share))
 
     def begin(self, seed: int) -> None:
         """Begin an episode everywhere, environment i seeded with seed + i."""

@@ -57,6 +57,12 @@ def _difficulty(training: Training, samples: int, total: int, warm: bool) -> flo
     return float(np.clip((samples / total - start) / max(end - start, 1e-9), 0.0, 1.0))
 
 
+def _tolerance_share(training: Training, difficulty: float) -> float:
+    """Share of what is a fall at which episodes end at this point of a training."""
+    first, last = training.tolerance_shares
+    return first + difficulty * (last - first)
+
+
 def _log_std(training: Training, samples: int, total: int, warm: bool) -> float:
     """Logarithm of the actions' standard deviation at this point of a training."""
     if warm:
@@ -284,7 +290,7 @@ def _train(
         pause = done  # for a checkpoint
         while done < samples:
             difficulty = _difficulty(training, done, samples, warm)
-            workers.set_difficulty(difficulty)
+            workers.set_curriculum(difficulty, _tolerance_share(training, difficulty))
             if done >= pause:
                 pause = min(done + training.checkpoint_samples, samples)
                 derived = np.random.SeedSequence([configuration.seed, done]).generate_state(1)[0]
