@@ -173,10 +173,12 @@ class _Live(Observer):
 
         Parameters
         ----------
-        values : `total` and one of `samples`, `generation` or `pushes` count the work; all
-            others (`reward`, `cycles`, ...) are shown beside it.
+        values : `total` and one of `samples`, `generation`, `rounds` or `pushes` count the work;
+            all others (`reward`, `cycles`, ...) are shown beside it.
         """
-        unit = next(name for name in ("samples", "generation", "pushes") if name in values)
+        unit = next(
+            name for name in ("samples", "generation", "rounds", "pushes") if name in values
+        )
         done, total = values[unit], values["total"]
         rest = "  ".join(
             f"{_label(name)} {value:.3g}"
@@ -710,6 +712,22 @@ def identify(
     joint locations at which it walks most like the record.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
+
+
+@_command("gaitval correct 5", "gaitval correct 5 --set correction.rounds=0")
+def correct(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Correct what the policy is asked for: correction.json.
+
+    Walks, compares with the record, and changes the reference motion by a degree or so until
+    the walk itself is the record (iterative learning control).
+    """
+    _stage("correct", subject, out, config, settings, force)
 
 
 @_command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")

@@ -16,7 +16,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -53,6 +53,7 @@ STORED_FILES = (
     "configuration.toml",
     *(f"policy/{name}" for name in POLICY_FILES),
     "identification.json",
+    "correction.json",
     "metrics.json",
 )
 """What a baseline keeps of a run folder; enough to walk the policy again."""
@@ -569,6 +570,40 @@ def round_epsilon(run: Run, round_number: int) -> float:
     return float("inf") if error is None else float(error["total"])
 
 
+def correct_stage(run: Run) -> Stage:
+    """Policy and mu → the change of the reference with which they walk the record."""
+
+    def correct() -> None:
+        from gaitval.correction.correct import correct
+
+        result = correct(
+            _task(run),
+            _policy(run, run.folder / "policy"),
+            _body_parameters(run.folder / "identification.json"),
+            on_progress=run.observer.progress,
+        )
+        write_json(run.folder / "correction.json", result.as_dict())
+
+    validation = run.configuration.validation
+    return Stage(
+        "correct",
+        correct,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=("correction.json",),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "correction"),
+            # How far other walks go does not change the cycles that are compared.
+            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        },
+    )
+
+
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
 """The compared walk with each mu, as far as it is compared."""
 WALKS = "rollouts/walks.json"
@@ -576,10 +611,11 @@ WALKS = "rollouts/walks.json"
 
 
 def simulate_stage(run: Run) -> Stage:
-    """Policy and mu → walks without pushes, of the deterministic policy.
+    """Policy, mu and correction → walks without pushes, of the deterministic policy.
 
-    The identified body walks from every start phase. The nominal one, which is there to be
-    compared with it, walks from the first, as far as it is compared.
+    The identified body with the corrected reference walks from every start phase. The nominal one
+    with the reference as it was, which is there to be compared with it, walks from the first, as
+    far as it is compared.
     """
     validation = run.configuration.validation
 
@@ -589,19 +625,23 @@ def simulate_stage(run: Run) -> Stage:
 
         policy = _policy(run, run.folder / "policy")
         planned = {
-            "nominal": (validation.start_phases[:1], validation.cycles + 2),
-            "identified": (validation.start_phases, validation.consecutive_cycles),
+            "nominal": (_task(run), validation.start_phases[:1], validation.cycles + 2),
+            "identified": (
+                _corrected_task(run),
+                validation.start_phases,
+                validation.consecutive_cycles,
+            ),
         }
         starts = {}
         workers = run.configuration.training.workers
-        with WalkingPool(_task(run), workers=workers, engine="dart") as pool:
-            for which, (phases, cycles) in planned.items():
-                mu = _body_parameters(run.folder / "identification.json", which)
+        for which, (task, phases, cycles) in planned.items():
+            mu = _body_parameters(run.folder / "identification.json", which)
+            with WalkingPool(task, workers=min(workers, len(phases)), engine="dart") as pool:
                 walks = walk_from(
                     pool, policy, mu, phases, cycles=validation.settling_cycles + cycles
                 )
-                walks.compared.save(run.folder / ROLLOUTS[which])
-                starts[which] = [went.as_dict() for went in walks.starts]
+            walks.compared.save(run.folder / ROLLOUTS[which])
+            starts[which] = [went.as_dict() for went in walks.starts]
         write_json(run.folder / WALKS, starts)
 
     return Stage(
@@ -611,6 +651,7 @@ def simulate_stage(run: Run) -> Stage:
             "model.urdf",
             "reference.npz",
             "identification.json",
+            "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(*ROLLOUTS.values(), WALKS),
@@ -629,7 +670,7 @@ def push_stage(run: Run) -> Stage:
         from gaitval.metrics.push_recovery import push_recovery
 
         recovery, traces = push_recovery(
-            _task(run),
+            _corrected_task(run),
             _policy(run, run.folder / "policy"),
             _body_parameters(run.folder / "identification.json"),
             on_progress=run.observer.progress,
@@ -646,6 +687,7 @@ def push_stage(run: Run) -> Stage:
             "model.urdf",
             "reference.npz",
             "identification.json",
+            "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
         outputs=("push.json",),
@@ -679,6 +721,7 @@ def _metrics(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         identified,
         run.configuration,
         identification=read_json(run.folder / "identification.json"),
+        correction=read_json(run.folder / "correction.json"),
         pushes=pushes,
     )
 
@@ -697,6 +740,7 @@ def validate_stage(run: Run) -> Stage:
             "subject.toml",
             "model.urdf",
             "identification.json",
+            "correction.json",
             *ROLLOUTS.values(),
             WALKS,
             "push.json",
@@ -760,7 +804,7 @@ def _start(run: Run, folder: Path) -> "Policy":
 
 
 def _task(run: Run) -> "WalkingTask":
-    """The walking task that training, identification and simulation share."""
+    """The walking task that training, identification and correction share."""
     from gaitval.kinematics.reference import ReferenceMotion
     from gaitval.scaling.urdf import read_urdf
     from gaitval.simulation.walker import WalkingTask
@@ -771,6 +815,15 @@ def _task(run: Run) -> "WalkingTask":
         reference=ReferenceMotion.load(run.folder / "reference.npz"),
         configuration=run.configuration,
     )
+
+
+def _corrected_task(run: Run) -> "WalkingTask":
+    """The task with the corrected reference, for the walks that are judged."""
+    from gaitval.kinematics.correction import Correction, corrected
+
+    task, path = _task(run), run.folder / "correction.json"
+    correction = Correction.from_dict(read_json(path), str(path))
+    return replace(task, reference=corrected(task.reference, task.model, correction))
 
 
 def _body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
@@ -793,6 +846,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
         reference_stage(run),
         *pairs,
         choose_stage(run, rounds),
+        correct_stage(run),
         simulate_stage(run),
         push_stage(run),
         validate_stage(run),
@@ -817,8 +871,8 @@ def run_one(
 
     Parameters
     ----------
-    name : `scale`, `reference`, `train`, `identify`, `simulate`, `push`, `validate` or
-        `report`.
+    name : `scale`, `reference`, `train`, `identify`, `correct`, `simulate`, `push`, `validate`
+        or `report`.
     round_number : round of Algorithm 1, for `train` and `identify`.
     scratch : for `train`: from nothing even where there is a stored policy for this body.
     force : run it though it is up to date.
@@ -884,6 +938,7 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
         shown = "the walk fell early" if epsilon == float("inf") else f"epsilon {epsilon:.3f}"
         run.observer.say(f"Round {rounds} of Algorithm 1: {shown}, kappa {settings.kappa:g}.")
     perform(choose_stage(run, rounds))
+    perform(correct_stage(run))
     perform(simulate_stage(run))
     perform(push_stage(run))
     perform(validate_stage(run))
@@ -956,7 +1011,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
         tempfile.TemporaryDirectory(prefix="gaitval-check-") as temporary,
         open_run(subject, configuration, Path(temporary), observer) as run,
     ):
-        _copy(baseline, run.folder, (*STORED_FILES[2:4], "identification.json"))
+        _copy(baseline, run.folder, STORED_FILES[2:-1])
         for stage in (scale_stage, reference_stage, simulate_stage):
             run_stage(stage(run), run.folder, observer=observer)
         if quick:

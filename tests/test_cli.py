@@ -26,6 +26,7 @@ COMMANDS = (
     "reference",
     "train",
     "identify",
+    "correct",
     "simulate",
     "push",
     "validate",
@@ -34,7 +35,17 @@ COMMANDS = (
     "baseline",
     "check",
 )
-STAGES = ("scale", "reference", "train", "identify", "simulate", "push", "validate", "report")
+STAGES = (
+    "scale",
+    "reference",
+    "train",
+    "identify",
+    "correct",
+    "simulate",
+    "push",
+    "validate",
+    "report",
+)
 
 
 @pytest.fixture(autouse=True)

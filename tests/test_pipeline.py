@@ -41,7 +41,17 @@ from gaitval.pipeline import (
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 
-STAGES = ("scale", "reference", "train", "identify", "simulate", "push", "validate", "report")
+STAGES = (
+    "scale",
+    "reference",
+    "train",
+    "identify",
+    "correct",
+    "simulate",
+    "push",
+    "validate",
+    "report",
+)
 
 
 class Listener(Observer):
@@ -307,6 +317,7 @@ def test_main_job_runs_every_stage_once_and_then_none(
         "identify-2",
         "evaluate-2",
         "choose",
+        "correct",
         "simulate",
         "push",
         "validate",
@@ -372,6 +383,7 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     ("setting", "first"),
     [
         ("validation.filter_frequency=12", "evaluate-1"),
+        ("correction.rounds=1", "correct"),
         ("validation.cycles=30", "evaluate-1"),
         ("validation.consecutive_cycles=30", "simulate"),
         ("pushes.force=200", "push"),

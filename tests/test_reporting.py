@@ -14,6 +14,7 @@ from gaitval.artefacts import write_json
 from gaitval.coordinates import SIDES
 from gaitval.data.subject import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.kinematics.correction import JOINTS, Correction
 from gaitval.kinematics.reference import build_reference
 from gaitval.metrics.validation import validate
 from gaitval.reporting import figures
@@ -69,6 +70,21 @@ def _identification() -> dict:
         "epsilon_identified": None,
         "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
         "rounds": [],
+    }
+
+
+def _correction() -> dict:
+    """As `gaitval correct` writes it; of two measures one more is at its goal."""
+    harmonics = np.zeros((len(JOINTS), 3))
+    harmonics[JOINTS.index("knee_angle_l")] = np.deg2rad([-1.25, 0.5, 0.0])
+    rows = [("knee_angle_l", 2.6, 1.4), ("ankle_angle_l", 1.9, 1.8)]
+    return {
+        **Correction(harmonics, -0.0021).as_dict(),
+        "errors": [0.95, 0.8, 0.71],
+        "measures": [
+            {"measure": "angle_rmse", "target": name, "aim": 2.0, "before": before, "after": after}
+            for name, before, after in rows
+        ],
     }
 
 
@@ -155,6 +171,7 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
         made.get("identified"),
         configuration,
         identification=_identification() if identified else None,
+        correction=_correction() if identified else None,
         pushes=_pushes()["recovery"],
     )
     write_json(folder / "metrics.json", metrics)
@@ -201,6 +218,7 @@ def test_every_section_is_there(page):
     for heading in (
         *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
         *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
+        "Correction of the reference",
         *("The record against itself", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
@@ -233,6 +251,14 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     assert "under the subject's weight" in text
     assert "on a bound" in text
     assert "unverified" in text
+
+
+def test_the_correction_is_told_in_degrees(page):
+    text = " ".join(page.text.split())
+    assert "Of 2 measures that have a goal or limit, 1 keep it without and 2 with" in text
+    assert "0.95 before and 0.71 after 2 rounds" in text
+    assert "−2.1 mm higher" in text
+    assert re.search("knee angle ?0.00 ?0.00 ?−1.25 ?1.75", text)
 
 
 def test_goals_are_told_beside_the_tolerances(page, metrics):
@@ -275,6 +301,7 @@ def test_hostile_text_stays_text(tmp_path):
     # the same run has no identification
     assert "No identified body parameters were simulated" in page.text
     assert "Not shown: identification.json" in page.text
+    assert "Not shown: correction.json" in page.text
 
 
 def test_damaged_inputs_are_named(run_folder, tmp_path):

@@ -33,22 +33,20 @@ from gaitval.kinematics.inverse_dynamics import (
     root_states,
 )
 from gaitval.kinematics.reference import (
-    END_EFFECTORS,
     FEED_FORWARD,
     SAMPLES,
     ReferenceMotion,
     build_reference,
+    moved,
     side_phase,
     spectral_rate,
     static_stiffness,
-    whole_body_path,
 )
 from gaitval.kinematics.tree import (
     GRAVITY,
     ROOT_DOFS,
     Tree,
     rotation_vector,
-    segment_frames,
     tree_arrays,
 )
 from gaitval.scaling.model import SEGMENTS, BodyModel
@@ -627,8 +625,6 @@ def fitted(
     root_states(coordinates[:, :3], rates[:, :3], np.zeros((len(coordinates), 3)), root)
     positions[:, :3], velocities[:, :3] = root[:, 0], root[:, 1]
     positions[:, 3] += record.speed * record.stride_time * reference.phase
-    frames = segment_frames(model, positions)
-    effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
     closed = np.concatenate([force, force[:1]]).reshape(INSTANTS + 1, 2, 6)[..., :3]
     instants = np.arange(INSTANTS + 1) / INSTANTS
     ground_reaction = np.stack(
@@ -639,13 +635,9 @@ def fitted(
         axis=1,
     ) / (model.mass * GRAVITY)
     return replace(
-        reference,
-        positions=positions,
-        velocities=velocities,
+        moved(reference, model, positions, velocities),
         moments=_resampled(out[:, ROOT_DOFS : _TRUNK.start], SAMPLES),
         ground_reaction=ground_reaction,
-        centre_of_mass=whole_body_path(tree_arrays(model), frames),
-        end_effectors=frames[:, effectors][..., :3, 3],
         offsets=reference.offsets + change[0, ROOT_DOFS:],
     )
 

@@ -17,7 +17,7 @@ convention of this project, because the record has no markers above the pelvis o
 * toes: stay flat on the ground while the heel rises in late stance, straight otherwise.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -423,7 +423,6 @@ def build_reference(
             # right and left differ by a shift of the centre of pressure between the plates.
             mean = 0.5 * (record.moments[f"{name}_r"](at) + record.moments[f"{name}_l"](at))
             moments[:, ACTUATED.index(f"{name}_{side[0]}")] = mean * model.mass
-    effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
     return ReferenceMotion(
         phase=phase,
         positions=positions,
@@ -431,11 +430,33 @@ def build_reference(
         moments=moments,
         ground_reaction=ground_reaction,
         centre_of_mass=whole_body_path(tree, frames),
-        end_effectors=frames[:, effectors][..., :3, 3],
+        end_effectors=_end_effectors(frames),
         offsets=np.array([offsets.get(name, 0.0) for name in ACTUATED]),
         stride_time=time,
         speed=record.speed,
     )
+
+
+def moved(
+    reference: ReferenceMotion, model: BodyModel, positions: Array, velocities: Array
+) -> ReferenceMotion:
+    """The reference with other positions and velocities (N, 31), and all that follows from them;
+    forces and moments stay.
+    """
+    frames = segment_frames(model, positions)
+    return replace(
+        reference,
+        positions=positions,
+        velocities=velocities,
+        centre_of_mass=whole_body_path(tree_arrays(model), frames),
+        end_effectors=_end_effectors(frames),
+    )
+
+
+def _end_effectors(frames: Array) -> Array:
+    """(N, 4, 3) m of segment frames (N, 14, 4, 4)."""
+    effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
+    return np.asarray(frames[:, effectors][..., :3, 3])
 
 
 def whole_body_path(tree: Tree, frames: Array) -> Array:

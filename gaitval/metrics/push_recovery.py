@@ -1,10 +1,11 @@
 """Recovery from pushes: the largest one survived by phase and direction.
 
 A push is a constant horizontal force on the pelvis for a short time, while the walker walks. It is
-survived if the walker does not fall within `cycles` gait cycles after its beginning. Fallen is who
-is as far from the reference with height or rotation of the pelvis as ends a training episode; who
-is only displaced has not fallen, however far. The force acts through whole actions, as in training:
-50 ms are 30 ms of the full force and 30 ms of two thirds of it, so that force times time is exact.
+survived if the walker does not fall within the time of `cycles` recorded gait cycles after its
+beginning. Fallen is whose pelvis is too far from its reference in height or rotation
+(`environment.height_tolerance`, `rotation_tolerance`); who is only displaced has not fallen,
+however far. The force acts through whole actions, as in training: 50 ms are 30 ms of the full force
+and 30 ms of two thirds of it, so that force times time is exact.
 
 Survival need not be monotone in the force: a walker may fall from 400 N and stand 500 N, which
 happen to help its next step. So the largest push survived is defined as the largest tested F up to

@@ -161,6 +161,16 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
     )
 
 
+def aim(measure: str, target: str) -> float | None:
+    """What a measured value is to come to: the goal of the tolerance that decides on it, or its
+    limit where it has no goal; None where none decides.
+    """
+    for tolerance in load_registry().tolerance:
+        if tolerance.role == "acceptance" and _concerns(tolerance, Measure(measure, target, None)):
+            return tolerance.value if tolerance.goal is None else tolerance.goal
+    return None
+
+
 def _holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
     return value is not None and _HOLDS[tolerance.limit](value, bound)
 

@@ -3,13 +3,14 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import jsonschema
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
@@ -26,9 +27,9 @@ from gaitval.metrics.comparison import (
 )
 from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
-from gaitval.metrics.foot_contact import foot_contacts
+from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.record_consistency import consistency
-from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
+from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.walks import Endurance, Walks
 from gaitval.scaling.model import BodyModel
 from gaitval.simulation.rollout import Rollout
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
@@ -138,6 +139,24 @@ def _check_starts(walks: Walks, wanted: Sequence[float], which: str) -> None:
         )
 
 
+def _compared(
+    rollout: Rollout,
+    record: GaitRecord,
+    recorded: Json,
+    model: BodyModel,
+    configuration: Configuration,
+) -> tuple[GaitCycles, Curves, Mapping[Side, FootContact], list[Json]]:
+    """Cycles that are compared, their curves, contacts and spatiotemporal parameters."""
+    validation = configuration.validation
+    cycles = find_cycles(rollout, configuration).first(validation.cycles)
+    filters = low_pass_of(record, validation.filter_frequency)
+    curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
+    threshold = configuration.contact.event_threshold
+    contacts = foot_contacts(rollout, cycles, model, threshold=threshold)
+    places = {side: contact.places for side, contact in contacts.items()}
+    return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
+
+
 def _walk(
     walks: Walks,
     record: GaitRecord,
@@ -148,13 +167,7 @@ def _walk(
     """Everything told of the walks with one set of body parameters, and what is measured."""
     _check_loads(walks.starts)
     rollout = walks.compared
-    cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
-    compared = simulated_curves(
-        rollout,
-        cycles,
-        mass=model.mass,
-        filters=low_pass_of(record, configuration.validation.filter_frequency),
-    )
+    cycles, compared, contacts, rows = _compared(rollout, record, recorded, model, configuration)
     error = epsilon(compared, recorded_curves(record))
     curves: Json = {}
     errors: Json = {}
@@ -169,11 +182,6 @@ def _walk(
             found = compare_curve(curve, recorded["curves"][kind][name])
             errors[kind][name] = None if found is None else asdict(found)
             measures.append(Measure(_RMSE[kind], name, None if found is None else found.rmse))
-    contacts = foot_contacts(
-        rollout, cycles, model, threshold=configuration.contact.event_threshold
-    )
-    places = {side: contact.places for side, contact in contacts.items()}
-    rows = _spatiotemporal(rollout, cycles, places, recorded)
     return {
         "mu": rollout.mu,
         "starts": [start.as_dict() for start in walks.starts],
@@ -191,13 +199,41 @@ def _walk(
     ]
 
 
-def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
-    """How far speed, stride time, stance and steps are from the record."""
+def deviations(
+    rollout: Rollout, record: GaitRecord, model: BodyModel, configuration: Configuration
+) -> dict[tuple[str, str], NDArray[np.float64]] | None:
+    """How far a walk is from the record, over what is aimed at (`tolerances.aim`).
+
+    By measure and target, of curves (101,) and of speed, stance and steps (1,); a norm of 1 is
+    a value at its goal. None where the walk fell or has no two cycles of each foot.
+    """
+    if rollout.fell[0]:
+        return None
+    recorded = _recorded(record)
+    cycles, compared, _, rows = _compared(rollout, record, recorded, model, configuration)
+    if min(cycles.count(side) for side in SIDES) < 2:
+        return None
+    found = {}
+    for kind, curves in _by_kind(compared).items():
+        for name, curve in curves.items():
+            bound = aim(_RMSE[kind], name)
+            if bound is not None:
+                difference = curve.mean(axis=0) - recorded["curves"][kind][name]
+                found[_RMSE[kind], name] = difference / (bound * np.sqrt(len(difference)))
+    for each in _spatiotemporal_errors(rows):
+        bound = aim(each.measure, each.target)
+        if bound is not None and each.value is not None:
+            found[each.measure, each.target] = np.array([each.value / bound])
+    return found
+
+
+def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
+    """Speed, stride time, stance and steps, simulated less recorded."""
     row = {each["name"]: each for each in rows}
 
     def error(name: str) -> float | None:
         mean = row[name]["mean"]
-        return None if mean is None else abs(mean - row[name]["recorded"])
+        return None if mean is None else mean - row[name]["recorded"]
 
     def measure(kind: str, target: str, name: str, factor: float) -> Measure:
         found = error(name)
@@ -214,6 +250,14 @@ def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
             for side in SIDES
         ),
         *(measure("step_length_error", side, f"step_length_{side}", 100.0) for side in SIDES),
+    ]
+
+
+def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
+    """How far speed, stride time, stance and steps are from the record."""
+    return [
+        replace(each, value=None if each.value is None else abs(each.value))
+        for each in _spatiotemporal_errors(rows)
     ]
 
 
@@ -283,6 +327,7 @@ def validate(
     configuration: Configuration,
     *,
     identification: Mapping[str, Any] | None = None,
+    correction: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     pushes: Mapping[str, Any] | None = None,
 ) -> Json:
@@ -299,7 +344,7 @@ def validate(
     nominal, identified : walks without pushes at the nominal and at the identified body
         parameters. Those that are judged start from each of `validation.start_phases`, the
         nominal ones before identification from the first one.
-    identification, training : told as they are.
+    identification, correction, training : told as they are.
     pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
 
     Raises
@@ -358,6 +403,7 @@ def validate(
             },
             "push_recovery": pushes,
             "identification": identification,
+            "correction": correction,
             "training": training,
         }
     )

@@ -112,7 +112,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
                 linewidth=0.8,
                 linestyle=(0, (1, 1.5)),
                 zorder=3,
-                label="before identification",
+                label="before identification and correction",
             )
     curve = final["curves"][kind][key]
     if curve["mean"] is None:
@@ -245,7 +245,7 @@ def learning(training: Mapping[str, Array]) -> str:
 
 
 def error_bars(metrics: Json) -> str:
-    """RMSE of every sagittal curve and force before and after identification, both sides."""
+    """RMSE of every sagittal curve and force before and after identification and correction."""
     groups = (
         ("angles", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint angle RMSE, °"),
         ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),

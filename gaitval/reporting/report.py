@@ -2,6 +2,7 @@
 
 import base64
 import csv
+import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.data.subject import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.kinematics.correction import JOINTS, Correction
 from gaitval.metrics.comparison import (
     FORCES,
     JOINT_ANGLES,
@@ -131,7 +133,7 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
 
 
 def _error_table(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of every curve and side; the RMSE before identification beside them."""
+    """Rows of every curve and side; the RMSE before identification and correction beside them."""
     groups = (
         ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
         ("moments", JOINT_MOMENTS, 2),
@@ -156,6 +158,29 @@ def _error_table(metrics: Json) -> list[dict[str, Any]]:
             {"kind": kind, "unit": metrics["units"][kind], "digits": digits, "rows": rows}
         )
     return tables
+
+
+def _correction(values: Json | None) -> dict[str, Any] | None:
+    """What the correction of the reference changes, in degrees, and what it brings."""
+    if values is None:
+        return None
+    found = Correction.from_dict(values, "metrics.json")
+    changes = np.rad2deg(found.angles(np.linspace(0.0, 1.0, 101))[0])
+    rows: dict[str, list[dict[str, float]]] = {}
+    for index, joint in enumerate(JOINTS):
+        name = joint.removesuffix("_r").removesuffix("_l").replace("_", " ")
+        largest = float(np.abs(changes[:, index]).max())
+        mean = math.degrees(found.harmonics[index, 0])
+        rows.setdefault(name, []).append({"mean": mean, "largest": largest})
+    measures = values["measures"]
+    kept = {key: sum(row[key] <= row["aim"] for row in measures) for key in ("before", "after")}
+    return {
+        **kept,
+        "measures": len(measures),
+        "errors": values["errors"],
+        "height": values["height"],
+        "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
+    }
 
 
 def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
@@ -393,6 +418,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "context_tolerances": _tolerances(metrics, "context"),
         "error_tables": _error_table(metrics),
         "parameters": _parameters(metrics["identification"]),
+        "correction": _correction(metrics["correction"]),
         "spatiotemporal": [
             {**row, "label": _SPATIOTEMPORAL[row["name"]]} for row in walk["spatiotemporal"]
         ],
