@@ -44,7 +44,7 @@ ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "reports" / "ablation.json"
 DOCUMENT = ROOT / "docs" / "learning.md"
 
-SUBJECT, SLOW, SAMPLES, SEEDS = "S05", "S10", 800_000, (0, 1, 2)
+SUBJECT, SLOW, SAMPLES, SEEDS = "S05", "S10", 600_000, (0, 1, 2)
 CYCLES = 24
 LEARNING = {"contact", "servo", "environment", "reward", "randomisation", "training"}
 """Sections of the configuration that the figures depend on."""
@@ -105,13 +105,13 @@ ROWS = {
     "no-pushes": Row("no pushes", ("environment.push_probability=0.0",)),
     "small-actions": Row("half the action scale", ("environment.action_scale=0.1",)),
     "constant-rate": Row("constant learning rate", ("training.final_learning_rate=3e-4",)),
-    "tight": Row(
-        "tight termination (0.1 m, 0.35 rad, 0.4 m)",
-        (
-            "environment.height_tolerance=0.1",
-            "environment.rotation_tolerance=0.35",
-            "environment.drift_tolerance=0.4",
-        ),
+    "late-end": Row(
+        "episodes end at what is a fall (0.2 m, 0.7 rad, 0.8 m) from the start",
+        ("training.tolerance_shares=[1.0, 1.0]",),
+    ),
+    "early-end": Row(
+        "episodes end at half of what is a fall to the last",
+        ("training.tolerance_shares=[0.5, 0.5]",),
     ),
     "paper-state": Row("the paper's state of 71 numbers", ("environment.observation=paper",)),
     "paper": Row("the paper's state and reward (`--config paper`)", config="paper"),

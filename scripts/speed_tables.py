@@ -25,8 +25,10 @@ from marked_table import with_table
 from numpy.typing import NDArray
 from stable_baselines3.common.logger import configure
 
+from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.data.subject import load_subject
+from gaitval.kinematics.correction import Correction, corrected
 from gaitval.kinematics.tree import GRAVITY, Tree, empty_frames, forward, velocities
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
@@ -35,7 +37,6 @@ from gaitval.policy.experience import WalkingWorkers
 from gaitval.policy.learner import Learner
 from gaitval.policy.storage import Policy, load_policy
 from gaitval.policy.walking import walk
-from gaitval.scaling.parameters import nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.contact import ground_forces
 from gaitval.simulation.walker import Recording, Walker, WalkingTask
@@ -172,14 +173,16 @@ def steps_table(task: WalkingTask) -> list[str]:
 
 
 def steered_walk(name: str, step: float) -> dict[str, Array]:
-    """Mean curves of the stored policy's walk: joint angles in degrees, moments in Nm/kg, vertical
-    forces in % of body weight.
+    """Mean curves of the stored walker, its body identified and its reference corrected: joint
+    angles in degrees, moments in Nm/kg, vertical forces in % of body weight.
     """
-    task = with_step(walking_task(name), step)
+    task, stored = with_step(walking_task(name), step), REPORTS / name / "baseline"
+    correction = Correction.from_dict(read_json(stored / "correction.json"), str(stored))
+    task = replace(task, reference=corrected(task.reference, task.model, correction))
     rollout = walk(
         task,
-        load_policy(REPORTS / name / "baseline" / "policy"),
-        mu=nominal_parameters(),
+        load_policy(stored / "policy"),
+        mu=np.array(read_json(stored / "identification.json")["identified"]),
         start_phase=0.0,
         cycles=task.configuration.validation.settling_cycles + STEERED_CYCLES,
         engine="compiled",
