@@ -19,22 +19,6 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.pipeline import STORED_FILES
 
-COMMANDS = (
-    "subjects",
-    "import",
-    "scale",
-    "reference",
-    "train",
-    "identify",
-    "correct",
-    "simulate",
-    "push",
-    "validate",
-    "report",
-    "subject",
-    "baseline",
-    "check",
-)
 STAGES = (
     "scale",
     "reference",
@@ -46,6 +30,7 @@ STAGES = (
     "validate",
     "report",
 )
+COMMANDS = ("subjects", "import", *STAGES, "subject", "baseline", "check")
 
 
 @pytest.fixture(autouse=True)
