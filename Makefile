@@ -1,6 +1,6 @@
 # `make` or `make help` lists what there is. Every target sets up on first use.
 VENV := $(or $(GAITVAL_VENV),.venv)
-BIN := $(VENV)/bin
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 S ?= 5
 OUT ?=
 SET ?=

@@ -1,53 +1,110 @@
 #!/usr/bin/env bash
 # Makes the virtual environment of this checkout, with the exact versions of constraints.txt.
 # Does nothing when it is up to date; mends it when an earlier call was interrupted.
+# Runs in bash 3.2 and later (macOS has 3.2).
 #
 # Environment: GAITVAL_VENV  where the environment goes (default .venv)
-#              PYTHON        the Python 3.11 to make it with (default: python3.11, then python3)
+#              PYTHON        the Python to make it with (default: the first one that fits)
+#              PIP_*         pip's own settings (PIP_EXTRA_INDEX_URL, PIP_FIND_LINKS, …) hold
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 venv=${GAITVAL_VENV:-.venv}
-stamp=$venv/.gaitval-installed      # holds the hash of what was installed
+bin=$venv/bin
+[ "${OS:-}" != Windows_NT ] || bin=$venv/Scripts
+stamp=$venv/.gaitval-installed      # holds the checksum of what was installed
 unfinished=$venv/.gaitval-unfinished # is there while an installation runs
-wanted=$(cat pyproject.toml constraints.txt scripts/setup.sh | sha256sum | cut -d' ' -f1)
+wanted=$(cat pyproject.toml constraints.txt scripts/setup.sh | cksum)
+candidates=${PYTHON:-python3 python3.13 python3.12 python3.14 python3.11 python}
+libraries="libgl1 libpango-1.0-0 libpangoft2-1.0-0 libpangocairo-1.0-0"
 
 stop() {
     printf 'setup: %s\n' "$*" >&2
     exit 2
 }
 
-is_python_311() {
-    "$1" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null
+# dartpy has files for Python 3.12 to 3.14, and for 3.11 on Linux x86-64 only.
+fits() {
+    "$1" - <<'END' >/dev/null 2>&1
+import platform, sys
+old = platform.system() == "Linux" and platform.machine() == "x86_64"
+sys.exit(not ((3, 11 if old else 12) <= sys.version_info[:2] <= (3, 14)))
+END
 }
 
+# Sets `python` to the first candidate that fits; fails where none does.
 find_python() {
     local candidate
-    for candidate in ${PYTHON:-python3.11 python3 python}; do
-        if is_python_311 "$candidate"; then
-            echo "$candidate"
-            return
+    for candidate in $candidates; do
+        if fits "$candidate"; then
+            python=$candidate
+            return 0
         fi
     done
-    stop "no Python 3.11 found (looked for: ${PYTHON:-python3.11 python3 python})." \
-        "gaitval needs 3.11, because dartpy 6.20 has no files for other versions." \
-        "Install it (Debian 12: 'sudo apt-get install python3.11 python3.11-venv'; anywhere:" \
-        "'pyenv install 3.11'), or name it: 'make setup PYTHON=/path/to/python3.11'."
+    return 1
+}
+
+python_from_uv() {
+    command -v uv >/dev/null || return 1
+    echo "setup: no Python 3.11 to 3.14 here (looked for: $candidates); asking uv for 3.13"
+    uv python install 3.13 && python=$(uv python find 3.13) && fits "$python"
+}
+
+# The line that installs what is missing; its arguments are Debian's names of the packages.
+line_for_this_system() {
+    if command -v apt-get >/dev/null; then
+        echo "sudo apt-get update && sudo apt-get install --yes $*"
+    elif command -v dnf >/dev/null; then
+        echo "sudo dnf install python3.13 mesa-libGL pango"
+    elif command -v pacman >/dev/null; then
+        echo "sudo pacman -S python libglvnd pango"
+    elif command -v brew >/dev/null; then
+        echo "brew install python@3.13 pango"
+    else
+        echo "(with this system's package manager: Python 3.13, libGL and Pango)"
+    fi
+}
+
+can_be_root() {
+    [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null
+}
+
+# Installs Debian packages, or stops with the line that does.
+install_packages() {
+    local why=$1 root=""
+    shift
+    if ! command -v apt-get >/dev/null || ! can_be_root; then
+        stop "$why. Run this line (as root, without sudo, where there is no sudo)," \
+            "then the same command again:
+    $(line_for_this_system "$@")"
+    fi
+    [ "$(id -u)" -eq 0 ] || root=sudo
+    echo "setup: installing with apt-get: $*"
+    # An index that is only out of date may still do: the installation below decides.
+    $root apt-get update -qq || echo "setup: apt-get update failed; trying to go on." >&2
+    $root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install --yes --no-install-recommends "$@" ||
+        stop "apt-get could not install $*. Its message is above; mend that and run this again."
 }
 
 # Debian packages that are missing: dartpy loads libGL, weasyprint loads Pango (for the PDF).
+# Elsewhere than on Linux the imports at the end tell.
 missing_packages() {
-    local python=$1
-    "$python" -c 'import ensurepip' 2>/dev/null || echo python3.11-venv
     "$python" - <<'END'
 import ctypes
+import sys
+
+try:
+    import ensurepip
+except ImportError:
+    print(f"python3.{sys.version_info.minor}-venv")
 libraries = {
     "libGL.so.1": "libgl1",
     "libpango-1.0.so.0": "libpango-1.0-0",
     "libpangoft2-1.0.so.0": "libpangoft2-1.0-0",
     "libpangocairo-1.0.so.0": "libpangocairo-1.0-0",
 }
-for library, package in libraries.items():
+for library, package in libraries.items() if sys.platform == "linux" else ():
     try:
         ctypes.CDLL(library)
     except OSError:
@@ -55,53 +112,64 @@ for library, package in libraries.items():
 END
 }
 
-install_packages() {
-    local root=()
-    if ! command -v apt-get >/dev/null; then
-        stop "system libraries are missing, and there is no apt-get here to install them." \
-            "Install what provides these Debian packages, then run this again: $*"
-    fi
-    if [ "$(id -u)" -ne 0 ]; then
-        if ! sudo -n true 2>/dev/null; then
-            stop "system libraries are missing. Run this line, then the same command again:
-    sudo apt-get update && sudo apt-get install --yes $*"
-        fi
-        root=(sudo)
-    fi
-    echo "setup: installing system libraries: $*"
-    # An index that is only out of date may still do: the installation below decides.
-    "${root[@]}" apt-get update -qq || echo "setup: apt-get update failed; trying to go on." >&2
-    "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
-        apt-get install --yes --no-install-recommends "$@" ||
-        stop "apt-get could not install $*. Its message is above; mend that and run this again."
+has_gpu() {
+    command -v nvidia-smi >/dev/null || [ -e /dev/nvidia0 ] || [ -e /proc/driver/nvidia ]
 }
 
-if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ] && "$venv/bin/python" -c '' 2>/dev/null
-then
+# Whether the torch that pip would take needs packages of CUDA.
+torch_brings_cuda() {
+    "$bin/python" -m pip install --disable-pip-version-check --dry-run --quiet --ignore-installed \
+        --no-deps --report - -c constraints.txt torch 2>/dev/null |
+        "$bin/python" -c '
+import json, platform, sys
+needs = json.load(sys.stdin)["install"][0]["metadata"].get("requires_dist", [])
+cuda = any(need.startswith(("nvidia-", "cuda-")) for need in needs)
+sys.exit(not (cuda and platform.system() == "Linux"))'
+}
+
+if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ] && "$bin/python" -c '' 2>/dev/null; then
     exit 0
 fi
 
-python=$(find_python)
-mapfile -t packages < <(missing_packages "$python")
-if [ "${#packages[@]}" -gt 0 ]; then
-    install_packages "${packages[@]}"
+if ! find_python && ! python_from_uv; then
+    # shellcheck disable=SC2086 # a list of package names
+    install_packages "no Python 3.11 to 3.14 found (looked for: $candidates), and none through uv" \
+        python3 python3-venv $libraries
+    find_python ||
+        stop "the Python of this system does not fit: dartpy has files for Python 3.12 to 3.14," \
+            "and for 3.11 on Linux x86-64. Install uv and run the same command again, or name a" \
+            "Python that fits: make setup PYTHON=/path/to/python3.13"
+fi
+packages=$(missing_packages)
+if [ -n "$packages" ]; then
+    # shellcheck disable=SC2086
+    install_packages "system libraries are missing" $packages
 fi
 
-if [ -e "$unfinished" ] || ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
+if [ -e "$unfinished" ] || ! "$bin/python" -m pip --version >/dev/null 2>&1; then
     [ ! -e "$venv" ] || echo "setup: $venv is unfinished; making it anew."
     "$python" -m venv --clear "$venv"
 fi
-is_python_311 "$venv/bin/python" ||
-    stop "$venv is not of Python 3.11. Delete it ('make clean'), then run this again."
+fits "$bin/python" ||
+    stop "$venv has a Python that does not fit. Delete it ('make clean'), then run this again."
 
-echo "setup: installing the Python packages into $venv (about 2 GB, some minutes)"
+size="2 GB"
+if ! has_gpu && torch_brings_cuda; then
+    size="6 GB"
+    echo "setup: pip's torch brings 4 GB of CUDA with it, which a machine without an NVIDIA GPU"
+    echo "    cannot use. It works, but to save it press Ctrl-C and run, with the address of"
+    echo "    PyTorch's CPU builds (pytorch's installation page shows it for pip and CPU):"
+    echo "    PIP_EXTRA_INDEX_URL=ADDRESS make setup"
+fi
+echo "setup: installing the Python packages into $venv (about $size, some minutes)"
 rm -f "$stamp"
 touch "$unfinished"
-"$venv/bin/python" -m pip install --disable-pip-version-check \
+"$bin/python" -m pip install --disable-pip-version-check \
     -c constraints.txt -e '.[test,dev]' ||
     stop "pip failed. Its message is above; the same command starts over."
-"$venv/bin/python" -c 'import dartpy, weasyprint' ||
-    stop "dartpy or weasyprint cannot be loaded: a system library is missing (see above)."
+"$bin/python" -c 'import dartpy, weasyprint' ||
+    stop "dartpy or weasyprint cannot be loaded: a system library is missing (see above). Try:
+    $(line_for_this_system "$libraries")"
 echo "$wanted" >"$stamp"
 rm -f "$unfinished"
 echo "setup: done"

@@ -1,0 +1,199 @@
+"""The two commands of the README on bare systems: a fresh Debian in a folder, as root and as user.
+
+    sudo python3 scripts/bare_systems.py bookworm:root trixie:user
+
+A system is what debootstrap makes of the release (variant minbase) with `make`, nothing else. The
+checkout in it is a clean one of HEAD. The ordinary user has no sudo: set-up must then stop with a
+line to run, which is run as root before the same command again. The settings of pip of this machine
+(/etc/pip.conf, PIP_*, root's cache) are the new system's too. Needs root and debootstrap.
+
+Each system writes its row of `reports/evidence/ground.csv`; logs go to --logs.
+"""
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import evidence
+
+ROOT = Path(__file__).resolve().parent.parent
+DEBIAN = {"bookworm": "Debian 12", "trixie": "Debian 13", "forky": "Debian 14 (testing)"}
+PLACE = "/home/tester/gaitval"
+
+
+def main() -> None:
+    """Try each system in turn; exit 1 where a command failed."""
+    arguments = _arguments()
+    failed = 0
+    for system in arguments.systems:
+        release, user = system.split(":")
+        failed += not _try(release, user, arguments)
+    sys.exit(1 if failed else 0)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "systems",
+        nargs="+",
+        metavar="RELEASE:USER",
+        choices=[f"{release}:{user}" for release in DEBIAN for user in ("root", "user")],
+        help="bookworm, trixie or forky; root or user",
+    )
+    parser.add_argument("--mirror", help="Debian mirror (default: this machine's)")
+    parser.add_argument("--folder", type=Path, default=Path("/opt/chroots"))
+    parser.add_argument("--logs", type=Path, default=Path("/tmp/bare-systems"))
+    return parser.parse_args()
+
+
+def _mirror() -> str:
+    for file in sorted(Path("/etc/apt").glob("sources.list*/*")):
+        found = re.search(r"^URIs: (\S+/debian)/?$", file.read_text(), re.MULTILINE)
+        if found:
+            return found[1]
+    raise SystemExit("no Debian mirror in /etc/apt/sources.list.d: give --mirror")
+
+
+def _bare(release: str, arguments: argparse.Namespace) -> Path:
+    """Folder of the bare release, made once."""
+    base: Path = arguments.folder / release
+    if not (base / "usr/bin/apt-get").is_file():
+        scripts = Path("/usr/share/debootstrap/scripts")
+        script = [] if (scripts / release).exists() else [str(scripts / "sid")]
+        mirror = arguments.mirror or _mirror()
+        subprocess.run(
+            ["debootstrap", "--variant=minbase", release, str(base), mirror, *script], check=True
+        )
+    return base
+
+
+def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
+    """A copy of the bare release with make, the user and a clean checkout."""
+    system: Path = arguments.folder / f"run-{release}-{user}"
+    if system.exists():
+        shutil.rmtree(system)  # what was mounted there went with its command: see _chroot
+    subprocess.run(["cp", "-a", str(_bare(release, arguments)), str(system)], check=True)
+    for name in ("/etc/resolv.conf", "/etc/hosts"):
+        shutil.copy(name, system / name[1:])
+    for path in _of_pip():
+        target = system / str(path)[1:]
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if path.is_dir() else shutil.copy)(path, target)
+    place = system / PLACE[1:]
+    place.mkdir(parents=True)
+    archive = subprocess.run(
+        ["git", "archive", "HEAD"], cwd=ROOT, check=True, capture_output=True
+    ).stdout
+    subprocess.run(["tar", "-x", "-C", str(place)], input=archive, check=True)
+    owner = "root" if user == "root" else "tester"
+    script = (
+        "apt-get update -qq && apt-get install -y -qq --no-install-recommends make >/dev/null"
+        f" && useradd --home /home/tester tester && chown -R {owner} /home/tester"
+    )
+    subprocess.run([*_chroot(system), "bash", "-c", script], check=True, env=_environment("root"))
+    return system
+
+
+def _of_pip() -> list[Path]:
+    """pip's configuration for all users, and the files that its PIP_* variables name."""
+    named = [Path(value) for value in _pip_variables().values() if value.startswith("/")]
+    return [path for path in [Path("/etc/pip.conf"), *named] if path.exists()]
+
+
+def _pip_variables() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name.startswith("PIP_")}
+
+
+def _environment(user: str) -> dict[str, str]:
+    home = "/root" if user == "root" else "/home/tester"
+    return {
+        **_pip_variables(),
+        "PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
+        "HOME": home,
+        "LANG": "C.UTF-8",
+        "CI": "true",
+        "PIP_CACHE_DIR": f"{home}/pip-cache",
+    }
+
+
+def _chroot(system: Path, user: str = "root") -> list[str]:
+    """Start of a command in the system; what is mounted goes when the command ends."""
+    root = shlex.quote(str(system))
+    cache = Path.home() / ".cache/pip"
+    inside = _environment(user)["PIP_CACHE_DIR"]
+    mounts = f"mount -t proc proc {root}/proc; mount --rbind /dev {root}/dev;"
+    if cache.is_dir() and user == "root":
+        mounts += f"mkdir -p {root}{inside}; mount --bind {cache} {root}{inside};"
+    who = "" if user == "root" else "--userspec=tester:tester "
+    return [
+        *("unshare", "--mount", "--propagation", "private", "bash", "-c"),
+        f'set -e; {mounts} exec chroot {who}{root} "$@"',
+        "bash",
+    ]
+
+
+def _run(system: Path, user: str, line: str, log: Path) -> tuple[bool, str]:
+    """Whether a line ended with 0, and what it printed."""
+    started = time.time()
+    done = subprocess.run(
+        [*_chroot(system, user), "bash", "-c", f"cd {PLACE} && {line}"],
+        env=_environment(user),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    minutes = (time.time() - started) / 60
+    with log.open("a") as file:
+        file.write(f"$ {line}\n{done.stdout}\n[exit {done.returncode}, {minutes:.1f} min]\n\n")
+    print(f"  {line}: exit {done.returncode}, {minutes:.1f} min", flush=True)
+    return done.returncode == 0, done.stdout
+
+
+def _try(release: str, user: str, arguments: argparse.Namespace) -> bool:
+    arguments.logs.mkdir(parents=True, exist_ok=True)
+    log = arguments.logs / f"{release}-{user}.log"
+    log.unlink(missing_ok=True)
+    print(f"{DEBIAN[release]}, {user}: log in {log}", flush=True)
+    system = _fresh(release, user, arguments)
+    walked, printed = _run(system, user, "make subject S=5", log)
+    if user != "root":
+        line = re.search(r"^ +(sudo .*)$", printed, re.MULTILINE)
+        if walked or line is None:
+            print("  set-up did not stop with a line to run")
+            return _tell(release, user, 0)
+        said, _ = _run(system, "root", line[1].replace("sudo ", ""), log)
+        walked, printed = _run(system, user, "make subject S=5", log)
+        walked = walked and said
+    tested, printed = _run(system, user, "make test", log)
+    _run(system, user, "du -sh .venv; .venv/bin/python --version; df -h /dev/shm", log)
+    for found in re.findall(r"random seed.*|.*\d+ passed.*|.*seed=\d+.*", printed):
+        print(f"  {found}")
+    if walked and tested:
+        shutil.rmtree(system)
+    return _tell(release, user, walked + tested)
+
+
+def _tell(release: str, user: str, passed: int) -> bool:
+    row = evidence.Row(
+        what=f"README's commands that pass on bare {DEBIAN[release]}, {user}",
+        value=passed,
+        unit="commands",
+        relation=">=",
+        goal=2,
+        must=2,
+        n=2,
+        command=f"python3 scripts/bare_systems.py {release}:{user}",
+    )
+    print(f"  {passed} of 2 commands pass: {evidence.write('ground', [row])}", flush=True)
+    return passed == 2
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,162 @@
+"""Whether two versions of gaitval walk the stored baselines alike: every number is compared.
+
+    python scripts/same_results.py --before REVISION --topic ground
+    python scripts/same_results.py --python /path/to/python3.13 --topic ground
+
+Walks the policy of each stored baseline again and validates it, as `gaitval check` does: with the
+code of a git revision and with that of this checkout, or with another Python and with this one.
+All numbers of the two results that have the same place are compared. Two revisions must agree in
+every number, two Pythons (whose dartpy may differ too) within the margins of `gaitval check`.
+"""
+
+import argparse
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import evidence
+
+from gaitval.metrics.regression import compare
+
+ROOT = Path(__file__).resolve().parent.parent
+WALK = """
+import json, sys
+from pathlib import Path
+from unittest.mock import MagicMock
+try:
+    from gaitval.study.baseline import walk_again
+except ModuleNotFoundError:  # before the package had its present layout
+    from gaitval.pipeline import walk_again
+Path(sys.argv[2]).write_text(json.dumps(walk_again(Path(sys.argv[1]), MagicMock())))
+"""
+
+
+def main() -> None:
+    """Compare, print and write the row; exit 1 where the versions differ by more than allowed."""
+    arguments = _arguments()
+    with tempfile.TemporaryDirectory() as temporary:
+        code = ROOT
+        if arguments.before:
+            code = Path(temporary) / "before"
+            _git("worktree", "add", "--detach", str(code), arguments.before)
+        try:
+            row = _compare(arguments, code, Path(temporary))
+        finally:
+            if arguments.before:
+                _git("worktree", "remove", "--force", str(code))
+    print(evidence.write(arguments.topic, [row]))
+    sys.exit(1 if row.value > row.must else 0)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--before", metavar="REVISION", help="compare with this git revision")
+    parser.add_argument("--python", metavar="FILE", help="compare with this Python")
+    parser.add_argument("--topic", required=True, help="file of reports/evidence for the row")
+    parser.add_argument("--subjects", type=int, nargs="+", default=range(1, 11), metavar="N")
+    found = parser.parse_args()
+    if bool(found.before) == bool(found.python):
+        parser.error("give --before or --python")
+    return found
+
+
+def _git(*words: str) -> None:
+    subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True)
+
+
+def _walk(python: str, code: Path, baseline: Path, out: Path) -> Any:
+    subprocess.run(
+        [python, "-c", WALK, str(baseline), str(out)],
+        env={**os.environ, "PYTHONPATH": str(code)},
+        check=True,
+    )
+    return json.loads(out.read_text())
+
+
+def _numbers(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Every number of a document with its place; rows of measures and verdicts by their names."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _numbers(item, f"{place}/{key}")
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            names = isinstance(item, dict) and [
+                str(item[key]) for key in ("id", "measure", "target", "name") if key in item
+            ]
+            yield from _numbers(item, f"{place}/{' '.join(names) if names else index}")
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield place, float(value)
+
+
+def _compare(arguments: argparse.Namespace, code: Path, temporary: Path) -> evidence.Row:
+    places = differ = 0
+    moved = (0, 0)
+    worst: dict[str, float] = {}
+    for subject in arguments.subjects:
+        baseline = ROOT / f"reports/S{subject:02d}/baseline"
+        one = _walk(
+            arguments.python or sys.executable,
+            code,
+            code / baseline.relative_to(ROOT),
+            temporary / "one.json",
+        )
+        two = _walk(sys.executable, ROOT, baseline, temporary / "two.json")
+        before, now = dict(_numbers(one)), dict(_numbers(two))
+        common = [place for place in before if place in now]
+        unequal = [place for place in common if before[place] != now[place]]
+        for place in unequal:
+            if place.startswith("/measures/") and place.endswith("/value"):
+                name = place.split("/")[2]
+                worst[name] = max(worst.get(name, 0.0), abs(before[place] - now[place]))
+        rows = compare(two, one) if arguments.python else []
+        moved = (moved[0] + len(rows), moved[1] + sum(row.change != "kept" for row in rows))
+        places += len(common)
+        differ += len(unequal)
+        print(
+            f"S{subject:02d}: {len(common)} numbers in both, {len(unequal)} differ; only before: "
+            f"{_folders(before, now)}; only now: {_folders(now, before)}",
+            flush=True,
+        )
+    for name, difference in sorted(worst.items()):
+        print(f"  {name}: differs by up to {difference:.4g}")
+    if arguments.before:
+        what = "numbers of the stored baselines' walks that differ from those before"
+    else:
+        what = (
+            f"measures of the stored baselines beyond their margins, {_version(arguments.python)}"
+        )
+        places, differ = moved
+    return evidence.Row(
+        what=what,
+        value=differ,
+        unit="numbers",
+        relation="<=",
+        goal=0,
+        must=0,
+        n=places,
+        command=f"python {shlex.join(['scripts/same_results.py', *sys.argv[1:]])}",
+    )
+
+
+def _version(python: str) -> str:
+    code = "import platform, dartpy; print(platform.python_version(), dartpy.__version__)"
+    found = subprocess.run([python, "-c", code], check=True, capture_output=True, text=True)
+    ours = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    one, two = (each.stdout.split() for each in (ours, found))
+    return f"Python {two[0]}, dartpy {two[1]} against {one[0]}, {one[1]}"
+
+
+def _folders(some: dict[str, float], others: dict[str, float]) -> str:
+    """Where the numbers lie that the others do not have, at most two levels deep."""
+    missing = {"/".join(place.split("/")[:3]) for place in some if place not in others}
+    return ", ".join(sorted(missing)) or "none"
+
+
+if __name__ == "__main__":
+    main()
