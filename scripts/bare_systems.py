@@ -25,6 +25,8 @@ import evidence
 ROOT = Path(__file__).resolve().parent.parent
 DEBIAN = {"bookworm": "Debian 12", "trixie": "Debian 13", "forky": "Debian 14 (testing)"}
 PLACE = "/home/tester/gaitval"
+CERTIFICATES = "/etc/pip-certificates.pem"
+"""This machine's PIP_CERT in the system, where no package of Debian's replaces it."""
 
 
 def main() -> None:
@@ -81,10 +83,17 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
     subprocess.run(["cp", "-a", str(_bare(release, arguments)), str(system)], check=True)
     for name in ("/etc/resolv.conf", "/etc/hosts"):
         shutil.copy(name, system / name[1:])
-    for path in _of_pip():
-        target = system / str(path)[1:]
+    for name in ("/etc/pip.conf", *_pip_variables().values()):
+        source, target = Path(name), system / name.removeprefix("/")
+        if not source.is_absolute() or not source.exists():
+            continue
         target.parent.mkdir(parents=True, exist_ok=True)
-        (shutil.copytree if path.is_dir() else shutil.copy)(path, target)
+        if source.is_dir():
+            shutil.copytree(source, target)
+        else:
+            shutil.copy(source, target)
+    if CERTIFICATES in _environment(user).values():
+        shutil.copy(os.environ["PIP_CERT"], system / CERTIFICATES[1:])
     place = system / PLACE[1:]
     place.mkdir(parents=True)
     archive = subprocess.run(
@@ -100,20 +109,16 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
     return system
 
 
-def _of_pip() -> list[Path]:
-    """pip's configuration for all users, and the files that its PIP_* variables name."""
-    named = [Path(value) for value in _pip_variables().values() if value.startswith("/")]
-    return [path for path in [Path("/etc/pip.conf"), *named] if path.exists()]
-
-
 def _pip_variables() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.startswith("PIP_")}
 
 
 def _environment(user: str) -> dict[str, str]:
     home = "/root" if user == "root" else "/home/tester"
+    certificates = {"PIP_CERT": CERTIFICATES} if "PIP_CERT" in os.environ else {}
     return {
         **_pip_variables(),
+        **certificates,
         "PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
         "HOME": home,
         "LANG": "C.UTF-8",

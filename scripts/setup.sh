@@ -53,7 +53,7 @@ python_from_uv() {
 # The line that installs what is missing; its arguments are Debian's names of the packages.
 line_for_this_system() {
     if command -v apt-get >/dev/null; then
-        echo "sudo apt-get update && sudo apt-get install --yes $*"
+        echo "sudo apt-get update && sudo apt-get install --yes --no-install-recommends $*"
     elif command -v dnf >/dev/null; then
         echo "sudo dnf install python3.13 mesa-libGL pango"
     elif command -v pacman >/dev/null; then
