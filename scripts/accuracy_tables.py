@@ -244,7 +244,6 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, Callable[[Stored], str]], ...]], ...] 
             ("speed, %", lambda stored: _cell(stored, "speed_error", "walk")),
             ("cycles, fewest of all starts", lambda s: _worst(s, "consecutive_cycles")),
             ("falls", lambda stored: _cell(stored, "falls", "walk")),
-            ("force on the pelvis, N", lambda stored: _cell(stored, "root_force", "walk")),
         ),
     ),
 )
