@@ -347,7 +347,9 @@ def test_nothing_but_gravity_and_ground_acts_on_a_walk(task, peer, monkeypatch, 
     largest = np.zeros(2)
     for t in range(1, recording.rows):
         q, qd, after = recording.positions[t - 1], *recording.velocities[t - 1 : t + 1]
-        changed_by = inverse_dynamics(peer, q, qd, after, task.configuration.environment.physics_step)
+        changed_by = inverse_dynamics(
+            peer, q, qd, after, task.configuration.environment.physics_step
+        )
         force, moment = recording.feet[t, :, :3].sum(axis=0), recording.feet[t, :, 3:].sum(axis=0)
         about_pelvis = moment - np.cross(q[3:6], force)
         external = changed_by[ROOT_ROWS] - [*about_pelvis, *force]
