@@ -728,6 +728,7 @@ def _metrics(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def validate_stage(run: Run) -> Stage:
     """Walks and pushes against the record and the tolerances → metrics.json."""
+    from gaitval.metrics.validation import SCHEMA_VERSION
 
     def validate() -> None:
         pushes = read_json(run.folder / "push.json")["recovery"]
@@ -746,7 +747,11 @@ def validate_stage(run: Run) -> Stage:
             "push.json",
         ),
         outputs=("metrics.json",),
-        values=run.sections("seed", "contact", "validation"),
+        values={
+            **run.sections("seed", "contact", "validation"),
+            # metrics of an earlier version are not read, so they are written again
+            "schema_version": SCHEMA_VERSION,
+        },
     )
 
 

@@ -108,6 +108,8 @@ def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> No
         np.testing.assert_allclose(forces.force[middle, column, 2], WEIGHT, rtol=0.1)
         assert forces.valid[middle, column].all()
         later = (times(forces) > first + STRIDE + 0.1) & (times(forces) < first + 1.5 * STRIDE)
+        assert middle.any()
+        assert later.any()
         assert (forces.force[later, column] == 0.0).all()
         assert not forces.valid[later, column].any()
     assert {finding.kind for finding in findings} == {"contact"}
@@ -135,13 +137,16 @@ def test_both_feet_on_one_plate_are_not_used_and_said() -> None:
     both = (vertical_force("right", times(forces)) > 100.0) & (
         vertical_force("left", times(forces)) > 100.0
     )
+    assert both.any()
     assert not forces.valid[both].any()
+    assert findings
     assert all("both feet on this plate" in finding.action for finding in findings)
     # in single support the plate shows one foot, and which one
     alone = (vertical_force("right", times(forces)) == WEIGHT) & (
         vertical_force("left", times(forces)) == 0.0
     )
     middle = alone & np.roll(alone, 50) & np.roll(alone, -50)
+    assert middle.any()
     assert forces.valid[middle].all()
     np.testing.assert_allclose(forces.force[middle, 0, 2], WEIGHT, rtol=0.05)
 

@@ -116,7 +116,7 @@ def test_the_table_is_what_single_walks_show(tried):
     assert recovery.survived.shape == (2, 3)
     assert heard[-1] == {"pushes": 8, "total": 8}
     environment = WalkingEnvironment(small, engine="dart")
-    stride = small.reference.stride_time
+    stride, walked = small.reference.stride_time, set()
     for i, phase in enumerate(recovery.phases):
         for j, direction in enumerate(recovery.directions):
             largest = recovery.largest[i, j]
@@ -131,6 +131,8 @@ def test_the_table_is_what_single_walks_show(tried):
                         push=(phase, force, direction),
                     )
                     assert score.fell == (force > largest)
+                    walked.add(score.fell)
+    assert walked == {False, True}
     assert len(np.unique(recovery.largest)) > 1
 
 

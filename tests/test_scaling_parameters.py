@@ -148,8 +148,3 @@ def test_the_given_model_is_left_alone(model):
 def test_bad_mu_is_refused(model, bad, message):
     with pytest.raises(ModelError, match=message):
         apply_parameters(model, bad)
-
-
-def test_applying_mu_is_fast(benchmark, model):
-    """It runs at every start of an episode; 0.05 ms were measured."""
-    benchmark(apply_parameters, model, mu(thigh_length=1.01, hip_y=0.004))

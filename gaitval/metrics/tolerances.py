@@ -22,15 +22,11 @@ WALK_UNITS = {
     "consecutive_cycles": "cycles",
     "falls": "walks",
     "push_survival": "%",
-    "root_force": "N",
-    "root_moment": "Nm",
-    "root_force_share": "%",
 }
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle; the errors of speed and stride time are sizes of relative differences from the record, those
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
-`push_survival` is the share of directions in which a push is survived; `root_force_share` is the
-largest external force on the pelvis over the largest ground reaction."""
+`push_survival` is the share of directions in which a push is survived."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
+from gaitval.errors import ArtefactError
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
@@ -37,8 +38,6 @@ class Endurance:
     cycles : by side, complete gait cycles in a row after the settling ones.
     scuffs : by side, contacts too short for a stance.
     walking_speed : m/s over whole right cycles; None without any.
-    external_force, external_moment : N, Nm, largest on the pelvis; of walks without pushes zero.
-    largest_ground_reaction : N, on one foot.
     """
 
     start_phase: float
@@ -47,9 +46,6 @@ class Endurance:
     cycles: Mapping[str, int]
     scuffs: Mapping[str, int]
     walking_speed: float | None
-    external_force: float
-    external_moment: float
-    largest_ground_reaction: float
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, to be written as JSON."""
@@ -77,9 +73,20 @@ class Walks:
 
 
 def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
-    """How far a walk went."""
+    """How far a walk without pushes went.
+
+    Raises
+    ------
+    ArtefactError : the walk was pushed.
+    """
+    if rollout.root_force.any():
+        row = int(rollout.root_force.any(axis=1).argmax())
+        raise ArtefactError(
+            f"the walk from phase {rollout.start_phase[0]:g} is pushed at the pelvis at "
+            f"{rollout.time[row]:g} s, but a walk that is held against the record must be held up "
+            "by its feet alone. Give a walk without pushes."
+        )
     cycles = find_cycles(rollout, configuration)
-    load, ground = rollout.root_force, rollout.ground_reaction.reshape(-1, 3)
     return Endurance(
         start_phase=float(rollout.start_phase[0]),
         fell=bool(rollout.fell[0]),
@@ -87,9 +94,6 @@ def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
         cycles={side: cycles.count(side) for side in SIDES},
         scuffs={side: cycles.events[side].scuffs for side in SIDES},
         walking_speed=walking_speed(rollout, cycles),
-        external_force=float(np.linalg.norm(load[:, 3:], axis=1).max()),
-        external_moment=float(np.linalg.norm(load[:, :3], axis=1).max()),
-        largest_ground_reaction=float(np.linalg.norm(ground, axis=1).max()),
     )
 
 
