@@ -54,6 +54,7 @@ speed: setup ## Write the tables of docs/speed.md (3 min on a machine that does 
 	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
 	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json
 	@$(BIN)/python scripts/speed_tables.py profile
+	@$(BIN)/python scripts/speed_tables.py trainings
 	@$(BIN)/python scripts/speed_tables.py steps
 	@$(BIN)/python scripts/speed_tables.py steered
 

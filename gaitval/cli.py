@@ -116,7 +116,7 @@ ConfigOption = Annotated[
         "--config",
         "-c",
         help="TOML file with some of the settings; the others keep their values. `paper`: the "
-        "paper's own state and reward.",
+        "paper's own state and reward, to compare with (docs/learning.md: which limits it fails).",
         show_default=False,
     ),
 ]
@@ -683,7 +683,7 @@ def train(
     """Train a walking policy (PPO): rounds/1/policy.
 
     The longest stage. Interrupt it when you like: the same command resumes. It starts from
-    the stored policy of the same body where there is one, else from nothing.
+    the stored policy of the same body where there is one, else from the general policy.
     """
     _stage(
         "train",
@@ -803,7 +803,7 @@ def report(
 
 @_command(
     "gaitval subject 5               # from the stored policy: minutes",
-    "gaitval subject 5 --scratch     # from nothing: within the hour",
+    "gaitval subject 5 --scratch     # from nothing: twice as long",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",

@@ -425,7 +425,8 @@ START_KINDS = {
 }
 """What a run may start from, as in `times.json`."""
 MINUTES = {"scratch": (30.0, 45.0), "general": (5.0, 8.0), "warm": (5.0, 8.0)}
-"""Goal and limit of the wall time on two processors, min (issue 4)."""
+"""Goal and limit of the wall time on two processors, min; convention: short enough to
+wait for."""
 
 
 def time_table(baselines: Sequence[Stored]) -> str:

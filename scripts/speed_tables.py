@@ -1,13 +1,15 @@
 """Write the tables of docs/speed.md: `make speed`, on a machine that does nothing else.
 
-    python scripts/speed_tables.py steps                  # the same on every machine
+    python scripts/speed_tables.py steps                  # no times: whatever the machine does
     python scripts/speed_tables.py steered                # likewise
+    python scripts/speed_tables.py trainings              # likewise, of the stored wall times
     python scripts/speed_tables.py profile                # times of this machine
     python scripts/speed_tables.py ratios benchmark.json  # of one run of pytest-benchmark
 
 `steps`: the same open-loop walk with different physics steps against the smallest one. `steered`:
 likewise walks of the stored policies, which were trained with the default step. `profile`:
-where the time of a training goes. `ratios`: the engines of benchmarks/test_physics_step.py.
+where the time of a training goes. `trainings`: whole trainings, as the runs of the baselines took
+them. `ratios`: the engines of benchmarks/test_physics_step.py.
 """
 
 import argparse
@@ -306,9 +308,9 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
     rows = action_rows(task, Policy(learner.actor(), {}))
     alone = sum(seconds for _, seconds in rows)
     lines = [
-        f"{samples / (walked + learned):,.0f} samples/s with {training.workers} workers: "
-        f"{1e3 * walked:.0f} ms of walking and {1e3 * learned:.0f} ms of learning for "
-        f"{samples:,} samples.",
+        f"{samples / (walked + learned):,.0f} samples/s with {training.workers} workers, median of "
+        f"{rollouts - 1} rollouts and their updates: {1e3 * walked:.0f} ms of walking and "
+        f"{1e3 * learned:.0f} ms of learning for {samples:,} samples.",
         "",
         "| part of an action of one environment, one core | µs | share of the training, % |",
         "|---|---|---|",
@@ -320,6 +322,33 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
         f"| learning (update, advantages), per sample | {1e6 * learned / samples:.1f} | "
         f"{100 * learned / (walked + learned):.0f} |"
     )
+    return lines
+
+
+# ---- Whole trainings. ----
+
+
+def trainings_table(reports: Path = REPORTS) -> list[str]:
+    """Of the runs that the baselines came of."""
+    training = Configuration().training
+    kinds = {
+        "scratch": ("nothing", training.samples),
+        "general": ("the general policy", training.transfer_samples),
+        "warm": ("the person's own policy", training.refinement_samples),
+    }
+    stored = [read_json(path) for path in sorted(reports.glob("S*/baseline/times.json"))]
+    lines = ["| starts from | samples | runs | s | samples/s |", "|---|---|---|---|---|"]
+    for kind, (title, samples) in kinds.items():
+        runs = [times[kind] for times in stored if kind in times]
+        seconds = sorted(run["stages"]["train-1"] for run in runs)
+        ends = [seconds[0], seconds[-1]] if len(seconds) > 1 else seconds
+        lines.append(
+            f"| {title} | {samples:,} | {len(runs)} | "
+            + "-".join(f"{end:.0f}" for end in ends)
+            + " | "
+            + "-".join(f"{samples / end:,.0f}" for end in reversed(ends))
+            + " |"
+        )
     return lines
 
 
@@ -354,6 +383,7 @@ def main() -> None:
     tables.add_parser("steps")
     tables.add_parser("steered")
     tables.add_parser("profile")
+    tables.add_parser("trainings")
     tables.add_parser("ratios").add_argument("benchmark", type=Path)
     arguments = parser.parse_args()
     if arguments.table == "steps":
@@ -362,6 +392,8 @@ def main() -> None:
         lines = steered_table()
     elif arguments.table == "profile":
         lines = profile_table(walking_task())
+    elif arguments.table == "trainings":
+        lines = trainings_table()
     else:
         lines = ratios_table(json.loads(arguments.benchmark.read_text(encoding="utf-8")))
     table = "\n".join(lines)

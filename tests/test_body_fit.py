@@ -421,7 +421,7 @@ def fit_of(person):
 
 
 def test_the_markers_of_wbds01_fit_within_the_published_limits(gait_data):
-    """FACTS and OpenSim's checklist: RMS below 2 cm, largest below 4 cm; a third party's OpenSim
+    """OpenSim's checklist: RMS below 2 cm, largest below 4 cm; a third party's OpenSim
     result on this trial has 1.5 cm and 2.8 cm."""
     raw = gait_data / "wbds" / "raw"
     person = trials(raw / "WBDS01static1.c3d", raw / "WBDS01walkT01.c3d", mass=74.3, height=1.725)

@@ -227,7 +227,7 @@ def test_force_and_markers_agree_within_20_ms_on_average_on_wbds01(t01: Recordin
         for kind in KINDS:
             apart = differences(of(from_markers, side, kind), of(from_force, side, kind))
             assert len(apart) >= 16
-            assert abs(apart.mean()) < 20.0  # the issue's
+            assert abs(apart.mean()) < 20.0  # ms, three frames of the cameras
             assert apart.std() < 10.0
             assert np.abs(apart).max() < 35.0
 

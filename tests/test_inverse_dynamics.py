@@ -249,7 +249,7 @@ def test_a_mirrored_walk_has_mirrored_moments(walk):
 
 
 def test_moments_of_a_known_walk_come_back(walk):
-    """Issue 3: at most 0.1 % of the peak without noise, from angles alone, in every frame."""
+    """At most 0.1 % of the peak without noise, from angles alone, in every frame."""
     result = inverse_dynamics(walk.model, walk.time, walk.positions, *walk.wrenches)
     error = np.abs(result.moments - walk.moments) / np.abs(walk.moments).max(axis=0)
     legs = [i for i, name in enumerate(ACTUATED) if name.split("_")[0] in ("hip", "knee", "ankle")]
@@ -377,7 +377,7 @@ UNSEEN = [name for name in ACTUATED if name.split("_")[0] in ("mtp", "lumbar", "
 
 @pytest.mark.parametrize(("noise", "share"), [(0.0, 0.001), (0.003, 0.05)])
 def test_moments_come_back_from_markers(walk, noise, share):
-    """Issue 3: markers to angles to moments, at most 0.1 % of the peak without noise; at most 5 %
+    """Markers to angles to moments, at most 0.1 % of the peak without noise; at most 5 %
     RMS with 3 mm of it, filtered as a recording is, in its default."""
     model, processing = walk.model, Processing()
     markers = [

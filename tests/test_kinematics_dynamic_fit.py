@@ -148,7 +148,7 @@ def departures(model, record, reference):
 
 
 def test_it_stays_within_the_aims_of_the_project(fitted):
-    """The limits that the walks must keep (issue 4), and so must what they imitate."""
+    """Goals and limits of the walks bound what they imitate."""
     limits = {"angle": 3.0, "moment": 0.20}
     forces = {"forward": 2.5, "sideways": 2.0, "vertical": 8.0}
     for (kind, name), value in departures(*fitted).items():

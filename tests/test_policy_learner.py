@@ -244,6 +244,11 @@ def test_the_faster_device_is_taken(monkeypatch, wanted, there, seconds, expecte
     assert choose_device(configuration(device=wanted)) == expected
 
 
+def test_by_default_a_seed_means_the_same_policy_with_cuda_and_without(monkeypatch):
+    with_cuda(monkeypatch, True, {"cpu": 0.2, "cuda": 0.1})
+    assert choose_device(Configuration()) == "cpu"
+
+
 def test_a_device_that_is_not_there(monkeypatch):
     with_cuda(monkeypatch, False, {})
     with pytest.raises(ConfigurationError, match=r"training\.device: cuda is asked for, but"):

@@ -433,7 +433,7 @@ def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
     with pytest.raises(Stopped):
         train(tiny, tmp_path, samples=4 * UPDATE, on_progress=stop)
     policy = train(tiny, tmp_path, samples=4 * UPDATE)
-    assert asked == ["auto"]
+    assert asked == ["cpu"]
     assert policy.about["device"] == "cpu"
 
 

@@ -340,6 +340,22 @@ def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
         assert re.search(f"Not shown: [^.]*{what}", text)
 
 
+def test_walks_that_fell_before_their_push_are_not_drawn():
+    cycles = np.linspace(-1.0, 2.0, 31)
+    walked = {
+        "phase": 0.0,
+        "direction": 0.0,
+        "fell": True,
+        "cycles": cycles.tolist(),
+        "velocity": np.ones((31, 3)).tolist(),
+    }
+    fallen = walked | {"phase": 0.5, "cycles": [], "velocity": []}
+    drawn = figures.push_velocity([walked, fallen])
+    assert "at 0 % of the right cycle" in drawn
+    assert "at 50 %" not in drawn
+    assert "at 50 %" not in figures.push_velocity([fallen])
+
+
 def test_there_is_no_report_without_metrics(run_folder, tmp_path):
     (tmp_path / "subject.toml").write_bytes((run_folder / "subject.toml").read_bytes())
     with pytest.raises(ArtefactError, match=r"metrics\.json: no such file"):

@@ -272,7 +272,7 @@ class Subject(_Part):
     tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = {}
     """Lengths by tape measure, m (`TAPE`), for scaling without markers; stature for the others."""
     measurements: dict[str, Number | Position | dict[str, str]] = {}
-    """Lengths of the body as `scaling.joint_centres.Measurements.to_dict` gives them, m; they count
+    """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they count
     more than the markers. Empty where scaling finds them from the markers."""
 
     @model_validator(mode="after")

@@ -2,12 +2,13 @@
 
 A motion with exactly the recorded angles needs other forces and moments than the recorded ones:
 the model is not the body, the mean recorded vertical force is not one body weight, and a force
-plate that stands two centimetres off changes the moments of its leg by 0.2 Nm/kg. No policy can
-meet a record that contradicts itself. This fit finds the best compromise beforehand: among the
-periodic motions without a residual force on the pelvis, whose feet neither slide nor sink, the
-one whose departures from the recorded angles, moments and ground reaction, each over the accuracy
-that is asked for (`Accuracy`), have the smallest sum of squares. What is left of them is what no
-policy can do better; the comparison with the record is always with the record as it is.
+plate that stands two centimetres off changes the moments of its leg by 0.2 Nm/kg (those of the
+built-in records seem to stand 3.6 cm apart, docs/decisions.md). No policy can meet a record that
+contradicts itself. This fit finds the best compromise beforehand: among the periodic motions
+without a residual force on the pelvis, whose feet neither slide nor sink, the one whose departures
+from the recorded angles, moments and ground reaction, each over the accuracy that is asked for
+(`Accuracy`), have the smallest sum of squares. What is left of them is what no policy can do
+better; the comparison with the record is always with the record as it is.
 
 Unknown are the first harmonics of all 31 coordinates and, at every instant of stance, each foot's
 ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it. What an

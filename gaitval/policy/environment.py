@@ -1,7 +1,7 @@
 """The walking task as a Gymnasium environment.
 
 State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions
-of docs/architecture.md: bounded reward kernels, an `extended` observation beside the paper's 71
+of docs/decisions.md: bounded reward kernels, an `extended` observation beside the paper's 71
 numbers, early termination on the pelvis's height, rotation and drift.
 """
 

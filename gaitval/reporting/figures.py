@@ -87,6 +87,8 @@ def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) ->
     chosen = {label: line for line, label in zip(lines, labels, strict=True)}
     for handle in handles or ():
         chosen[str(handle.get_label())] = handle
+    if not chosen:
+        return
     figure.legend(
         chosen.values(), chosen.keys(), loc="outside upper center", ncols=len(chosen), fontsize=8.5
     )
@@ -421,7 +423,7 @@ def push_velocity(traces: Sequence[Json]) -> str:
 
     Parameters
     ----------
-    traces : `push_recovery.Trace.as_dict` of each push.
+    traces : `push_recovery.Trace.as_dict` of each push; walks that fell before it are left out.
     """
     shown = (
         (0.0, 0, "Pushed ahead: change of the forward velocity, m/s"),
@@ -436,11 +438,11 @@ def push_velocity(traces: Sequence[Json]) -> str:
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             for trace in traces:
-                if trace["direction"] != direction:
-                    continue
                 cycles = np.array(trace["cycles"])
-                velocity = np.array(trace["velocity"])[:, component]
                 before = cycles < 0.0
+                if trace["direction"] != direction or not before.any():  # fell before the push
+                    continue
+                velocity = np.array(trace["velocity"])[:, component]
                 unpushed = np.interp(
                     np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
                 )

@@ -13,7 +13,7 @@ below 0.25 ms. The forces are therefore linearly implicit in the velocity: with 
 κ = ∂f/∂v of a foot's contact and the mass m that it moves, the velocity at the end of the step is
 v + (h/m) (f - f'), where f' is the force of the step before, whose effect is in v. Hence
 f = (f(v) + a f') / (1 + a) with a = h κ / m. A constant force is left as it is, and the law is met
-exactly as h goes to 0 (docs/architecture.md has the measured convergence).
+exactly as h goes to 0 (measured in docs/decisions.md and docs/speed.md).
 """
 
 from typing import NamedTuple

@@ -125,7 +125,7 @@ class Body(NamedTuple):
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as `contact.contact_forces`.
+    lag : (2,) as `simulation.contact.contact_forces`.
     physics_step : s.
     phase_step : share of a gait cycle in a physics step.
     """
@@ -332,7 +332,7 @@ def _advance(
     state : (2, 31) in and out.
     pace : rate of the phase over that of the reference.
     offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
-    memory : (K, 3) in and out, as `contact.contact_forces`.
+    memory : (K, 3) in and out, as `simulation.contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
     slope = (next_offset - offset) / account.phase.shape[0]
@@ -411,7 +411,7 @@ class Walker:
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
     tree, law, lag : the body and its contact with the parameters `mu` (14,), see
-        `contact.contact_forces`.
+        `simulation.contact.contact_forces`.
     state : (2, 31) positions and velocities after the last physics step.
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.

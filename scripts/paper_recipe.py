@@ -1,0 +1,130 @@
+"""Write docs/learning.md's section on what the paper's own recipe does (`--config paper`).
+
+    gaitval subject 5 --config paper --scratch --out /tmp/paper
+    python scripts/paper_recipe.py /tmp/paper     # keeps the figures in reports/paper_recipe.json
+    python scripts/paper_recipe.py                # the page from the figures that are kept
+    python scripts/paper_recipe.py --check        # fails where the page has not what is kept
+
+A failed limit is shown as failed: the recipe is here to be compared with, not to be used.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from marked_table import with_table
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.configuration import load_configuration
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "reports" / "paper_recipe.json"
+PAGE = ROOT / "docs" / "learning.md"
+ROW = ("id", "title", "target", "limit", "tolerance", "unit", "value", "passed")
+"""What is kept of a verdict."""
+
+
+def figures(folder: Path) -> dict[str, Any]:
+    """What a finished run with `--config paper` came to."""
+    metrics, provenance = read_json(folder / "metrics.json"), read_json(folder / "provenance.json")
+    policy = read_json(folder / "policy" / "policy.json")
+    wanted = load_configuration(Path("paper")).model_dump(mode="json")
+    made = policy["configuration"]
+    differ = [
+        f"{section}.{key}"
+        for section in ("contact", "servo", "environment", "reward", "randomisation", "training")
+        for key, value in wanted[section].items()
+        if key not in ("device", "workers") and made[section].get(key) != value
+    ]
+    if differ:
+        sys.exit(f"{folder}: not of --config paper, these differ: {', '.join(differ)}.")
+    identification = metrics["identification"]
+    trained = [
+        read_json(folder / f"rounds/{row['round']}/policy/policy.json")["samples"]
+        for row in identification["rounds"]
+    ]
+    return {
+        "subject": metrics["subject"]["identifier"],
+        "seed": policy["seed"],
+        "device": policy["device"],
+        "samples": trained[: identification["chosen_round"]],
+        "rounds": len(trained),
+        "chosen_round": identification["chosen_round"],
+        "date": provenance["stages"]["validate"]["finished"][:10],
+        "versions": provenance["versions"],
+        "starts": [
+            {key: start[key] for key in ("start_phase", "fell", "seconds", "cycles")}
+            for start in metrics["walks"]["identified"]["starts"]
+        ],
+        "verdicts": [
+            {key: row[key] for key in ROW}
+            for row in metrics["tolerances"]
+            if row["role"] == "acceptance"
+        ],
+    }
+
+
+def worst(rows: list[dict[str, Any]]) -> str:
+    """Of the values of one limit; a value that could not be measured is worse than any."""
+    missing = [row["target"] for row in rows if row["value"] is None]
+    if missing:
+        return "not measured: " + ("all" if len(missing) == len(rows) else ", ".join(missing))
+    highest = rows[0]["limit"] != "at_least"
+    row = (max if highest else min)(rows, key=lambda row: row["value"])
+    return f"{row['value']:.3g}" + (f" ({row['target']})" if len(rows) > 1 else "")
+
+
+def page(found: dict[str, Any]) -> str:
+    """Sentence and tables."""
+    fell = sum(start["fell"] for start in found["starts"])
+    failed = sum(not row["passed"] for row in found["verdicts"])
+    versions = ", ".join(
+        f"{name} {found['versions'][name]}" for name in ("gaitval", "python", "torch", "dartpy")
+    )
+    samples = " + ".join(f"{count:,}" for count in found["samples"])
+    lines = [
+        f"`gaitval subject {found['subject'].removeprefix('S').lstrip('0')} --config paper "
+        f"--scratch`, {samples} samples to the end of the budget (round {found['chosen_round']} of "
+        f"{found['rounds']}), one seed ({found['seed']}), {found['date']}, {versions}. "
+        f"**{fell} of {len(found['starts'])} walks fall; {failed} of {len(found['verdicts'])} "
+        "limits are failed.**",
+        "",
+        "| started at, % of the right cycle | gait cycles after the settling ones, right / left "
+        "| seconds | |",
+        "|---|---|---|---|",
+    ]
+    for start in found["starts"]:
+        cycles = start["cycles"]
+        lines.append(
+            f"| {100 * start['start_phase']:g} | {cycles['right']} / {cycles['left']} | "
+            f"{start['seconds']:.1f} | {'falls' if start['fell'] else 'walks to the end'} |"
+        )
+    lines += ["", "| limit | at | within it | worst value |", "|---|---|---|---|"]
+    limits: dict[str, list[dict[str, Any]]] = {}
+    for row in found["verdicts"]:
+        limits.setdefault(row["id"], []).append(row)
+    for rows in limits.values():
+        first, passed = rows[0], sum(row["passed"] for row in rows)
+        sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[first["limit"]]
+        share = f"{passed} of {len(rows)}"
+        lines.append(
+            f"| {first['title']} | {sign} {first['tolerance']:g} {first['unit']} | "
+            f"{share if passed == len(rows) else f'**{share}**'} | {worst(rows)} |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Keep the figures of a run, if one is given, and write the page."""
+    given = sys.argv[1] if len(sys.argv) > 1 else None
+    if given not in (None, "--check"):
+        write_json(RESULTS, figures(Path(given)))
+    before = PAGE.read_text(encoding="utf-8")
+    after = with_table(before, "paper", page(read_json(RESULTS)))
+    if given == "--check" and after != before:
+        sys.exit(f"{PAGE}: not what {RESULTS} says; run scripts/paper_recipe.py.")
+    PAGE.write_text(after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
