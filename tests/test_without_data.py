@@ -15,7 +15,7 @@ def run_of(data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     would run it."""
     names = ("test_same_person.py", "test_compiled.py")
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--color=no", *arguments]
         + [str(TESTS / name) for name in names],
         env={**os.environ, "GAITVAL_DATA": str(data), "CI": "true"},
         capture_output=True,
