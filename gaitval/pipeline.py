@@ -10,7 +10,6 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 `policy/` and `identification.json`, where the later stages read it.
 """
 
-import fcntl
 import os
 import shutil
 import tempfile
@@ -23,6 +22,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+import filelock
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
@@ -245,14 +245,7 @@ def open_run(
         raise ArtefactError(
             f"{error.filename}: may not be written to. Give another folder with --out."
         ) from None
-    with (folder / ".lock").open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ArtefactError(
-                f"{folder}: another gaitval works in this folder. Wait for it to end, or give "
-                "this run a folder of its own with --out."
-            ) from None
+    with _held(folder):
         write_text(folder / "subject.toml", subject.to_toml())
         write_text(
             folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
@@ -270,6 +263,32 @@ def open_run(
             },
         )
         yield Run(folder, subject, configuration, observer)
+
+
+@contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """The folder held by this process alone, until the block or the process ends."""
+    # The process is named in a file of its own: Windows lets nobody read a file that is locked.
+    lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
+    try:
+        lock.acquire(blocking=False)
+    except filelock.Timeout:
+        process = f" (process {holder.read_text()})" if holder.exists() else ""
+        raise ArtefactError(
+            f"{folder}: another gaitval{process} works in this folder. Wait for it to end, or "
+            "give this run a folder of its own with --out."
+        ) from None
+    except OSError as error:
+        raise ArtefactError(
+            f"{folder / '.lock'}: cannot be locked ({error.strerror}); it must be a plain file "
+            "that you may write to. Delete it, or give another folder with --out."
+        ) from None
+    try:
+        write_text(holder, str(os.getpid()))
+        yield
+    finally:
+        holder.unlink(missing_ok=True)
+        lock.release()
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:
@@ -981,8 +1000,15 @@ def _times(folder: Path) -> dict[str, Any]:
     return {
         "seconds": round(sum(stages.values()), 1),
         "stages": stages,
-        "processors": len(os.sched_getaffinity(0)),
+        "processors": _processors(),
     }
+
+
+def _processors() -> int:
+    """Processors that this process may use; where that is not told, those of the machine."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:

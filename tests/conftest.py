@@ -1,6 +1,8 @@
-"""Fixtures that every test may use."""
+"""Fixtures that every test may use, and what happens without the raw data."""
 
 import os
+import pickle
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -8,29 +10,72 @@ from simulation_fixtures import DartPeer, task_of_subject
 
 from gaitval.simulation.walker import WalkingTask
 
+NO_DATA = "no raw data at"
+"""How the reason of every skip for want of data begins."""
+
+
+def data_folder() -> Path:
+    """Where the raw data are looked for: `GAITVAL_DATA`, else `../shared/data`."""
+    default = Path(__file__).resolve().parents[2] / "shared" / "data"
+    return Path(os.environ.get("GAITVAL_DATA") or default)
+
+
+def missing_data() -> str | None:
+    """Why tests that read the raw data cannot run; None where they can."""
+    folder = data_folder()
+    if (folder / "wbds").is_dir():
+        return None
+    return f"{NO_DATA} {folder}: set GAITVAL_DATA to the folder that holds wbds/"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    # An option and not a variable: it stands in the line that was run, and no shell keeps it.
+    parser.addoption(
+        "--require-data",
+        action="store_true",
+        help="fail where the raw data are missing, instead of skipping the tests that read them",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    missing = missing_data()
+    if missing and config.getoption("--require-data"):
+        raise pytest.UsageError(f"--require-data: {missing}")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    skipped = [
+        report
+        for report in terminalreporter.getreports("skipped")
+        if isinstance(report.longrepr, tuple) and NO_DATA in report.longrepr[2]
+    ]
+    if skipped:
+        terminalreporter.write_line(
+            f"Skipped for want of data: {len(skipped)} ({NO_DATA} {data_folder()}). "
+            "To run them: GAITVAL_DATA=/folder/that/holds/wbds make test",
+            yellow=True,
+        )
+
 
 @pytest.fixture(scope="session")
 def gait_data() -> Path:
     """Folder of the raw data (`wbds/`, `normative/`, …), which is not part of the project.
 
-    `GAITVAL_DATA` names it; the default is `../shared/data` beside the repository. Without it a
-    test is skipped, except in CI, which must have it.
+    Without it a test is skipped; `--require-data` has ended the session before.
     """
-    repository = Path(__file__).resolve().parents[1]
-    default = repository.parent / "shared" / "data"
-    folder = Path(os.environ.get("GAITVAL_DATA", default))
-    if not folder.is_dir():
-        reason = f"no raw data at {folder}: set GAITVAL_DATA to the folder that holds wbds/"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
-    return folder
+    missing = missing_data()
+    if missing:
+        pytest.skip(missing)
+    return data_folder()
 
 
 @pytest.fixture(scope="session")
-def task() -> WalkingTask:
+def task() -> Iterator[WalkingTask]:
     """The walking task of subject 5 with the default configuration."""
-    return task_of_subject("S05")
+    found = task_of_subject("S05")
+    before = pickle.dumps(found)
+    yield found
+    assert pickle.dumps(found) == before, "a test changed the walking task that all tests share"
 
 
 @pytest.fixture(scope="session")

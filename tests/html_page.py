@@ -1,6 +1,24 @@
 """A page of a report as its tests read it."""
 
+import time
 from html.parser import HTMLParser
+
+import pytest
+
+
+def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every clock goes an hour ahead, and no date is given from outside."""
+    for name in ("time", "time_ns"):
+        ahead = 3600 * (10**9 if name == "time_ns" else 1)
+        now = getattr(time, name)
+        monkeypatch.setattr(time, name, lambda now=now, ahead=ahead: now() + ahead)
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+
+
+def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the PDF out where a test is not about it: it takes seconds."""
+    monkeypatch.setattr("weasyprint.Document.write_pdf", lambda *_, **__: None)
+    monkeypatch.setattr("weasyprint.HTML.write_pdf", lambda *_, **__: None)
 
 
 class Page(HTMLParser):

@@ -37,7 +37,10 @@ COMMANDS = ("subjects", "import", *STAGES, "subject", "baseline", "check")
 def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
     """Messages as text without colours, in one place."""
     text = io.StringIO()
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
     monkeypatch.setattr(cli, "messages", Console(file=text, width=200))
+    # Where GITHUB_ACTIONS is set, typer colours its help for a terminal, though there is none.
+    monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)
     return text  # type: ignore[return-value]
 
 

@@ -10,7 +10,7 @@ PACKAGE = Path(gaitval.__file__).parent
 
 def test_every_file_with_compiled_functions_names_the_cache():
     compiled = {
-        str(path.relative_to(PACKAGE))
+        path.relative_to(PACKAGE).as_posix()
         for path in PACKAGE.rglob("*.py")
         if "\n@njit" in path.read_text(encoding="utf-8")
     }

@@ -186,7 +186,7 @@ def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: boo
 
 
 KILLED = """
-import os, signal, sys
+import os, sys
 from pathlib import Path
 from gaitval.artefacts import replacing
 from gaitval.pipeline import Stage, run_stage
@@ -196,7 +196,7 @@ folder = Path(sys.argv[1])
 def die() -> None:
     with replacing(folder / "double.txt") as temporary:
         temporary.write_text("half of a nu")
-        os.kill(os.getpid(), signal.SIGKILL)
+        os._exit(9)
 
 run_stage(Stage("double", die, ("number.txt",), ("double.txt",)), folder, force=True)
 """
@@ -205,7 +205,7 @@ run_stage(Stage("double", die, ("number.txt",), ("double.txt",)), folder, force=
 def test_kill_while_writing_leaves_the_old_output_and_runs_again(folder: Path) -> None:
     run_stage(doubling(folder), folder)
     ended = subprocess.run([sys.executable, "-c", KILLED, str(folder)], check=False)
-    assert ended.returncode == -signal.SIGKILL
+    assert ended.returncode == 9
     assert (folder / "double.txt").read_text() == "42"
     assert why_run(doubling(folder), folder) == "was interrupted"
     assert run_stage(doubling(folder), folder)
@@ -450,13 +450,96 @@ def test_scratch_trains_again_after_a_start_from_a_stored_policy(
     assert not (run.folder / "start").exists()
 
 
+def hold(folder: Path) -> None:
+    with open_run(load_subject("5"), load_configuration(), folder, Observer()):
+        pass
+
+
 def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
     opened()
-    with (
-        pytest.raises(ArtefactError, match="another gaitval works in this folder"),
-        open_run(load_subject("5"), load_configuration(), tmp_path / "run", Observer()),
-    ):
-        pass
+    taken = rf"another gaitval \(process {os.getpid()}\) works in this folder"
+    with pytest.raises(ArtefactError, match=taken):
+        hold(tmp_path / "run")
+
+
+HOLDING = """
+import sys
+from pathlib import Path
+from gaitval.configuration import load_configuration
+from gaitval.data.subject import load_subject
+from gaitval.pipeline import Observer, open_run
+
+with open_run(load_subject("5"), load_configuration(), Path(sys.argv[1]), Observer()):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_killed_run_leaves_its_folder_free(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDING, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
+        try:
+            assert other.stdout is not None
+            assert other.stdout.readline() == "held\n"
+            with pytest.raises(ArtefactError, match=rf"\(process {other.pid}\) works in this"):
+                hold(tmp_path)
+        finally:
+            other.kill()
+    hold(tmp_path)
+    assert not (tmp_path / ".process").exists()
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "O_NOFOLLOW"), reason="links are followed here: there is no O_NOFOLLOW"
+)
+def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs.txt"
+    theirs.write_text("theirs")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / ".lock").symlink_to(theirs)
+    with pytest.raises(ArtefactError, match=r"\.lock: cannot be locked .* must be a plain file"):
+        hold(tmp_path / "run")
+    assert theirs.read_text() == "theirs"
+
+
+def test_processors_are_counted_where_the_system_tells_less(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """macOS and Windows do not say which processors a process may use."""
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 7)
+    assert pipeline._processors() == 7
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert pipeline._processors() == 1
+
+
+WITHOUT_POSIX = """
+import sys
+
+for name in ("fcntl", "resource", "pwd", "grp", "termios"):
+    sys.modules[name] = None
+import multiprocessing
+import os
+
+del os.sched_getaffinity, os.fork
+assert "spawn" in multiprocessing.get_all_start_methods()
+import gaitval.cli
+
+gaitval.cli.main()
+"""
+
+
+def test_stages_run_without_what_posix_alone_has(tmp_path: Path) -> None:
+    """As on Windows, as far as that can be had here; the lock is then filelock's of files."""
+    folder = tmp_path / "run"
+    command = [sys.executable, "-c", WITHOUT_POSIX, "scale", "5", "--out", str(folder)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "model.urdf").exists()
 
 
 def test_every_stage_reads_only_what_earlier_stages_write(opened: Opener) -> None:

@@ -364,6 +364,9 @@ def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_
     assert_the_same(policy, rows_of(tmp_path), uninterrupted)
 
 
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="finds a process's workers and memory in /proc"
+)
 def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     """kill -9 after the second checkpoint. The killed one's workers and shared memory go too."""
     tiny, folder = changed(task, **INTERRUPTED), tmp_path / "training"

@@ -475,6 +475,27 @@ class TestRefusals:
         monkeypatch.setattr(c3d, "SECONDS", 1.0)
         self.refuse(path, words, "damaged", "Copy it again")
 
+    @pytest.mark.parametrize("without", ["module", "limit"])
+    def test_a_system_without_a_limit_of_memory_reads_the_same(
+        self, tmp_path, monkeypatch, without
+    ):
+        """Windows has no module `resource`; macOS has it and refuses the limit."""
+        write(tmp_path / "t.c3d", plates=[plate_of(2)])
+        usual = read_c3d(tmp_path / "t.c3d")
+        refusing = "def setrlimit(*_): raise ValueError('current limit exceeds maximum limit')"
+        stand_in = {
+            "module": "sys.modules['resource'] = None",
+            "limit": f"import resource\n{refusing}\nresource.setrlimit = setrlimit",
+        }
+        (tmp_path / "process.py").write_text(
+            f"import runpy, sys\n{stand_in[without]}\n"
+            f"runpy.run_path({str(c3d.PROCESS)!r}, run_name='__main__')\n"
+        )
+        monkeypatch.setattr(c3d, "PROCESS", tmp_path / "process.py")
+        elsewhere = read_c3d(tmp_path / "t.c3d")
+        np.testing.assert_array_equal(elsewhere.markers, usual.markers)
+        np.testing.assert_array_equal(elsewhere.plates[0].force, usual.plates[0].force)
+
     def test_damaged_bytes_never_end_in_anything_else(self, tmp_path, monkeypatch):
         """Single bytes of the parameters changed; ezc3d 1.7.2 crashes or hangs with some."""
         monkeypatch.setattr(c3d, "SECONDS", 1.5)

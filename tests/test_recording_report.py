@@ -1,5 +1,6 @@
 """The page of an import: it says what the summary holds, and text from outside stays text."""
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from html_page import Page
+from html_page import Page, an_hour_later, only_html
 
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.recording_report import (
@@ -163,12 +164,6 @@ def page(folder: Path) -> Page:
     return page_of(folder)
 
 
-def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the PDF out where a test is not about it: it takes seconds."""
-    monkeypatch.setattr("weasyprint.Document.write_pdf", lambda *_, **__: None)
-    monkeypatch.setattr("weasyprint.HTML.write_pdf", lambda *_, **__: None)
-
-
 def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> None:
     html = (folder / "recording.html").read_text(encoding="utf-8")
     assert page.open == []
@@ -315,10 +310,32 @@ def test_recording_without_forces(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert "Not shown: no marker was tracked." in text
 
 
-def test_equal_summaries_give_equal_bytes(folder: Path, tmp_path: Path) -> None:
+def test_equal_summaries_give_equal_bytes_an_hour_later(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    an_hour_later(monkeypatch)
     write_recording_report(tmp_path, sample())
     for name in ("recording.html", "recording.pdf"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+    assert "SOURCE_DATE_EPOCH" not in os.environ
+
+
+@pytest.mark.parametrize("outside", [None, "86400"])
+def test_a_date_given_from_outside_is_that_of_the_fonts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outside: str | None
+) -> None:
+    """fontTools dates the fonts of a PDF with SOURCE_DATE_EPOCH, with the clock where it is not
+    set."""
+    seen = []
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    if outside is not None:
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", outside)
+    monkeypatch.setattr(
+        "weasyprint.HTML.write_pdf", lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"])
+    )
+    write_recording_report(tmp_path, sample())
+    assert seen == [outside or "0"]
+    assert os.environ.get("SOURCE_DATE_EPOCH") == outside
 
 
 def test_all_coordinates_are_drawn_nine_a_figure(

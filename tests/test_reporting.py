@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from html_page import Page
+from html_page import Page, an_hour_later, only_html
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
@@ -290,7 +290,16 @@ def test_the_pdf_has_pages(run_folder):
     assert len(pdf) > 50_000
 
 
-def test_hostile_text_stays_text(tmp_path):
+def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monkeypatch):
+    an_hour_later(monkeypatch)
+    build_run(tmp_path)
+    write_report(tmp_path)
+    for name in ("report.html", "report.pdf"):
+        assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
+
+
+def test_hostile_text_stays_text(tmp_path, monkeypatch):
+    only_html(monkeypatch)
     build_run(tmp_path, source=HOSTILE, identified=False)
     write_report(tmp_path)
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))

@@ -3,10 +3,10 @@
 A script, run with one argument in a process of its own. It imports nothing of gaitval.
 """
 
+import contextlib
 import io
 import json
 import os
-import resource
 import sys
 from pathlib import Path
 from typing import Any
@@ -31,15 +31,27 @@ def plain(text: str) -> str:
     return stripped
 
 
+def limit_memory(size: int) -> None:
+    """Let this process have no more memory than a file of `size` bytes needs, where the system
+    can be asked for that: Windows has no such limit, and macOS refuses it.
+    """
+    try:
+        import resource
+    except ImportError:
+        return
+    # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
+    memory = 2 * 2**30 + 50 * size
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
     # What ezc3d may print must not get between the contents.
     contents = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
-    memory = 2 * 2**30 + 50 * path.stat().st_size
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    limit_memory(path.stat().st_size)
     try:
         file = ezc3d.c3d(str(path))
         described = {

@@ -1,7 +1,9 @@
 """One page, as self-contained HTML and as PDF from the same template."""
 
 import base64
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
@@ -35,6 +37,9 @@ def number(value: float | None, digits: int = 2) -> str:
 def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> None:
     """Write `name`.html and `name`.pdf into a folder.
 
+    Equal contexts give equal bytes, whenever they are written; only the variable
+    SOURCE_DATE_EPOCH, with which builds are dated, changes the date in the fonts of the PDF.
+
     The HTML needs no other file and no script. Text in `context` is escaped; only what is `Markup`
     stands in the page as it is.
 
@@ -55,8 +60,25 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
     fonts = FontConfiguration()
     document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
     faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
-    with replacing(folder / f"{name}.pdf") as temporary:
+    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
         document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+
+
+@contextmanager
+def _fixed_clock() -> Iterator[None]:
+    """The fonts that a PDF carries say when they were cut to what it needs; fontTools takes
+    SOURCE_DATE_EPOCH (s since 1970) for that, if it is set, instead of the clock. A report
+    is of its results and not of a time, so a date is given that says nothing.
+    """
+    name = "SOURCE_DATE_EPOCH"
+    if name in os.environ:
+        yield
+        return
+    os.environ[name] = "0"
+    try:
+        yield
+    finally:
+        del os.environ[name]
 
 
 def _resource(name: str) -> str:

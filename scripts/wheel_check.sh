@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# The wheel alone does the main job: builds an sdist, a wheel of it, installs that into a new
+# virtual environment and runs `gaitval subject 5` from an empty folder.
+#
+#   bash scripts/wheel_check.sh [--set section.key=value ...]    (settings go to `gaitval subject`)
+#
+# Environment: PYTHON  the Python to make the environments with (default: python3)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+temporary=$(mktemp -d)
+trap 'rm -rf "$temporary"' EXIT
+unset PYTHONPATH
+checkout=$PWD
+
+bin() { # the folder of an environment's commands; Windows has another name for it
+    if [ -d "$1/Scripts" ]; then echo "$1/Scripts"; else echo "$1/bin"; fi
+}
+
+"${PYTHON:-python3}" -m venv "$temporary/build"
+"$(bin "$temporary/build")/python" -m pip install --quiet --disable-pip-version-check \
+    -c constraints.txt build
+"$(bin "$temporary/build")/python" -m build --outdir "$temporary/dist" . # the wheel is the sdist's
+
+"${PYTHON:-python3}" -m venv "$temporary/venv"
+commands=$(bin "$temporary/venv")
+"$commands/python" -m pip install --quiet --disable-pip-version-check \
+    -c constraints.txt "$temporary"/dist/*.whl
+
+mkdir "$temporary/empty"
+cd "$temporary/empty"
+"$commands/python" - "$checkout" <<'END'
+import sys
+from pathlib import Path
+
+import gaitval
+
+package = Path(gaitval.__file__).resolve()
+assert Path(sys.argv[1]).resolve() not in package.parents, f"{package} is the checkout's"
+END
+"$commands/gaitval" subject 5 "$@"
+for name in metrics.json report.html report.pdf; do
+    if [ ! -s "reports/S05/$name" ]; then
+        echo "wheel_check: reports/S05/$name was not written" >&2
+        exit 1
+    fi
+done
+echo "wheel_check: $(basename "$temporary"/dist/*.whl) did the main job in an empty folder"
