@@ -1,0 +1,150 @@
+"""What the test suite says of itself, as rows of `reports/evidence/ground.csv`.
+
+    python scripts/suite_evidence.py limits           rows of the limits table with a mutation
+    python scripts/suite_evidence.py orders 1 2 3     random orders of these seeds, without data
+    python scripts/suite_evidence.py python FILE      the suite with another Python's environment
+    python scripts/suite_evidence.py clone            minutes of `make test` in a fresh clone
+
+`python` and `clone` read the raw data where `GAITVAL_DATA` names them. `clone` says something only
+on a machine that does nothing else.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import evidence
+
+ROOT = Path(__file__).resolve().parent.parent
+PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses", "4", "--dist", "loadfile")
+
+
+def main() -> None:
+    """Write the rows of one kind; exit 1 where one is not as it must be."""
+    kinds = {"limits": _limits, "orders": _orders, "python": _python, "clone": _clone}
+    if len(sys.argv) < 2 or sys.argv[1] not in kinds:
+        raise SystemExit(__doc__)
+    row = kinds[sys.argv[1]](*sys.argv[2:])
+    print(f"{row.what}: {row.value:g} {row.unit}, n {row.n}")
+    print(evidence.write("ground", [row]))
+    bad = row.value > row.must if row.relation == "<=" else row.value < row.must
+    sys.exit(1 if bad else 0)
+
+
+def _command() -> str:
+    return shlex.join(["python", "scripts/suite_evidence.py", *sys.argv[1:]])
+
+
+def _suite(python: str, *arguments: str, **environment: str) -> tuple[int, int]:
+    """Failures (errors among them) and passes of a run of the suite from the checkout."""
+    done = subprocess.run(
+        [python, *PYTEST, *arguments],
+        cwd=ROOT,
+        env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    lines = done.stdout.splitlines()
+    print("\n".join(lines[-8:]), flush=True)
+    counts = {word: int(count) for count, word in re.findall(r"(\d+) (\w+)", lines[-1])}
+    failed = counts.get("failed", 0) + counts.get("error", 0) + counts.get("errors", 0)
+    if done.returncode and not failed:
+        raise SystemExit(f"pytest did not run: exit code {done.returncode}")
+    return failed, counts.get("passed", 0)
+
+
+def _limits() -> evidence.Row:
+    sys.path.insert(0, str(ROOT / "tests"))
+    (file,) = (ROOT / "tests").rglob("test_limits_can_fail.py")
+    sys.path.insert(0, str(file.parent))
+    from test_limits_can_fail import rows_with_mutation
+
+    failed, _ = _suite(sys.executable, str(file))
+    mutated, rows = rows_with_mutation()
+    return evidence.Row(
+        what="rows of the limits table with a mutation that fails them",
+        value=100.0 * (mutated - failed) / rows,
+        unit="%",
+        relation=">=",
+        goal=100,
+        must=100,
+        n=rows,
+        command=_command(),
+    )
+
+
+def _orders(*seeds: str) -> evidence.Row:
+    failures = passes = 0
+    with tempfile.TemporaryDirectory() as empty:
+        for seed in seeds:
+            print(f"order of seed {seed}, without data", flush=True)
+            failed, passed = _suite(
+                sys.executable, f"--randomly-seed={seed}", CI="true", GAITVAL_DATA=empty
+            )
+            failures += failed
+            passes += passed
+    return evidence.Row(
+        what=f"failures in {len(seeds)} random orders of the suite, without data, CI=true",
+        value=failures,
+        unit="tests",
+        relation="<=",
+        goal=0,
+        must=0,
+        n=passes + failures,
+        command=_command(),
+    )
+
+
+def _python(python: str) -> evidence.Row:
+    failed, passed = _suite(python)
+    version = subprocess.run(
+        [python, "-c", "import platform; print(platform.python_version())"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    return evidence.Row(
+        what=f"failures of the suite on Python {version}",
+        value=failed,
+        unit="tests",
+        relation="<=",
+        goal=0,
+        must=0,
+        n=passed + failed,
+        command=_command(),
+    )
+
+
+def _clone() -> evidence.Row:
+    with tempfile.TemporaryDirectory() as folder:
+        clone = Path(folder) / "gaitval"
+        subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+        subprocess.run(["make", "setup"], cwd=clone, check=True, stdout=subprocess.DEVNULL)
+        started = time.monotonic()
+        done = subprocess.run(
+            ["make", "test"], cwd=clone, stdout=subprocess.PIPE, text=True, check=True
+        )
+        minutes = (time.monotonic() - started) / 60
+    last = done.stdout.splitlines()[-1]
+    print(last)
+    passed = re.search(r"(\d+) passed", last)
+    return evidence.Row(
+        what="make test in a fresh clone",
+        value=minutes,
+        unit="min",
+        relation="<=",
+        goal=5.8,
+        must=6,
+        n=int(passed[1]) if passed else 0,
+        command=_command(),
+    )
+
+
+if __name__ == "__main__":
+    main()
