@@ -94,6 +94,9 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
             shutil.copy(source, target)
     if CERTIFICATES in _environment(user).values():
         shutil.copy(os.environ["PIP_CERT"], system / CERTIFICATES[1:])
+    # A mirror that stands still is as good here.
+    still = system / "etc/apt/apt.conf.d/99-mirror"
+    still.write_text('Acquire::Check-Valid-Until "false";\n')
     place = system / PLACE[1:]
     place.mkdir(parents=True)
     archive = subprocess.run(
