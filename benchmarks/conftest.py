@@ -1,13 +1,11 @@
-"""What the benchmarks share with the tests: their peers and the raw data."""
+"""What the benchmarks share with the tests: the raw data."""
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-sys.path.append(str(REPOSITORY / "tests"))
 
 
 @pytest.fixture(scope="session")

@@ -12,18 +12,18 @@ from opensim_peer import inverse_dynamics_tool, read_table, run
 from recorded_walks import wbds_walk
 from speed_ratio import speed_ratio
 
-from gaitval.configuration import Contact
-from gaitval.data.motion_text import read_storage
-from gaitval.interchange.motion import (
+from gaitval.configuration import ContactSettings
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.mocap.motion_text import read_storage
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import (
     read_motion,
     write_external_loads,
     write_ground_reaction,
     write_moments,
     write_motion,
 )
-from gaitval.interchange.opensim_coordinates import TO_OPENSIM
-from gaitval.interchange.osim import write_osim
-from gaitval.kinematics.inverse_dynamics import inverse_dynamics
+from gaitval.opensim.osim import write_osim
 
 FRAMES = 1500
 GOAL = 10.0
@@ -38,7 +38,7 @@ class Trial:
         self.folder = folder
         self.model, self.loads = folder / "model.osim", folder / "loads.xml"
         self.motion, self.ground_reaction = folder / "walk.mot", folder / "grf.mot"
-        write_osim(self.model, walk.model, walk.markers, Contact(), 0.8)
+        write_osim(self.model, walk.model, walk.markers, ContactSettings(), 0.8)
         write_motion(self.motion, walk.trial.time, walk.positions)
         write_ground_reaction(self.ground_reaction, walk.forces)
         write_external_loads(self.loads, self.ground_reaction.name)

@@ -11,12 +11,12 @@ from opensim_peer import inverse_kinematics_tool, run
 from recorded_walks import wbds_walk
 from speed_ratio import speed_ratio
 
-from gaitval.configuration import Contact
-from gaitval.data.motion_text import read_trc
-from gaitval.interchange.motion import write_markers, write_motion
-from gaitval.interchange.opensim_coordinates import TO_OPENSIM
-from gaitval.interchange.osim import write_osim
-from gaitval.kinematics.inverse_kinematics import inverse_kinematics
+from gaitval.configuration import ContactSettings
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.mocap.motion_text import read_trc
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import write_markers, write_motion
+from gaitval.opensim.osim import write_osim
 
 FRAMES = 300
 SHIPPED_ACCURACY = 1e-5
@@ -32,7 +32,7 @@ class Trial:
         self.folder = folder
         self.model = folder / "model.osim"
         self.markers = folder / "walk.trc"
-        write_osim(self.model, walk.model, walk.markers, Contact(), 0.8, held=walk.held)
+        write_osim(self.model, walk.model, walk.markers, ContactSettings(), 0.8, held=walk.held)
         write_markers(self.markers, walk.trial)
 
     def with_opensims_tool(self):

@@ -8,7 +8,7 @@ joints' servos towards the reference; all of it is timed:
 * gaitval with DART as its engine, contact and servo the same;
 * MuJoCo's C step, `mj_step(..., nstep=15)`: springs and dampers are its joints' own, its Euler
   integrator takes the dampers implicitly, contact is its default (Newton solver, pyramidal cones,
-  until 1e-8). tests/test_simulation_skeleton.py shows that it is the same body.
+  until 1e-8). tests/simulation/test_skeleton.py shows that it is the same body.
 
 Below them DART alone, without ground: our compound joints, and the skeleton that `DartLoader`
 builds from the URDF, a chain of one-axis joints and massless links for every compound joint.
@@ -24,9 +24,9 @@ from speed_ratio import speed_ratio
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.data.subject import load_subject
+from gaitval.datasets.subject import load_subject
+from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
-from gaitval.scaling.urdf import write_urdf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
 

@@ -29,7 +29,7 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-class Contact(Section):
+class ContactSettings(Section):
     """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
 
     Friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s), stiffness and
@@ -52,7 +52,7 @@ class Contact(Section):
     few newtons just above the ground)."""
 
 
-class Servo(Section):
+class ServoSettings(Section):
     """Joint servos: stiffness Nm/rad and damping Nms/rad at 70 kg, scaled with body mass."""
 
     hip: Positive = 320.0
@@ -68,7 +68,7 @@ class Servo(Section):
     """Share of the record's joint moments fed forward."""
 
 
-class Environment(Section):
+class EnvironmentSettings(Section):
     """The walking task: time steps, observation, termination, randomisation."""
 
     observation: Literal["paper", "extended"] = "extended"
@@ -116,7 +116,7 @@ class Environment(Section):
         return 1.0 - self.pace_scale * self.action_limit
 
     @model_validator(mode="after")
-    def _goes_forward(self) -> "Environment":
+    def _goes_forward(self) -> "EnvironmentSettings":
         if self.slowest_pace <= 0.0:
             raise ValueError(
                 f"pace_scale {self.pace_scale:g} x action_limit {self.action_limit:g} is to be "
@@ -125,7 +125,7 @@ class Environment(Section):
         return self
 
 
-class Reward(Section):
+class RewardSettings(Section):
     """Weights and kernel widths of the reward.
 
     Every term is weight x exp(-sharpness x squared error), the bounded form of the paper's
@@ -164,7 +164,7 @@ class Reward(Section):
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 
 
-class Randomisation(Section):
+class RandomisationSettings(Section):
     """Bounds of the 14 body parameters mu: randomised in training, bounds in identification."""
 
     damping: tuple[float, float] = (0.0, 2.0)
@@ -180,7 +180,7 @@ class Randomisation(Section):
     regression leaves about 1 cm)."""
 
 
-class Training(Section):
+class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
     samples: int = Field(3_000_000, ge=1)
@@ -230,7 +230,7 @@ class Training(Section):
     at each, so that a training that goes on from it gives the same policy bit for bit."""
 
 
-class Identification(Section):
+class IdentificationSettings(Section):
     """CMA-ES over mu (Hansen's cma)."""
 
     population: int = Field(8, ge=4)
@@ -250,7 +250,7 @@ class Identification(Section):
     """Threshold on the normalised error epsilon that ends Algorithm 1."""
 
 
-class Correction(Section):
+class CorrectionSettings(Section):
     """Change of the reference so that the trained policy walks the record (`correct`)."""
 
     rounds: int = Field(3, ge=0)
@@ -262,7 +262,7 @@ class Correction(Section):
     OpenSim's checklist lets residual reduction change a motion."""
 
 
-class Validation(Section):
+class ValidationSettings(Section):
     """How the simulated walk is compared with the record."""
 
     start_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
@@ -280,7 +280,7 @@ class Validation(Section):
     the dataset's authors used was not found stated."""
 
 
-class Pushes(Section):
+class PushSettings(Section):
     """Tests of recovery from a push: horizontal, at the pelvis, for `environment.push_seconds`."""
 
     phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
@@ -301,14 +301,14 @@ class Pushes(Section):
     recovers walks as before."""
 
 
-class Processing(Section):
+class ProcessingSettings(Section):
     """How recorded markers and forces are cleaned before kinematics and dynamics (`import`)."""
 
     marker_cutoff_hz: Positive = 8.0
     """Zero-lag Butterworth low-pass of joint angles and positions; the stated cut-off is that of
     the whole zero-lag filter. 6 Hz is usual for walking (Winter 2009), but takes up to 10 % of
     their peaks from the moments of a made-up walk that is known; with 3 mm of noise on the markers
-    8 Hz leaves 5 % and 0.85 degrees (`tests/test_import_truth.py`)."""
+    8 Hz leaves 5 % and 0.85 degrees (`tests/workflows/test_import_truth.py`)."""
     force_cutoff_hz: Positive = 20.0
     """The same for the ground reaction that is shown and compared: it keeps the impact."""
     moment_force_cutoff_hz: Positive = 8.0
@@ -327,17 +327,17 @@ class Configuration(Section):
     """All sections and the seed of every random number."""
 
     seed: int = Field(0, ge=0)
-    contact: Contact = Contact()
-    servo: Servo = Servo()
-    environment: Environment = Environment()
-    reward: Reward = Reward()
-    randomisation: Randomisation = Randomisation()
-    training: Training = Training()
-    identification: Identification = Identification()
-    correction: Correction = Correction()
-    validation: Validation = Validation()
-    pushes: Pushes = Pushes()
-    processing: Processing = Processing()
+    contact: ContactSettings = ContactSettings()
+    servo: ServoSettings = ServoSettings()
+    environment: EnvironmentSettings = EnvironmentSettings()
+    reward: RewardSettings = RewardSettings()
+    randomisation: RandomisationSettings = RandomisationSettings()
+    training: TrainingSettings = TrainingSettings()
+    identification: IdentificationSettings = IdentificationSettings()
+    correction: CorrectionSettings = CorrectionSettings()
+    validation: ValidationSettings = ValidationSettings()
+    pushes: PushSettings = PushSettings()
+    processing: ProcessingSettings = ProcessingSettings()
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

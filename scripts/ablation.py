@@ -22,21 +22,16 @@ from marked_table import with_table
 
 from gaitval.artefacts import value_hash, versions, write_json
 from gaitval.configuration import load_configuration
-from gaitval.data.subject import load_subject
-from gaitval.kinematics.reference import build_reference
-from gaitval.metrics.comparison import (
-    compare_curve,
-    low_pass_of,
-    recorded_curves,
-    simulated_curves,
-)
+from gaitval.datasets.subject import load_subject
+from gaitval.metrics.comparison import compare_curve, low_pass_of, recorded_curves, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.push_recovery import required_pushes, stands, trials, without_drift
+from gaitval.metrics.push_recovery import required_pushes, survives, trials, without_drift
+from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import train
-from gaitval.policy.walking import walk
-from gaitval.scaling.parameters import nominal_parameters
+from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 
@@ -129,7 +124,7 @@ def pushes_survived(task: WalkingTask, policy: Policy) -> float:
     environment = WalkingEnvironment(without_drift(task))
     pushes = required_pushes(task.configuration.pushes)
     tried = trials(task, policy, nominal_parameters(), pushes)
-    return statistics.mean(stands(environment, trial) for trial in tried)
+    return statistics.mean(survives(environment, trial) for trial in tried)
 
 
 def measured(row: Row, seed: int) -> dict[str, Any]:
@@ -154,7 +149,7 @@ def measured(row: Row, seed: int) -> dict[str, Any]:
         policy = train(task, Path(folder), samples=SAMPLES, subject=row.subject, on_progress=watch)
     seconds = time.monotonic() - began
     validation = configuration.validation
-    rollout = walk(
+    rollout = roll_out(
         task,
         policy,
         mu=nominal_parameters(),

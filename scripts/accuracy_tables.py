@@ -17,9 +17,9 @@ from typing import Any
 
 from marked_table import with_table
 
-from gaitval.kinematics.correction import Correction
 from gaitval.metrics.comparison import PELVIS_ANGLES
 from gaitval.metrics.validation import EXTERNAL_LOAD
+from gaitval.reference.adjustment import Adjustment
 
 ROOT = Path(__file__).parent.parent
 
@@ -379,7 +379,7 @@ def correction_table(baselines: Sequence[Stored]) -> str:
             rows = [row for row in rows if row["target"][:-2] not in NOT_SAGITTAL[name]]
             cells.append(" → ".join(f"{max(row[k] for row in rows):.3g}" for k in WHEN))
         kept = [sum(row[k] <= row["aim"] for row in found["measures"]) for k in WHEN]
-        changes = Correction.from_dict(found, stored.name)
+        changes = Adjustment.from_dict(found, stored.name)
         lines.append(
             [
                 stored.name,

@@ -11,9 +11,10 @@ from marked_table import with_table
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.data.subject import BUILTIN, load_subject
-from gaitval.kinematics.dynamic_fit import consistent_reference
-from gaitval.kinematics.reference import pelvis_angles, side_phase
+from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.model.rotations import pelvis_angles
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.motion import side_phase
 from gaitval.scaling.scaling import scale_subject
 
 PAGE = Path(__file__).parent.parent / "docs" / "learning.md"

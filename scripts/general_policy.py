@@ -11,12 +11,13 @@ from typing import Any
 
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import load_configuration
-from gaitval.data.subject import BUILTIN, load_subject
-from gaitval.pipeline import GENERAL, POLICY_FILES
+from gaitval.datasets.subject import BUILTIN, load_subject
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
+from gaitval.study.inputs import POLICY_FILES
+from gaitval.study.run import GENERAL
 
 TARGET = Path(__file__).parent.parent / "reports" / GENERAL
 

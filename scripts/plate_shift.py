@@ -17,8 +17,9 @@ import numpy as np
 from marked_table import with_table
 from numpy.typing import NDArray
 
-from gaitval.data.record import GaitRecord
-from gaitval.data.subject import BUILTIN, GRAVITY, load_subject
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.gait.record import GaitRecord
 
 PAGE = Path(__file__).parent.parent / "docs" / "decisions.md"
 STANCE = np.arange(10, 51) / 100
@@ -31,7 +32,7 @@ def shifts(record: GaitRecord) -> NDArray[np.float64]:
     """(4,) cm, how much further forward the force is under the right foot: by the moments of hip,
     knee, ankle, and of the three.
     """
-    force = GRAVITY * np.mean(
+    force = STANDARD_GRAVITY * np.mean(
         [record.ground_reaction(side, STANCE)[:, 2] for side in ("right", "left")], axis=0
     )
     products = [

@@ -26,7 +26,7 @@ TITLE = """# Accuracy of the import on two recorded sessions
 Written by `scripts/recording_tables.py` from the figures beside this file, which it computes from
 the recordings (`--data FOLDER`). The recordings themselves are not here. **Bold** is outside its
 limit; the limits and their sources: `gaitval/metrics/tolerances.toml`. What the import gives back
-of made-up recordings whose truth is known: `tests/test_import_truth.py`.
+of made-up recordings whose truth is known: `tests/workflows/test_import_truth.py`.
 """
 
 SOURCES = {
@@ -63,24 +63,24 @@ SMALLEST_PEAK = 0.1
 
 def figures_of(identifier: str, data: Path) -> dict[str, Any]:
     """Import a session and measure everything that the tables show."""
-    sys.path.insert(0, str(ROOT / "tests"))
+    sys.path.insert(0, str(ROOT / "tests" / "support"))
     from other_speed import SAGITTAL, change_from_t05
     from recorded_sessions import rajagopal_walk, wbds01_t01
 
-    from gaitval.configuration import Processing
-    from gaitval.laboratory import work_out
-    from gaitval.laboratory_files import limit_rows
+    from gaitval.configuration import ProcessingSettings
+    from gaitval.session.session import work_out
+    from gaitval.session.summary import limit_rows
 
     treadmill = identifier == "WBDS01"
     request = wbds01_t01(data) if treadmill else rajagopal_walk(data)
-    found = work_out(request, Processing())
-    walk = found.walks[0]
+    found = work_out(request, ProcessingSettings())
+    walk = found.trials[0]
     consistent = walk.consistent
     assert consistent is not None
     figures = {
         "marker_errors_cm": _marker_errors(walk, data if treadmill else None),
         "lengths_m": [asdict(length) for length in found.body.fit.lengths],
-        "pair_factors": {factor.name: factor.factor for factor in found.body.factors},
+        "scale_factors": {factor.name: factor.factor for factor in found.body.factors},
         "limits": [
             {
                 "name": row.name.replace(f"{walk.name}, ", "").replace(walk.name, "as recorded"),
@@ -125,8 +125,8 @@ def _rounded(value: Any) -> Any:
 
 
 def _marker_errors(walk: Any, data: Path | None) -> dict[str, dict[str, float]]:
-    from gaitval.data.motion_text import read_storage
-    from gaitval.kinematics.inverse_kinematics import marker_errors
+    from gaitval.inverse.inverse_kinematics import marker_errors
+    from gaitval.mocap.motion_text import read_storage
 
     found = {}
     for method, kinematics in (("joint fit", walk.kinematics), ("marker pairs", walk.compared)):
@@ -153,9 +153,9 @@ def _marker_errors(walk: Any, data: Path | None) -> dict[str, dict[str, float]]:
 def _events(found: Any, data: Path) -> list[dict[str, Any]]:
     """Events of the import, from force, less others of the same foot and kind that are nearest."""
     from gaitval.coordinates import SIDES
-    from gaitval.data.events import force_events, marker_events
+    from gaitval.gait.events import force_events, marker_events
 
-    walk = found.walks[0]
+    walk = found.trials[0]
     others = {
         "markers": marker_events(walk.recording, landmarks=found.session.marker_set.landmarks),
         "stored in the file": walk.recording.events,
@@ -215,15 +215,15 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
     from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table
     from opensim_peer import run as run_tool
 
-    from gaitval.configuration import Configuration, Contact
-    from gaitval.interchange.motion import read_motion, write_markers
-    from gaitval.interchange.opensim_coordinates import OPENSIM_COORDINATES, to_opensim
-    from gaitval.interchange.osim import write_osim
-    from gaitval.kinematics.inverse_kinematics import inverse_kinematics
-    from gaitval.laboratory_files import FOLDER as EXPORT
-    from gaitval.laboratory_files import write_import
+    from gaitval.configuration import Configuration, ContactSettings
+    from gaitval.inverse.inverse_kinematics import inverse_kinematics
+    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
+    from gaitval.opensim.motion import read_motion, write_markers
+    from gaitval.opensim.osim import write_osim
+    from gaitval.session.write import FOLDER as EXPORT
+    from gaitval.session.write import write_import
 
-    walk, body = found.walks[0], found.body
+    walk, body = found.trials[0], found.body
     markers = [marker for marker in body.markers if marker.name in walk.recording.names]
     columns = [walk.recording.names.index(marker.name) for marker in markers]
     trial = replace(
@@ -238,7 +238,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
         files = folder / EXPORT
         write_markers(folder / "walk.trc", trial)
         straight = {"mtp_angle_r": 0.0, "mtp_angle_l": 0.0}
-        write_osim(folder / "held.osim", body.model, markers, Contact(), 0.8, held=straight)
+        write_osim(folder / "held.osim", body.model, markers, ContactSettings(), 0.8, held=straight)
         cases = [
             ("as exported", files / "model.osim", {}, SHIPPED),
             ("as exported", files / "model.osim", {}, CONVERGED),
@@ -301,7 +301,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
 
 def _cost(model: Any, markers: Any, measured: Any, positions: Any) -> Any:
     """What inverse kinematics makes small: weighted sum of squared distances, (T,) m²."""
-    from gaitval.kinematics.inverse_kinematics import marker_positions
+    from gaitval.inverse.inverse_kinematics import marker_positions
 
     squared = ((marker_positions(model, markers, positions) - measured) ** 2).sum(axis=2)
     return np.nansum(squared * [marker.weight for marker in markers], axis=1)
@@ -410,7 +410,7 @@ def section(identifier: str, figures: dict[str, Any]) -> str:
         ),
         _paragraph(
             "Factors of the marker pairs, as OpenSim's ScaleTool: "
-            + ", ".join(f"{name} {factor:.4f}" for name, factor in figures["pair_factors"].items())
+            + ", ".join(f"{name} {factor:.4f}" for name, factor in figures["scale_factors"].items())
             + " (over the mean body of this stature)."
         ),
         "### Events from force, less others (ms)\n",

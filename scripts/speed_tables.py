@@ -24,26 +24,25 @@ from typing import Any
 import numpy as np
 import torch
 from marked_table import with_table
-from numpy.typing import NDArray
 from stable_baselines3.common.logger import configure
 
+from gaitval.arrays import Array
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
-from gaitval.data.subject import load_subject
-from gaitval.kinematics.correction import Correction, corrected
-from gaitval.kinematics.tree import GRAVITY, Tree, empty_frames, forward, velocities
+from gaitval.constants import GRAVITY
+from gaitval.datasets.subject import load_subject
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.policy.environment import WalkingEnvironment, action_size
-from gaitval.policy.experience import WalkingWorkers
 from gaitval.policy.learner import Learner
+from gaitval.policy.rollout_buffer import WalkingWorkers
+from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy, load_policy
-from gaitval.policy.walking import walk
+from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.contact import ground_forces
-from gaitval.simulation.walker import Recording, Walker, WalkingTask
-
-Array = NDArray[np.float64]
+from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
 
 ROOT = Path(__file__).parent.parent
 PAGE, REPORTS = ROOT / "docs" / "speed.md", ROOT / "reports"
@@ -121,7 +120,7 @@ def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
     row = round(phase * len(task.reference.phase))
     walker.reset(task.reference.positions[row], task.reference.velocities[row], phase)
     start = walker.state.copy()
-    recording = Recording(ACTIONS * count)
+    recording = Trajectory(ACTIONS * count)
     for _ in range(ACTIONS):
         walker.step(np.zeros(25), np.zeros(6), recording)
 
@@ -179,9 +178,9 @@ def steered_walk(name: str, step: float) -> dict[str, Array]:
     angles in degrees, moments in Nm/kg, vertical forces in % of body weight.
     """
     task, stored = with_step(walking_task(name), step), REPORTS / name / "baseline"
-    correction = Correction.from_dict(read_json(stored / "correction.json"), str(stored))
-    task = replace(task, reference=corrected(task.reference, task.model, correction))
-    rollout = walk(
+    correction = Adjustment.from_dict(read_json(stored / "correction.json"), str(stored))
+    task = replace(task, reference=adjusted(task.reference, task.model, correction))
+    rollout = roll_out(
         task,
         load_policy(stored / "policy"),
         mu=np.array(read_json(stored / "identification.json")["identified"]),

@@ -61,9 +61,9 @@ def _suite(python: str, *arguments: str, **environment: str) -> tuple[int, int]:
 
 def _limits() -> evidence.Row:
     sys.path.insert(0, str(ROOT / "tests"))
-    (file,) = (ROOT / "tests").rglob("test_limits_can_fail.py")
+    (file,) = (ROOT / "tests").rglob("tests/workflows/test_limits_can_fail.py")
     sys.path.insert(0, str(file.parent))
-    from test_limits_can_fail import rows_with_mutation
+    from tests.workflows.test_limits_can_fail import rows_with_mutation
 
     failed, _ = _suite(sys.executable, str(file))
     mutated, rows = rows_with_mutation()

@@ -1,0 +1,1 @@
+"""What the record says of the body parameters μ."""

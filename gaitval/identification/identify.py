@@ -14,17 +14,16 @@ from typing import Any
 
 import cma
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.artefacts import read_json, value_hash, write_json
-from gaitval.configuration import Identification as Settings
+from gaitval.configuration import IdentificationSettings
+from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import RolloutPool, Score, score_rollout
 from gaitval.policy.storage import Policy
-from gaitval.policy.walking import Score, WalkingPool, score_walk
-from gaitval.scaling.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.simulation.walker import WalkingTask
 
-Array = NDArray[np.float64]
 Evaluate = Callable[[list[Array]], list[float]]
 
 _STATE = "identification_state.json"
@@ -60,15 +59,15 @@ class Identification:
 
 
 @dataclass(frozen=True)
-class _Walk:
+class _Candidate:
     policy: Policy
     mu: Array
     start_phase: float
     seconds: float
 
 
-def _score(environment: WalkingEnvironment, item: _Walk) -> Score:
-    return score_walk(
+def _score(environment: WalkingEnvironment, item: _Candidate) -> Score:
+    return score_rollout(
         environment,
         item.policy,
         mu=item.mu,
@@ -78,11 +77,11 @@ def _score(environment: WalkingEnvironment, item: _Walk) -> Score:
 
 
 def mean_rewards(
-    pool: WalkingPool, policy: Policy, settings: Settings, candidates: list[Array]
+    pool: RolloutPool, policy: Policy, settings: IdentificationSettings, candidates: list[Array]
 ) -> list[float]:
     """Mean reward of a step over the start phases, for each candidate mu (14,)."""
     walks = [
-        _Walk(policy, mu, phase, settings.seconds)
+        _Candidate(policy, mu, phase, settings.seconds)
         for mu in candidates
         for phase in settings.start_phases
     ]
@@ -98,7 +97,7 @@ def search(
     nominal: Array,
     lower: Array,
     upper: Array,
-    settings: Settings,
+    settings: IdentificationSettings,
     seed: int,
     state_file: Path | None = None,
     key: str = "",
@@ -209,7 +208,7 @@ def identify(
         if on_progress is not None:
             on_progress({"generation": generation, "total": settings.generations, "reward": best})
 
-    with WalkingPool(task, workers=configuration.training.workers) as pool:
+    with RolloutPool(task, workers=configuration.training.workers) as pool:
 
         def evaluate(candidates: list[Array]) -> list[float]:
             return mean_rewards(pool, policy, settings, candidates)

@@ -1,1 +1,1 @@
-"""Gait cycles, errors against the record, tolerances, epsilon and regression."""
+"""Comparison with the record: cycles, errors, ε, limits, pushes, validation, regression."""

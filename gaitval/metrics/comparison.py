@@ -4,17 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side
-from gaitval.data.record import RECORDED_ANGLES, GaitRecord, LowPass
-from gaitval.kinematics.reference import pelvis_angles
-from gaitval.kinematics.tree import GRAVITY
+from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, LowPass
 from gaitval.metrics.cycles import SAMPLES, GaitCycles, cut, filtered
+from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
-
-Array = NDArray[np.float64]
 
 JOINT_ANGLES = RECORDED_ANGLES
 PELVIS_ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")

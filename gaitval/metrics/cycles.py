@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import butter, sosfiltfilt
 
+from gaitval.arrays import Array, Index
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES, Side
-from gaitval.data.cleaning import runs
-from gaitval.data.record import LowPass
+from gaitval.gait.record import LowPass
+from gaitval.mocap.cleaning import runs
 from gaitval.simulation.rollout import Rollout
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SAMPLES = 101
 """Points of a normalised gait cycle: 0, 1, ... 100 %."""
@@ -42,8 +40,8 @@ class FootEvents:
     """
 
     on_ground: NDArray[np.bool_]
-    heel_strikes: Indices
-    toe_offs: Indices
+    heel_strikes: Index
+    toe_offs: Index
     scuffs: int
 
 
@@ -57,8 +55,8 @@ class GaitCycles:
     events : by side, all events of the walk.
     """
 
-    starts: Mapping[Side, Indices]
-    ends: Mapping[Side, Indices]
+    starts: Mapping[Side, Index]
+    ends: Mapping[Side, Index]
     events: Mapping[Side, FootEvents]
 
     def count(self, side: Side) -> int:
@@ -147,8 +145,8 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
         )
     right = events["right"].heel_strikes[configuration.validation.settling_cycles :]
     first = right[0] if len(right) else len(rollout.time)
-    starts: dict[Side, Indices] = {}
-    ends: dict[Side, Indices] = {}
+    starts: dict[Side, Index] = {}
+    ends: dict[Side, Index] = {}
     for side in SIDES:
         strikes = events[side].heel_strikes
         strikes = strikes[strikes >= first]
@@ -161,7 +159,7 @@ def step_of(rollout: Rollout) -> float:
     return float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else 1.0
 
 
-def cut(values: Array, starts: Indices, ends: Indices) -> Array:
+def cut(values: Array, starts: Index, ends: Index) -> Array:
     """Curves over the gait cycle: (n, 101, ...) from `values` (T, ...), linearly interpolated."""
     samples = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
     below = np.minimum(samples.astype(np.int64), len(values) - 2)

@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.kinematics.tree import GRAVITY, segment_frames
 from gaitval.metrics.cycles import SAMPLES, GaitCycles
-from gaitval.scaling.model import SEGMENTS, BodyModel
-from gaitval.scaling.parameters import apply_parameters
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.tree import segment_frames
 from gaitval.simulation.rollout import Rollout
-
-Array = NDArray[np.float64]
 
 FLAT = 0.3
 """Part of stance at which the foot stands flat: after loading, before the heel rises."""

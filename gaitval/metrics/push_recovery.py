@@ -21,13 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.configuration import Pushes
+from gaitval.arrays import Array
+from gaitval.configuration import PushSettings
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import RolloutPool, record_rollout, score_rollout
 from gaitval.policy.storage import Policy
-from gaitval.policy.walking import WalkingPool, record_walk, score_walk
 from gaitval.simulation.walker import WalkingTask
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -157,8 +156,8 @@ def largest_survived(
             # a thousandth of a newton below the limit is the limit: steps add up inexactly
             standing = [n for n in standing if reached[n] + increment <= limits[n] + 1e-3]
             stood = survived([Push(*cases[n], float(reached[n] + increment)) for n in standing])
-            fallen += [n for n, stands in zip(standing, stood, strict=True) if not stands]
-            standing = [n for n, stands in zip(standing, stood, strict=True) if stands]
+            fallen += [n for n, survives in zip(standing, stood, strict=True) if not survives]
+            standing = [n for n, survives in zip(standing, stood, strict=True) if survives]
             reached[standing] += increment
             if on_progress is not None:
                 on_progress(len(cases) - len(standing))
@@ -170,7 +169,7 @@ def largest_survived(
 
 
 @dataclass(frozen=True)
-class Trial:
+class PushTrial:
     """A walk from phase 0 that is pushed after its settling cycles and watched for `cycles`."""
 
     policy: Policy
@@ -192,14 +191,14 @@ class Trial:
         return self.settling_cycles + self.push.phase + self.cycles
 
 
-def stands(environment: WalkingEnvironment, trial: Trial) -> bool:
+def survives(environment: WalkingEnvironment, trial: PushTrial) -> bool:
     """Whether the walker of an environment that is `without_drift` survives the push."""
     seconds = trial.planned_cycles() * environment.task.reference.stride_time
-    return not score_walk(environment, trial.policy, seconds=seconds, **trial.settings()).fell
+    return not score_rollout(environment, trial.policy, seconds=seconds, **trial.settings()).fell
 
 
-def _trace(environment: WalkingEnvironment, trial: Trial) -> Trace:
-    rollout = record_walk(
+def _trace(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
+    rollout = record_rollout(
         environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
     )
     since = rollout.phase - (trial.settling_cycles + trial.push.phase)
@@ -209,20 +208,20 @@ def _trace(environment: WalkingEnvironment, trial: Trial) -> Trace:
     return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
 
 
-def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[Trial]:
+def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[PushTrial]:
     """What is walked to try the pushes on a walker."""
     settling = task.configuration.validation.settling_cycles
     cycles = task.configuration.pushes.cycles
-    return [Trial(policy, mu, push, settling, cycles) for push in pushes]
+    return [PushTrial(policy, mu, push, settling, cycles) for push in pushes]
 
 
-def _forward_half(settings: Pushes) -> tuple[float, ...]:
+def _forward_half(settings: PushSettings) -> tuple[float, ...]:
     """The directions, rad, that are within 90 degrees of straight ahead."""
     directions = evenly_spaced(settings.directions)
     return tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
 
 
-def required_pushes(settings: Pushes) -> list[Push]:
+def required_pushes(settings: PushSettings) -> list[Push]:
     """The pushes that are to be survived: at every phase, from all directions ahead."""
     return [
         Push(phase, direction, settings.force)
@@ -275,10 +274,10 @@ def push_recovery(
             on_progress({"pushes": done, "total": total})
 
     workers = configuration.training.workers
-    with WalkingPool(without_drift(task), workers=workers, engine="dart") as pool:
+    with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
-            return pool.map(stands, trials(task, policy, mu, pushes))
+            return pool.map(survives, trials(task, policy, mu, pushes))
 
         stood = survived(required_pushes(settings))
         largest = largest_survived(

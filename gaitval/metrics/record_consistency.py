@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.data.record import GaitRecord
+from gaitval.gait.record import GaitRecord
 
 _COMPONENTS = ("forward", "left", "vertical")
 _BODY_WEIGHTS = (0.0, 0.0, 1.0)

@@ -11,7 +11,7 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import UNITS, load_registry
 from gaitval.metrics.validation import check_metrics
 
-Change = Literal["lost", "kept", "improved"]
+Outcome = Literal["lost", "kept", "improved"]
 
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
 """What a walk as short as the compared one does not show."""
@@ -36,10 +36,10 @@ class Row:
     baseline: float | None
     current: float | None
     margin: float
-    change: Change
+    change: Outcome
 
 
-def _change(baseline: float | None, current: float | None, margin: float, better: str) -> Change:
+def _change(baseline: float | None, current: float | None, margin: float, better: str) -> Outcome:
     if current is None:
         return "kept" if baseline is None else "lost"
     if baseline is None:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.data.record import GaitRecord
 from gaitval.errors import ArtefactError
-from gaitval.kinematics.tree import GRAVITY
+from gaitval.gait.record import GaitRecord
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
@@ -29,13 +29,13 @@ from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walk
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.record_consistency import consistency
+from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
-from gaitval.metrics.walks import Endurance, Walks
-from gaitval.scaling.model import BodyModel
+from gaitval.model.body import BodyModel
 from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
-    from gaitval.data.subject import Subject
+    from gaitval.datasets.subject import Subject
 
 Json = dict[str, Any]
 
@@ -43,7 +43,7 @@ SCHEMA_VERSION = 4
 
 EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "
-    "tests/test_simulation_walker.py::test_nothing_but_gravity_and_ground_acts_on_a_walk"
+    "tests/simulation/test_walker.py::test_nothing_but_gravity_and_ground_acts_on_a_walk"
 )
 """Told in place of a verdict: a measured zero could not fail, the test can."""
 
@@ -123,7 +123,7 @@ def _spatiotemporal(
     return rows
 
 
-def _check_starts(walks: Walks, wanted: Sequence[float], which: str) -> None:
+def _check_starts(walks: Rollouts, wanted: Sequence[float], which: str) -> None:
     compared = float(walks.compared.start_phase[0])
     seen = [start.start_phase for start in walks.starts]
     if len(seen) != len(wanted) or not np.allclose([compared, *seen], [wanted[0], *wanted]):
@@ -153,7 +153,7 @@ def _compared(
 
 
 def _walk(
-    walks: Walks,
+    walks: Rollouts,
     record: GaitRecord,
     recorded: Json,
     model: BodyModel,
@@ -311,8 +311,8 @@ def validate(
     subject: "Subject",
     record: GaitRecord,
     model: BodyModel,
-    nominal: Walks,
-    identified: Walks | None,
+    nominal: Rollouts,
+    identified: Rollouts | None,
     configuration: Configuration,
     *,
     identification: Mapping[str, Any] | None = None,

@@ -1,0 +1,1 @@
+"""Environment, learning, stored policies, rollouts."""

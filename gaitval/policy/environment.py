@@ -11,11 +11,13 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.configuration import Environment, Reward
+from gaitval.configuration import EnvironmentSettings, RewardSettings
 from gaitval.coordinates import ACTUATED, mirrored
-from gaitval.kinematics.reference import END_EFFECTORS, ReferenceMotion
-from gaitval.kinematics.tree import (
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import nominal_parameters, parameter_bounds
+from gaitval.model.tree import (
     Tree,
     empty_frames,
     forward,
@@ -24,11 +26,8 @@ from gaitval.kinematics.tree import (
     velocities,
     whole_body_motion,
 )
-from gaitval.scaling.model import SEGMENTS
-from gaitval.scaling.parameters import nominal_parameters, parameter_bounds
-from gaitval.simulation.walker import Engine, Recording, Walker, WalkingTask, closed_cycle
-
-Array = NDArray[np.float64]
+from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
+from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkingTask, closed_cycle
 
 OBSERVATION_SIZES = {"paper": 71, "extended": 125}
 PARAMETERS_OBSERVED = slice(57, 71)
@@ -96,7 +95,7 @@ _ACTION_ORDER = _MIRROR_ORDER[-26:] - (OBSERVATION_SIZES["extended"] - 26)
 _ACTION_SIGNS = _MIRROR_SIGNS[-26:]
 
 
-def action_size(constants: Environment) -> int:
+def action_size(constants: EnvironmentSettings) -> int:
     """Numbers in an action: one a joint, and the pace where it is the policy's."""
     return len(ACTUATED) + (constants.pace_scale > 0.0)
 
@@ -300,7 +299,7 @@ def _reward(weights: Array, sharpness: Array, errors: Array, effort: float, term
     return float(reward + terms[8])
 
 
-def _reward_numbers(reward: Reward) -> tuple[Array, Array]:
+def _reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:
     weights = [getattr(reward, name) for name in REWARD_TERMS]
     sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]
     return np.array(weights, dtype=float), np.array(sharpness, dtype=float)
@@ -312,8 +311,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     Action: 25 numbers; times `action_scale` they are the offsets (rad) of the joint targets from
     the reference. Unless `pace_scale` is 0 there is a 26th; times that it is added to the pace of
     1 at which the walker goes through the recorded cycle. Observation: see
-    `Environment.observation`. `info` of every step holds `errors` (11,), `reward_terms` (9,) and
-    `cycles`, the gait cycles walked since the start.
+    `EnvironmentSettings.observation`. `info` of every step holds `errors` (11,), `reward_terms`
+    (9,) and `cycles`, the gait cycles walked since the start.
 
     Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
     (14,) (else random within the bounds), `push` = (phase after which it starts, force N,
@@ -487,7 +486,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
                 self._push = self._random_push(shortest, longest) if self._pushed_again else None
 
     def step(
-        self, action: NDArray[np.float32], recording: Recording | None = None
+        self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance by one action; see the class for `action` and `info`."""
         limit = self.constants.action_limit

@@ -1,8 +1,8 @@
 """Proximal policy optimisation from whole rollouts: stable-baselines3's PPO, with less to wait for.
 
 Network, advantages, losses and optimiser are stable-baselines3's. What differs is that a rollout
-comes whole from `policy/experience.py`, so observations, values and probabilities are computed for
-all of it at once, and that actor and critic, which share no weights, learn in two threads.
+comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are computed
+for all of it at once, and that actor and critic, which share no weights, learn in two threads.
 """
 
 import time
@@ -21,17 +21,15 @@ from stable_baselines3.common.running_mean_std import RunningMeanStd
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
+from gaitval.model.parameters import parameter_bounds
 from gaitval.policy.environment import (
     OBSERVATION_SIZES,
     PARAMETERS_OBSERVED,
     REWARD_TERMS,
     action_size,
 )
-from gaitval.policy.experience import Experience
+from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import OBSERVATION_CLIP
-from gaitval.scaling.parameters import parameter_bounds
-
-Array = NDArray[np.float64]
 
 _REWARD_CLIP = 10.0
 """Normalised rewards are clipped at this, as in stable-baselines3's VecNormalize."""
@@ -198,7 +196,7 @@ class Learner:
         self.ppo.policy.get_parameter("log_std").data.fill_(value)
 
     def learn(
-        self, experience: Experience, *, learning_rate: float
+        self, experience: RolloutBuffer, *, learning_rate: float
     ) -> list[tuple[int, float, float]]:
         """Update from a rollout that was walked with `actor` and `noise` as they stand.
 
@@ -214,7 +212,7 @@ class Learner:
         ppo.train()
         return self._episodes(experience)
 
-    def _count_observations(self, experience: Experience) -> None:
+    def _count_observations(self, experience: RolloutBuffer) -> None:
         size = experience.observations.shape[-1]
         self._observations.update(experience.observations[1:].reshape(-1, size))
         self._keep_known()
@@ -226,7 +224,7 @@ class Learner:
         clipped = np.clip(normalised, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(np.float32)
         return torch.from_numpy(clipped).to(self.ppo.device)
 
-    def _normalised_rewards(self, experience: Experience) -> NDArray[np.float32]:
+    def _normalised_rewards(self, experience: RolloutBuffer) -> NDArray[np.float32]:
         discounted = np.empty(experience.rewards.shape)
         for t, rewards in enumerate(experience.rewards):
             discounted[t] = self._discounted = self._discounted * self.ppo.gamma + rewards
@@ -235,7 +233,7 @@ class Learner:
         scaled = experience.rewards / np.sqrt(self._returns.var + 1e-8)
         return np.clip(scaled, -_REWARD_CLIP, _REWARD_CLIP).astype(np.float32)
 
-    def _fill_buffer(self, experience: Experience) -> None:
+    def _fill_buffer(self, experience: RolloutBuffer) -> None:
         """What stable-baselines3's `collect_rollouts` leaves in the buffer."""
         ppo, buffer = self.ppo, self.ppo.rollout_buffer
         buffer.reset()
@@ -266,7 +264,7 @@ class Learner:
         buffer.pos, buffer.full = steps, True
         buffer.compute_returns_and_advantage(last, self._starts)
 
-    def _episodes(self, experience: Experience) -> list[tuple[int, float, float]]:
+    def _episodes(self, experience: RolloutBuffer) -> list[tuple[int, float, float]]:
         episodes = []
         for t, ended in enumerate(experience.ended):
             self._lengths += 1
@@ -328,7 +326,7 @@ def update_seconds(configuration: Configuration, device: str) -> float:
     random = np.random.default_rng(0)
     size = OBSERVATION_SIZES[configuration.environment.observation]
     never = np.zeros(shape, dtype=bool)
-    experience = Experience(
+    experience = RolloutBuffer(
         observations=random.standard_normal((shape[0] + 1, shape[1], size), dtype=np.float32),
         actions=noise,
         rewards=random.random(shape, dtype=np.float32),

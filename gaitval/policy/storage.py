@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
 from gaitval.artefacts import read_json, replacing, write_json
-from gaitval.configuration import Environment
+from gaitval.configuration import EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
 
 FORMAT = 2
@@ -73,7 +73,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
 
 
 def load_policy(
-    folder: Path, *, model_hash: str | None = None, environment: Environment | None = None
+    folder: Path, *, model_hash: str | None = None, environment: EnvironmentSettings | None = None
 ) -> Policy:
     """Read what `save_policy` wrote, to walk with.
 
@@ -106,7 +106,7 @@ def load_policy(
 
 def load_start(
     folder: Path,
-    environment: Environment,
+    environment: EnvironmentSettings,
     *,
     model_hash: str | None = None,
     hidden_units: int | None = None,
@@ -140,7 +140,7 @@ def load_start(
     return policy
 
 
-def _check_meaning(policy: Policy, environment: Environment, folder: Path) -> None:
+def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Path) -> None:
     """Refuse a policy whose numbers mean something else than `environment` says."""
     trained = policy.about.get("configuration", {}).get("environment", {})
     for name in MEANING:

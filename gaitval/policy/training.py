@@ -17,13 +17,13 @@ from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
 
 from gaitval.artefacts import replacing, versions, write_text
-from gaitval.configuration import Configuration, Training
+from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import REWARD_TERMS
-from gaitval.policy.experience import Experience, WalkingWorkers
 from gaitval.policy.learner import Learner, choose_device
+from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy
-from gaitval.scaling.urdf import model_hash
 from gaitval.simulation.walker import WalkingTask
 
 Progress = Callable[[dict[str, float]], None]
@@ -43,13 +43,13 @@ LOG_COLUMNS = (
 _CHECKPOINT = "checkpoint.safetensors"
 
 
-def _learning_rate(training: Training, samples: int, total: int, warm: bool) -> float:
+def _learning_rate(training: TrainingSettings, samples: int, total: int, warm: bool) -> float:
     first = training.learning_rate * (training.warm_learning_rate_factor if warm else 1.0)
     last = training.final_learning_rate
     return first + min(samples / total, 1.0) * (last - first)
 
 
-def _difficulty(training: Training, samples: int, total: int, warm: bool) -> float:
+def _difficulty(training: TrainingSettings, samples: int, total: int, warm: bool) -> float:
     """Share of the randomisation at this point of a training: 0, then a ramp, then 1."""
     if warm:
         return 1.0
@@ -57,13 +57,13 @@ def _difficulty(training: Training, samples: int, total: int, warm: bool) -> flo
     return float(np.clip((samples / total - start) / max(end - start, 1e-9), 0.0, 1.0))
 
 
-def _tolerance_share(training: Training, difficulty: float) -> float:
+def _tolerance_share(training: TrainingSettings, difficulty: float) -> float:
     """Share of what is a fall at which episodes end at this point of a training."""
     first, last = training.tolerance_shares
     return first + difficulty * (last - first)
 
 
-def _log_std(training: Training, samples: int, total: int, warm: bool) -> float:
+def _log_std(training: TrainingSettings, samples: int, total: int, warm: bool) -> float:
     """Logarithm of the actions' standard deviation at this point of a training."""
     if warm:
         return training.final_log_std
@@ -143,7 +143,7 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
 
 
 def _row(
-    learner: Learner, log: _Log, experience: Experience, difficulty: float, wall_seconds: float
+    learner: Learner, log: _Log, experience: RolloutBuffer, difficulty: float, wall_seconds: float
 ) -> dict[str, Any]:
     """Row of `training.csv` of an update."""
     lengths, returns, cycles = np.array(log.episodes or [(0, 0.0, 0.0)]).T

@@ -1,1 +1,1 @@
-"""Figures and the HTML and PDF report of a run folder."""
+"""Pages and figures of a study and of a session."""

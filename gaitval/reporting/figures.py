@@ -14,14 +14,13 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.kinematics.tree import segment_frames
-from gaitval.scaling.model import SEGMENTS, BodyModel
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.tree import segment_frames
 
-Array = NDArray[np.float64]
 Json = Mapping[str, Any]
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#0072b2", "left": "#d55e00"}

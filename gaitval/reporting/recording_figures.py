@@ -14,12 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, SETTINGS, WIDTH, svg
 
-Array = NDArray[np.float64]
 MeanAndDeviation = tuple[Array, Array]
 
 COLUMNS: Final = 3

@@ -11,14 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
-
-Array = NDArray[np.float64]
 
 PANELS: Final = 9
 """Curves in one figure: three rows, as many as an A4 page holds with its caption."""
@@ -138,7 +136,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class Residuals:
+class ResidualCurves:
     """What inverse dynamics leaves at the pelvis, which nothing holds in reality.
 
     Attributes
@@ -156,7 +154,7 @@ class Residuals:
 
 
 @dataclass(frozen=True)
-class Change:
+class ConsistencyChange:
     """What `--consistent` changed or reached: a quantity before and after, in `unit`."""
 
     name: str
@@ -212,9 +210,9 @@ class RecordingSummary:
     angles: Mapping[str, MeanAndDeviation]
     moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
-    residuals: Residuals | None = None
+    residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
-    changes: Sequence[Change] = ()
+    changes: Sequence[ConsistencyChange] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

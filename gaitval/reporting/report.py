@@ -10,25 +10,19 @@ from typing import Any
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
-from gaitval.data.subject import load_subject
+from gaitval.datasets.subject import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.kinematics.correction import JOINTS, Correction
-from gaitval.metrics.comparison import (
-    FORCES,
-    JOINT_ANGLES,
-    JOINT_MOMENTS,
-    PELVIS_ANGLES,
-)
+from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.validation import check_metrics
+from gaitval.model.urdf import read_urdf
+from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import figures
 from gaitval.reporting.page import write_page
-from gaitval.scaling.urdf import read_urdf
 from gaitval.simulation.rollout import Rollout
 
-Array = NDArray[np.float64]
 Json = Mapping[str, Any]
 
 PICTURE_FRAMES = 33
@@ -164,7 +158,7 @@ def _correction(values: Json | None) -> dict[str, Any] | None:
     """What the correction of the reference changes, in degrees, and what it brings."""
     if values is None:
         return None
-    found = Correction.from_dict(values, "metrics.json")
+    found = Adjustment.from_dict(values, "metrics.json")
     changes = np.rad2deg(found.angles(np.linspace(0.0, 1.0, 101))[0])
     rows: dict[str, list[dict[str, float]]] = {}
     for index, joint in enumerate(JOINTS):

@@ -1,0 +1,1 @@
+"""From measurements to lengths and masses: markers, pairs, tape, stature."""

@@ -22,10 +22,11 @@ from typing import Any
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.errors import ScalingError
-from gaitval.scaling.measurements import Leg, Measurements, Vector
+from gaitval.scaling.measurements import Leg, Measurements
 
-Place = Sequence[float] | Vector
+Place = Sequence[float] | Array
 
 LANDMARKS = (
     "ASIS",
@@ -90,7 +91,7 @@ WIDTHS = {
 """Plausible widths across the epicondyles and malleoli, m."""
 
 
-def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Vector:
+def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
     """Right hip joint centre from the middle of the ASIS, m, in the pelvis axes (x forward,
     y left, z up), shape (3,); mirror y for the left one.
 
@@ -113,7 +114,7 @@ def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Vector:
     )
 
 
-def pelvis_frame(right_asis: Vector, left_asis: Vector, middle_psis: Vector) -> Vector:
+def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Array:
     """Axes of the pelvis as columns (x forward, y left, z up), shape (3, 3): y along the
     ASIS, x in the plane of the ASIS and the middle of the PSIS (ISB, Wu et al. 2002).
     """
@@ -123,7 +124,7 @@ def pelvis_frame(right_asis: Vector, left_asis: Vector, middle_psis: Vector) -> 
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def chord_centre(proximal: Vector, lateral: Vector, wand: Vector, half_width: float) -> Vector:
+def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float) -> Array:
     """Joint centre from a lateral marker and the half width of the joint, m, shape (3,).
 
     The centre lies in the plane of the three points, on the other side of the line from
@@ -158,7 +159,7 @@ def locate(
     knee_width: float | None = None,
     ankle_width: float | None = None,
     elbow_width: float | None = None,
-) -> dict[str, Vector]:
+) -> dict[str, Array]:
     """Landmarks and joint centres of a standing person, (3,) m, in the axes of the markers.
 
     Parameters
@@ -220,7 +221,7 @@ def measure(
     )
 
 
-def arms_hang(points: Mapping[str, Vector]) -> bool:
+def arms_hang(points: Mapping[str, Array]) -> bool:
     """Whether both upper arms are within `LARGEST_ELEVATION` of hanging, as far as points show.
 
     Parameters
@@ -237,7 +238,7 @@ def arms_hang(points: Mapping[str, Vector]) -> bool:
     return True
 
 
-def _unit(vector: Vector) -> Vector:
+def _unit(vector: Array) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
@@ -252,7 +253,7 @@ def _standing(
     knee_width: float | None,
     ankle_width: float | None,
     elbow_width: float | None,
-) -> tuple[Vector, dict[str, Vector]]:
+) -> tuple[Array, dict[str, Array]]:
     """Where the person faces, (3, 3) with x, y and z as columns, and all landmarks and joint
     centres in these axes.
     """
@@ -282,7 +283,7 @@ def _standing(
     return heading, points
 
 
-def _right_hip(points: Mapping[str, Vector]) -> Vector:
+def _right_hip(points: Mapping[str, Array]) -> Array:
     asis = points["R.ASIS"], points["L.ASIS"]
     middle_asis = (asis[0] + asis[1]) / 2
     return hip_joint_centre(
@@ -314,7 +315,7 @@ def _option(name: str) -> str:
 
 def _points(
     markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
-) -> dict[str, Vector]:
+) -> dict[str, Array]:
     needed = _needed(markers, knee_width, ankle_width)
     missing = [name for name in needed if name not in markers]
     without_medial = [name for name in missing if not name.endswith(".Medial")]
@@ -378,7 +379,7 @@ def _needed(
     return [name for name in needed if name in markers or name not in replaced]
 
 
-def _check_upright(points: Mapping[str, Vector]) -> None:
+def _check_upright(points: Mapping[str, Array]) -> None:
     chain = ("ASIS", "Knee", "Ankle")
     problems = [
         f"{side}.{lower} ({points[f'{side}.{lower}'][2]:.3f} m) not below "
@@ -394,13 +395,13 @@ def _check_upright(points: Mapping[str, Vector]) -> None:
     )
 
 
-def _middle_psis(points: Mapping[str, Vector]) -> Vector:
+def _middle_psis(points: Mapping[str, Array]) -> Array:
     if "R.PSIS" in points and "L.PSIS" in points:
         return np.asarray((points["R.PSIS"] + points["L.PSIS"]) / 2)
     return points["Sacrum"]
 
 
-def _heading(points: Mapping[str, Vector]) -> Vector:
+def _heading(points: Mapping[str, Array]) -> Array:
     """Rotation about z whose x is where the pelvis faces, columns as axes, shape (3, 3)."""
     forward = points["R.ASIS"] + points["L.ASIS"]
     if "R.PSIS" in points and "L.PSIS" in points:
@@ -412,7 +413,7 @@ def _heading(points: Mapping[str, Vector]) -> Vector:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _check_sides(points: Mapping[str, Vector]) -> None:
+def _check_sides(points: Mapping[str, Array]) -> None:
     # Hands may be folded.
     paired = [name[2:] for name in LANDMARK_NAMES if name[:2] == "R." and "Wrist" not in name]
     _fail(
@@ -450,7 +451,7 @@ def _check_sides(points: Mapping[str, Vector]) -> None:
     )
 
 
-def _metatarsals(points: Mapping[str, Vector], side: str) -> dict[str, Vector]:
+def _metatarsals(points: Mapping[str, Array], side: str) -> dict[str, Array]:
     """The first and fifth metatarsal heads, from `FOOT_SHAPE` where they have no marker."""
     heel = points[f"{side}.Heel"]
     found = {}
@@ -470,8 +471,8 @@ def _metatarsals(points: Mapping[str, Vector], side: str) -> dict[str, Vector]:
 
 
 def _hinge(
-    points: Mapping[str, Vector], side: str, joint: str, above: str, wand: str, width: float | None
-) -> Vector:
+    points: Mapping[str, Array], side: str, joint: str, above: str, wand: str, width: float | None
+) -> Array:
     """Joint centre: midway between the medial and the lateral marker, or by its width."""
     lateral = points[f"{side}.{joint}"]
     medial = points.get(f"{side}.{joint}.Medial")
@@ -492,9 +493,9 @@ def _hinge(
     return centre
 
 
-def _arm_centres(points: Mapping[str, Vector], elbow_width: float | None) -> dict[str, Vector]:
+def _arm_centres(points: Mapping[str, Array], elbow_width: float | None) -> dict[str, Array]:
     """Shoulder, elbow and wrist joint centres as far as markers show them."""
-    found: dict[str, Vector] = {}
+    found: dict[str, Array] = {}
     if not {"R.Acromion", "L.Acromion"} <= points.keys():
         return found
     across = float(np.linalg.norm(points["L.Acromion"] - points["R.Acromion"]))
@@ -519,9 +520,7 @@ def _arm_centres(points: Mapping[str, Vector], elbow_width: float | None) -> dic
     return found
 
 
-def _elbow(
-    shoulder: Vector, lateral: Vector, wrist: Vector, half_width: float, side: str
-) -> Vector:
+def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, side: str) -> Array:
     """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis that is
     perpendicular to upper arm and forearm, so that the elbow is flexed and not extended.
 
@@ -540,7 +539,7 @@ def _elbow(
     return centre
 
 
-def _arms(points: Mapping[str, Vector]) -> dict[str, Any]:
+def _arms(points: Mapping[str, Array]) -> dict[str, Any]:
     """The optional fields of `Measurements`."""
 
     def both(proximal: str, distal: str) -> tuple[float, float] | None:
@@ -584,7 +583,7 @@ def _sources(markers: Mapping[str, Place], widths: Mapping[str, float | None]) -
     return sources
 
 
-def _leg(points: Mapping[str, Vector], hip: Vector, side: str) -> Leg:
+def _leg(points: Mapping[str, Array], hip: Array, side: str) -> Leg:
     knee = points[f"{side}.Knee.Centre"]
     ankle = points[f"{side}.Ankle.Centre"]
     heel = points[f"{side}.Heel"]

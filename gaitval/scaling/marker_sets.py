@@ -18,8 +18,8 @@ from typing import Annotated, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gaitval.errors import RecordError
+from gaitval.model.body import SEGMENTS
 from gaitval.scaling.joint_centres import LANDMARK_NAMES
-from gaitval.scaling.model import SEGMENTS
 
 _Point = TypeVar("_Point")
 
@@ -41,7 +41,7 @@ class MarkerDefinition(BaseModel):
 
     Attributes
     ----------
-    segment : one of `scaling.model.SEGMENTS`.
+    segment : one of `model.body.SEGMENTS`.
     landmark : one of `joint_centres.LANDMARK_NAMES`, or None for a marker that only tracks.
     weight : of its squared distance in inverse kinematics, relative to the others.
     aliases : other names of the marker.

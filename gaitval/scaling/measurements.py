@@ -10,11 +10,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.errors import ScalingError
-
-Vector = NDArray[np.float64]
 
 BALL_TO_FOOT_LENGTH = 0.74
 """Heel to first metatarsal head over heel to toe tip: mean ball-of-foot length 194.8 mm over
@@ -58,8 +56,8 @@ class Leg:
     thigh: float
     shank: float
     ankle_height: float
-    heel: Vector
-    metatarsals: Vector
+    heel: Array
+    metatarsals: Array
 
     @property
     def foot_length(self) -> float:
@@ -140,7 +138,7 @@ class Measurements:
         ScalingError : lists every key that is missing, unknown or not of the right shape.
         """
         problems = [f"{key}: unknown" for key in stored if key not in _STORED and key != "sources"]
-        values: dict[str, Vector] = {}
+        values: dict[str, Array] = {}
         for key, shape in _STORED.items():
             if key not in stored:
                 if not key.startswith(_OPTIONAL):
@@ -212,7 +210,7 @@ def with_fitted_lengths(
     measured : what the fit began with.
     fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
         the fields `hip_forward` to `shoulder_up` of `Measurements`
-        (`kinematics.body_fit.LENGTH_SD`).
+        (`inverse.model_fit.LENGTH_SD`).
     source : how they were found, for the scaling table.
 
     Raises

@@ -11,12 +11,10 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.scaling.marker_sets import MarkerSet
-
-Array = NDArray[np.float64]
 
 LARGEST_MEDIAN: Final = 0.006
 """m. The largest of one person that was seen is 1.7 mm, the smallest between two 11.6 mm."""

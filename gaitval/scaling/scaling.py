@@ -19,8 +19,10 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.errors import ScalingError
+from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
     SHOULDER_HALF_WIDTH,
@@ -34,8 +36,7 @@ from gaitval.scaling.anthropometry import (
     shifted_inertia,
 )
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.measurements import Measurements, Vector
-from gaitval.scaling.model import SEGMENTS, BodyModel, ContactSphere, Segment
+from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.tape import measure_by_tape
 
 PLAUSIBLE_FACTOR = (0.80, 1.25)
@@ -99,7 +100,7 @@ class Individual(Protocol):
 
 
 class Person(Individual, Protocol):
-    """What scaling needs of a subject; `gaitval.data.subject.Subject` has it."""
+    """What scaling needs of a subject; `gaitval.datasets.subject.Subject` has it."""
 
     @property
     def markers(self) -> Mapping[str, Sequence[float]]:
@@ -160,8 +161,8 @@ class _Lengths:
     thigh: float
     shank: float
     ankle_height: float
-    heel: Vector
-    metatarsals: Vector
+    heel: Array
+    metatarsals: Array
     foot: float
     head: float
     upper_trunk: float
@@ -179,8 +180,8 @@ class _Part:
     """A rigid piece: mass, centre of mass (3,) m, inertia (3, 3) about it."""
 
     mass: float
-    centre: Vector
-    inertia: Vector
+    centre: Array
+    inertia: Array
 
 
 def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
@@ -476,13 +477,13 @@ def _forearm_and_hand(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) 
     return _combined([_hanging("forearm", masses, lengths.forearm, sex), hanging])
 
 
-def _standing_to_neutral(measured: Measurements) -> Vector:
+def _standing_to_neutral(measured: Measurements) -> Array:
     """Rotation, (3, 3), that takes vectors fixed to the pelvis in standing to its axes."""
     c, s = np.cos(measured.pelvic_tilt), np.sin(measured.pelvic_tilt)
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
-def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Vector:
+def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Array:
     """As fitted, or at the navel (OMPH), where de Leva parts lower and middle trunk."""
     joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
     for axis, fitted in ((0, measured.lumbar_forward), (2, measured.lumbar_up)):
@@ -491,7 +492,7 @@ def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Vector:
     return np.asarray(joint - _hips_moved(measured))
 
 
-def _hips_moved(measured: Measurements) -> Vector:
+def _hips_moved(measured: Measurements) -> Array:
     """How far the hips, and with them the pelvis' origin, were moved in the pelvis, (3,) m."""
     return np.array([measured.hip_forward or 0.0, 0.0, measured.hip_up or 0.0])
 
@@ -528,7 +529,7 @@ def _torso(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
     return _combined(parts)
 
 
-def _toe_joint(lengths: _Lengths) -> Vector:
+def _toe_joint(lengths: _Lengths) -> Array:
     """Between the first and fifth metatarsal heads, at half the height of the skin there."""
     middle = lengths.metatarsals.mean(axis=0)
     return np.array([middle[0], middle[1], (middle[2] - lengths.ankle_height) / 2])

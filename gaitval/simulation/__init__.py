@@ -1,0 +1,1 @@
+"""Contact, engines and the walking body."""

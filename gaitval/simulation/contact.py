@@ -19,11 +19,11 @@ exactly as h goes to 0 (measured in docs/decisions.md and docs/speed.md).
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.configuration import Contact
-from gaitval.kinematics.tree import (
+from gaitval.model.contact_law import PENETRATION_SLOPE, RATE_SLOPE, SMOOTHING, ContactLaw
+from gaitval.model.tree import (
     DOF_COUNT,
     FIRST_DOF,
     PARENT,
@@ -34,42 +34,8 @@ from gaitval.kinematics.tree import (
     velocities,
 )
 
-Array = NDArray[np.float64]
-
-SMOOTHING = 1e-5
-"""cf, m² and m²/s²."""
-PENETRATION_SLOPE = 300.0
-"""bd, 1/m."""
-RATE_SLOPE = 50.0
-"""bv, s/m."""
-
 LEG_SEGMENTS = 9
 """Pelvis and both legs come first in `SEGMENTS`."""
-
-
-class ContactLaw(NamedTuple):
-    """Numbers of the contact law; units as in `configuration.Contact`, and k = E^(2/3) / 2."""
-
-    stiffness: float
-    k: float
-    dissipation: float
-    static_friction: float
-    dynamic_friction: float
-    viscous_friction: float
-    transition_velocity: float
-
-
-def contact_law(contact: Contact, friction: float) -> ContactLaw:
-    """The law with a static friction coefficient `friction` (the body parameter sigma)."""
-    return ContactLaw(
-        stiffness=contact.stiffness,
-        k=0.5 * contact.stiffness ** (2.0 / 3.0),
-        dissipation=contact.dissipation,
-        static_friction=friction,
-        dynamic_friction=friction * contact.dynamic_to_static,
-        viscous_friction=contact.viscous_friction,
-        transition_velocity=contact.transition_velocity,
-    )
 
 
 @njit_borrowing

@@ -1,6 +1,6 @@
 """Forward dynamics of the body and one physics step, compiled.
 
-The equations of motion and the integrator are DART's (tests/test_simulation_dynamics.py compares
+The equations of motion and the integrator are DART's (tests/simulation/test_dynamics.py compares
 them): semi-implicit Euler with the joints' springs and dampers implicit,
 
     (M + h D + h² K) (q̇⁺ - q̇) = h (f - c - D q̇ - K (q + h q̇)),   q⁺ = q + h q̇⁺,
@@ -15,21 +15,19 @@ with q̈ = 0), so that the articulated pass is free of velocity terms.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.kinematics.tree import (
+from gaitval.constants import GRAVITY
+from gaitval.model.tree import (
     DOF_COUNT,
     FIRST_DOF,
-    GRAVITY,
     PARENT,
     Frames,
     Tree,
     turned_inertia,
     turned_vector,
 )
-
-Array = NDArray[np.float64]
 
 SEGMENT_COUNT = len(PARENT)
 

@@ -4,11 +4,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, write_arrays
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import AXES, COORDINATES, ROOT
-from gaitval.kinematics.tree import GRAVITY
-from gaitval.scaling.model import JOINT_COORDINATES, PARENTS, BodyModel, Segment
+from gaitval.model.body import JOINT_COORDINATES, PARENTS, BodyModel, Segment
 
 
 def _isometry(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> object:

@@ -15,32 +15,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.configuration import Configuration, Servo
+from gaitval.configuration import Configuration, ServoSettings
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, ROOT
-from gaitval.data.record import GaitRecord
-from gaitval.kinematics.dynamic_fit import consistent_reference
-from gaitval.kinematics.reference import ReferenceMotion
-from gaitval.kinematics.tree import (
-    GRAVITY,
-    Frames,
-    Tree,
-    empty_frames,
-    forward,
-    tree_arrays,
-    velocities,
-)
-from gaitval.scaling.model import BodyModel
-from gaitval.scaling.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.simulation.contact import (
-    ContactLaw,
-    ContactWorkspace,
-    contact_forces,
-    contact_law,
-    contact_workspace,
-)
+from gaitval.gait.record import GaitRecord
+from gaitval.model.body import BodyModel
+from gaitval.model.contact_law import ContactLaw, contact_law
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.model.tree import Frames, Tree, empty_frames, forward, tree_arrays, velocities
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.motion import ReferenceMotion
+from gaitval.simulation.contact import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.simulation.dynamics import (
     DynamicsWorkspace,
     accelerations,
@@ -51,7 +39,6 @@ from gaitval.simulation.dynamics import (
 if TYPE_CHECKING:
     from gaitval.simulation.skeleton import HumanSkeleton
 
-Array = NDArray[np.float64]
 Engine = Literal["compiled", "dart"]
 
 REFERENCE_MASS = 70.0
@@ -87,7 +74,7 @@ class WalkingTask:
         return cls(model, record, reference, configuration)
 
 
-def servo_stiffness(servo: Servo, mass: float) -> Array:
+def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
     """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg."""
     gains = [getattr(servo, _SERVO_OF[name.split("_")[0]]) for name in ACTUATED]
     return np.array(gains, dtype=float) * mass / REFERENCE_MASS
@@ -118,7 +105,7 @@ def reference_tables(reference: ReferenceMotion, feed_forward: float) -> Referen
     )
 
 
-class Body(NamedTuple):
+class WalkerBody(NamedTuple):
     """What a physics step needs to know of a body and its servos.
 
     Attributes
@@ -208,7 +195,7 @@ def _workspace(spheres: int) -> Workspace:
 
 @njit_borrowing
 def _forces(
-    body: Body,
+    body: WalkerBody,
     state: Array,
     phase: float,
     pace: float,
@@ -249,7 +236,7 @@ def _forces(
 
 @njit_borrowing
 def _enter(
-    body: Body, state: Array, phase: float, row: int, account: Account, work: Workspace
+    body: WalkerBody, state: Array, phase: float, row: int, account: Account, work: Workspace
 ) -> None:
     """Enter the step that led to `state` and `phase` in row `row` of the account."""
     command, feet = work.command, work.feet
@@ -280,7 +267,7 @@ def _enter(
 
 @njit_borrowing
 def _steps(
-    body: Body,
+    body: WalkerBody,
     state: Array,
     phase: float,
     pace: float,
@@ -315,7 +302,7 @@ def _steps(
 
 @njit
 def _advance(
-    body: Body,
+    body: WalkerBody,
     state: Array,
     phase: float,
     pace: float,
@@ -349,7 +336,7 @@ def _skeleton(model: BodyModel, physics_step: float) -> "HumanSkeleton":
 
 def _advance_in_dart(
     skeleton: "HumanSkeleton",
-    body: Body,
+    body: WalkerBody,
     state: Array,
     phase: float,
     pace: float,
@@ -375,7 +362,7 @@ def _advance_in_dart(
     return phase
 
 
-class Recording:
+class Trajectory:
     """Arrays that `Walker.step` fills, one row a physics step; see `Account`."""
 
     def __init__(self, steps: int) -> None:
@@ -451,7 +438,7 @@ class Walker:
         friction = float(self.mu[PARAMETERS.index("friction")])
         self.law = contact_law(self.task.configuration.contact, friction)
         stiffness, damping = self.gains
-        self._body = Body(
+        self._body = WalkerBody(
             self.tree,
             self.law,
             self._tables,
@@ -484,7 +471,7 @@ class Walker:
         self,
         offset: Array,
         root_force: Array,
-        recording: Recording | None = None,
+        recording: Trajectory | None = None,
         *,
         pace: float = 1.0,
     ) -> None:

@@ -1,0 +1,5 @@
+"""The `gaitval` command: root, options, commands, tables and the live view."""
+
+from gaitval.cli.app import main
+
+__all__ = ["main"]

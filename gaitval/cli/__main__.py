@@ -1,0 +1,5 @@
+"""`python -m gaitval.cli` is the `gaitval` command."""
+
+from gaitval.cli import main
+
+main()

@@ -1,1 +1,0 @@
-"""Subjects and their recorded gait, in the project's convention from here on."""

@@ -1,0 +1,1 @@
+"""Subjects and the data sets that they come from."""

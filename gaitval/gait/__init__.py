@@ -1,0 +1,1 @@
+"""Recorded gait: events, foot forces, cycles, mean and periodic curves."""

@@ -1,0 +1,479 @@
+"""Gait cycles of a recorded trial: where they are, curves over them, spatiotemporal parameters.
+
+A cycle goes from a heel strike to the next one of the same foot. No cycle is dropped in silence:
+one that is not used says why.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.mocap.cleaning import runs
+from gaitval.mocap.foot_markers import facing, foot_markers
+from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
+
+SAMPLES: Final = 101
+"""Points of a normalised gait cycle: 0, 1, … 100 %."""
+
+PLAUSIBLE_STRIDE: Final = (0.5, 3.5)
+"""s. Fast walking has strides of 0.8 s; a patient at 0.2 m/s has strides of 3 s."""
+UNUSUAL_STRIDE: Final = 0.2
+"""A stride that differs from the median by more than this share is a stumble, a halt or a wrong
+event: in the slowest walk of WBDS01, where they vary most, the standard deviation is 3 to 4 %."""
+SLOWEST_BELT: Final = 0.1
+"""m/s. Feet on the ground roll on at 0.01 to 0.03 m/s in `FLAT_FOOT`; no belt walks so slowly."""
+EDGE_SECONDS: Final = 0.02
+"""s. The strike that ends a cycle, if found from markers, may be this late: what the plates show
+from then on belongs to the next stance."""
+FLAT_FOOT: Final = (0.2, 0.5)
+"""Part of the stance in which heel and forefoot are both on the ground."""
+
+
+@dataclass(frozen=True)
+class GaitCycle:
+    """One gait cycle of one foot; times in s of the recording's clock.
+
+    Attributes
+    ----------
+    start, end : heel strikes of the foot.
+    toe_off : of the foot; NaN if it was not found.
+    opposite_toe_off, opposite_strike : of the other foot, between; NaN if not found.
+    kinematics_valid : the events are complete, in order, and the duration is usual.
+    kinetics_valid : so, and the plates show this foot's force all along.
+    reasons : why it is not valid; empty if all is.
+    """
+
+    side: Side
+    start: float
+    toe_off: float
+    end: float
+    opposite_toe_off: float
+    opposite_strike: float
+    kinematics_valid: bool
+    kinetics_valid: bool
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Stride time, s."""
+        return self.end - self.start
+
+    def __str__(self) -> str:
+        state = "; ".join(self.reasons) if self.reasons else "used"
+        return f"{self.side} cycle {self.start:.3f}-{self.end:.3f} s: {state}"
+
+
+@dataclass(frozen=True)
+class AverageCurve:
+    """A quantity over the gait cycle.
+
+    Attributes
+    ----------
+    mean, deviation : (101, ...) mean and standard deviation (of a sample, n − 1) over the cycles,
+        0 to 100 %; the deviation of a single cycle is NaN.
+    curves : (n, 101, ...) the cycles themselves.
+    """
+
+    mean: Array
+    deviation: Array
+    curves: Array
+
+
+@dataclass(frozen=True)
+class SpatioTemporal:
+    """Spatiotemporal parameters of one foot, one value a cycle (n,), NaN where not measurable.
+
+    Attributes
+    ----------
+    stride_time : s.
+    step_time : s, from the other foot's strike to this foot's that ends the cycle.
+    cadence : steps/min, 120 / `stride_time`.
+    stride_length : m, between this foot's successive places on the ground or belt.
+    step_length : m, forward from the other foot's place to this foot's next one; a right and a
+        left step make a stride.
+    step_width : m, sideways between the same two places, positive when the right foot stands
+        right of the left one.
+    stance_fraction : of the stride, from strike to toe-off.
+    double_support_fraction : of the stride, both periods together.
+    speed : m/s, `stride_length` / `stride_time`: relative to the belt on a treadmill.
+    walk_ratio : m/(steps/min), `step_length` / `cadence` (Sekiya and Nagasaki 1998).
+    """
+
+    side: Side
+    stride_time: Array
+    step_time: Array
+    cadence: Array
+    stride_length: Array
+    step_length: Array
+    step_width: Array
+    stance_fraction: Array
+    double_support_fraction: Array
+    speed: Array
+    walk_ratio: Array
+
+    def summary(self) -> dict[str, tuple[float, float]]:
+        """Mean and standard deviation (n − 1) of each parameter over the cycles that have it."""
+        table = {}
+        for field in fields(self):
+            if field.name == "side":
+                continue
+            values = getattr(self, field.name)
+            values = values[np.isfinite(values)]
+            table[field.name] = (
+                float(values.mean()) if len(values) else np.nan,
+                float(values.std(ddof=1)) if len(values) > 1 else np.nan,
+            )
+        return table
+
+
+def cut_cycles(
+    events: Iterable[Event],
+    side: Side,
+    *,
+    forces: FootForces | None = None,
+    fewest: int = 1,
+) -> tuple[GaitCycle, ...]:
+    """All cycles of one foot, in order of time, also those that are not valid.
+
+    Parameters
+    ----------
+    events : of both feet.
+    forces : of `assign_forces`; without them no cycle is valid for kinetics.
+    fewest : cycles that must be valid for kinematics.
+
+    Raises
+    ------
+    RecordError : fewer valid cycles than `fewest`; it gives the reason of each that is not.
+    """
+    events = sorted(events, key=lambda event: event.time)
+    other: Side = "left" if side == "right" else "right"
+
+    def times(of: Side, kind: EventKind) -> Array:
+        return np.array([e.time for e in events if e.side == of and e.kind == kind])
+
+    strikes = times(side, "heel_strike")
+    inner = [times(side, "toe_off"), times(other, "toe_off"), times(other, "heel_strike")]
+    durations = np.diff(strikes)
+    usual = float(np.median(durations)) if len(durations) else np.nan
+    cycles = []
+    for start, end in pairwise(map(float, strikes)):
+        between = [found[(found > start) & (found < end)] for found in inner]
+        toe_off, opposite_toe_off, opposite_strike = (
+            float(found[0]) if len(found) else np.nan for found in between
+        )
+        reasons = _faults(side, start, end, usual, between)
+        kinematics = not reasons
+        shown, why = _shown(forces, side, start, end)
+        if not shown:
+            reasons.append(why)
+        cycles.append(
+            GaitCycle(
+                side=side,
+                start=start,
+                toe_off=toe_off,
+                end=end,
+                opposite_toe_off=opposite_toe_off,
+                opposite_strike=opposite_strike,
+                kinematics_valid=kinematics,
+                kinetics_valid=kinematics and shown,
+                reasons=tuple(reasons),
+            )
+        )
+    _require(cycles, side, fewest, len(strikes))
+    return tuple(cycles)
+
+
+def without_gaps(
+    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
+) -> tuple[GaitCycle, ...]:
+    """The same cycles; those through which the markers do not show the motion are not valid.
+
+    Parameters
+    ----------
+    cycles : of one foot, at least one.
+    time : (T,) s, of the marker frames.
+    seen : (T,) whether the markers show the pelvis and this foot's leg.
+    longest_gap_s : frames up to this long without them are bridged.
+
+    Raises
+    ------
+    RecordError : no valid cycle is left; it gives the reason of each.
+    """
+    cycles = tuple(cycles)
+    longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
+    gaps = [
+        (float(time[begin]), float(time[end - 1]))
+        for begin, end in zip(*runs(~seen), strict=True)
+        if end - begin > longest
+    ]
+    found = []
+    for cycle in cycles:
+        inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
+        if inside:
+            reasons = tuple(
+                f"the markers do not show pelvis and {cycle.side} leg at {begin:.3f}-{end:.3f} s"
+                for begin, end in inside
+            )
+            cycle = replace(
+                cycle,
+                kinematics_valid=False,
+                kinetics_valid=False,
+                reasons=cycle.reasons + reasons,
+            )
+        found.append(cycle)
+    _require(found, cycles[0].side, 1, len(cycles) + 1)
+    return tuple(found)
+
+
+def _require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:
+    usable = sum(cycle.kinematics_valid for cycle in cycles)
+    if usable < fewest:
+        listed = "".join(f"\n  {cycle}" for cycle in cycles if not cycle.kinematics_valid)
+        raise RecordError(
+            f"{usable or 'no'} complete {side} gait cycle{'s' if usable > 1 else ''} in the trial, "
+            f"at least {fewest} needed: {strikes} {side} heel strike{'' if strikes == 1 else 's'} "
+            "found, and a cycle goes from one to the next. Give a longer trial of steady walking, "
+            f"in which the {side} foot strikes the ground at least {fewest + 1} times.{listed}"
+        )
+
+
+def _faults(side: Side, start: float, end: float, usual: float, between: list[Array]) -> list[str]:
+    """What is wrong with the events of a cycle."""
+    reasons = []
+    duration = end - start
+    low, high = PLAUSIBLE_STRIDE
+    if not low <= duration <= high:
+        reasons.append(f"it lasts {duration:.2f} s; strides last {low} to {high} s")
+    elif abs(duration / usual - 1.0) > UNUSUAL_STRIDE:
+        reasons.append(
+            f"it lasts {duration:.2f} s, more than {100 * UNUSUAL_STRIDE:.0f} % from the trial's "
+            f"median {usual:.2f} s"
+        )
+    other = "left" if side == "right" else "right"
+    named = (f"{side} toe-off", f"{other} toe-off", f"{other} heel strike")
+    for name, found in zip(named, between, strict=True):
+        if len(found) != 1:
+            reasons.append(f"{'no' if not len(found) else len(found)} {name} in it")
+    if not reasons:
+        toe_off, opposite_toe_off, opposite_strike = (float(found[0]) for found in between)
+        if not opposite_toe_off < opposite_strike < toe_off:
+            reasons.append("its events are not in the order of walking (is it running?)")
+    return reasons
+
+
+def _shown(forces: FootForces | None, side: Side, start: float, end: float) -> tuple[bool, str]:
+    """Whether the plates show a foot's force in a cycle, and if not, why."""
+    if forces is None:
+        return False, "no force plates: no kinetics"
+    samples = forces.time
+    spacing = 1.0 / forces.rate
+    if start < samples[0] - spacing or end > samples[-1] + spacing:
+        return False, "it is not within the time of the forces: no kinetics"
+    inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
+    doubtful = ~forces.valid[inside, SIDES.index(side)]
+    if doubtful.any():
+        when = samples[inside][doubtful]
+        return False, (
+            f"the plates do not show the {side} foot alone at {when[0]:.3f}-{when[-1]:.3f} s: no "
+            "kinetics"
+        )
+    return True, ""
+
+
+def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
+    """A quantity over one cycle: (101, ...) at 0 to 100 %, linearly interpolated.
+
+    Parameters
+    ----------
+    time : (T,) s, uniformly spaced.
+    values : (T, ...).
+
+    Raises
+    ------
+    RecordError : values of another length than the times, or a cycle outside them.
+    """
+    values = np.asarray(values, dtype=float)
+    if len(values) != len(time):
+        raise RecordError(
+            f"Values at {len(values)} times cannot be cut by {len(time)} times: they are of "
+            "another trial or of another rate. Resample them first."
+        )
+    spacing = float(time[1] - time[0]) if len(time) > 1 else 0.0
+    if len(time) < 2 or cycle.start < time[0] - spacing or cycle.end > time[-1] + spacing:
+        raise RecordError(
+            f"The {cycle.side} cycle of {cycle.start:.3f}-{cycle.end:.3f} s is not within the "
+            f"values, which are {len(time)} samples"
+            + (f" from {time[0]:.3f} to {time[-1]:.3f} s." if len(time) else ".")
+            + " They are of another trial, or cut."
+        )
+    wanted = np.linspace(cycle.start, cycle.end, SAMPLES)
+    samples = np.clip((wanted - time[0]) / spacing, 0.0, len(time) - 1.0)
+    below = np.minimum(samples.astype(np.int64), len(time) - 2)
+    share = (samples - below).reshape(-1, *[1] * (values.ndim - 1))
+    # a neighbour with no weight may be NaN
+    return np.asarray(
+        np.where(share < 1.0, (1.0 - share) * np.where(share < 1.0, values[below], 0.0), 0.0)
+        + np.where(share > 0.0, share * np.where(share > 0.0, values[below + 1], 0.0), 0.0)
+    )
+
+
+Part = tuple[Array, Array, Sequence[GaitCycle]]
+"""Times (T,) s, values (T, ...) and the cycles that count, of one trial."""
+
+
+def average(parts: Iterable[Part]) -> AverageCurve | None:
+    """Mean and standard deviation of a quantity over the cycles of one or several trials; None if
+    there is no cycle.
+    """
+    curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
+    if not curves:
+        return None
+    stacked = np.stack(curves)
+    deviation = (
+        stacked.std(axis=0, ddof=1) if len(curves) > 1 else np.full(stacked.shape[1:], np.nan)
+    )
+    return AverageCurve(mean=stacked.mean(axis=0), deviation=deviation, curves=stacked)
+
+
+def belt_speed(
+    recording: Recording, events: Iterable[Event], *, landmarks: Mapping[str, str]
+) -> float:
+    """Speed of the belt under the feet, m/s: positive when it carries them back, 0 over ground.
+
+    The median over all stances of the backward velocity of heel and forefoot while the foot is
+    flat (20 to 50 % of the stance), each from a line through the markers; 0 if it is below
+    `SLOWEST_BELT`.
+
+    Parameters
+    ----------
+    recording : cleaned, z up; it need not face along x.
+    events : of both feet.
+    landmarks : see `foot_markers`.
+
+    Raises
+    ------
+    RecordError : no stance from heel strike to toe-off in which the feet are seen.
+    """
+    forward = facing(recording, landmarks)
+    feet = foot_markers(recording, landmarks)
+    speeds = []
+    for side, start, stop in _stances(events):
+        begin = start + FLAT_FOOT[0] * (stop - start)
+        end = start + FLAT_FOOT[1] * (stop - start)
+        inside = (recording.time >= begin) & (recording.time <= end)
+        middle = (0.5 * (feet[side].heel + feet[side].front) @ forward)[inside]
+        if len(middle) > 2 and np.isfinite(middle).all():
+            speeds.append(-np.polyfit(recording.time[inside], middle, 1)[0])
+    if not speeds:
+        raise RecordError(
+            f"{recording.source}: no stance from heel strike to toe-off with heel and forefoot "
+            "seen, so the speed of the belt is not known. Give a longer trial, or fill the gaps."
+        )
+    speed = float(np.median(speeds))
+    return speed if abs(speed) > SLOWEST_BELT else 0.0
+
+
+def _stances(events: Iterable[Event]) -> list[tuple[Side, float, float]]:
+    """Side, heel strike and toe-off of each complete stance."""
+    events = sorted(events, key=lambda event: event.time)
+    found = []
+    for side in SIDES:
+        for first, second in pairwise(event for event in events if event.side == side):
+            if (first.kind, second.kind) == ("heel_strike", "toe_off"):
+                found.append((side, first.time, second.time))
+    return found
+
+
+def spatiotemporal(
+    recording: Recording,
+    events: Iterable[Event],
+    cycles: Sequence[GaitCycle],
+    *,
+    landmarks: Mapping[str, str],
+) -> SpatioTemporal:
+    """Spatiotemporal parameters of the cycles of one foot that are valid for kinematics.
+
+    The place of a foot is the median of its heel marker while the foot is flat, in axes that
+    move with the belt (`belt_speed`; over ground they stand still), along the direction in
+    which the person faces and across it. One formula so serves treadmill and ground.
+
+    Parameters
+    ----------
+    recording : cleaned, z up.
+    events : of both feet, from which the cycles were cut.
+    cycles : of one side.
+    landmarks : see `foot_markers`.
+
+    Raises
+    ------
+    RecordError : no valid cycle.
+    """
+    events = tuple(events)
+    cycles = [cycle for cycle in cycles if cycle.kinematics_valid]
+    if not cycles:
+        raise RecordError(
+            f"{recording.source}: there is no valid gait cycle, so there are no spatiotemporal "
+            "parameters. Give a longer trial of steady walking."
+        )
+    side = cycles[0].side
+    other: Side = "left" if side == "right" else "right"
+    places = _Places(recording, events, landmarks)
+    start, end, toe_off, opposite_toe_off, opposite_strike = np.array(
+        [[c.start, c.end, c.toe_off, c.opposite_toe_off, c.opposite_strike] for c in cycles]
+    ).T
+    first, second = places.of(side, start), places.of(side, end)
+    between = places.of(other, opposite_strike)
+    stride_time = end - start
+    cadence = 120.0 / stride_time
+    stride_length = (second - first)[:, 0]
+    step_length = (second - between)[:, 0]
+    across = (second - between)[:, 1]
+    return SpatioTemporal(
+        side=side,
+        stride_time=stride_time,
+        step_time=end - opposite_strike,
+        cadence=cadence,
+        stride_length=stride_length,
+        step_length=step_length,
+        step_width=across if side == "left" else -across,
+        stance_fraction=(toe_off - start) / stride_time,
+        double_support_fraction=((opposite_toe_off - start) + (toe_off - opposite_strike))
+        / stride_time,
+        speed=stride_length / stride_time,
+        walk_ratio=step_length / cadence,
+    )
+
+
+class _Places:
+    """Where the feet stand on the belt or the ground, forward and to the left, m."""
+
+    def __init__(
+        self, recording: Recording, events: Sequence[Event], landmarks: Mapping[str, str]
+    ) -> None:
+        forward = facing(recording, landmarks)
+        leftward = np.array([-forward[1], forward[0], 0.0])
+        belt = belt_speed(recording, events, landmarks=landmarks)
+        self.time = recording.time
+        self.heels: dict[Side, Array] = {
+            side: np.stack([foot.heel @ forward + belt * self.time, foot.heel @ leftward], axis=1)
+            for side, foot in foot_markers(recording, landmarks).items()
+        }
+        stances = _stances(events)
+        self.usual = float(np.median([stop - start for _, start, stop in stances]))
+
+    def of(self, side: Side, strikes: Array) -> Array:
+        """(n, 2) place of the foot after each of these strikes; NaN where it is not seen."""
+        found = np.full((len(strikes), 2), np.nan)
+        for row, strike in enumerate(strikes):
+            begin, end = (strike + share * self.usual for share in FLAT_FOOT)
+            flat = self.heels[side][(self.time >= begin) & (self.time <= end)]
+            if len(flat) > 2:
+                found[row] = np.median(flat, axis=0)
+        return found

@@ -1,0 +1,87 @@
+"""Mean curves of a gait (101 rows, 0 to 100 % of the cycle) as the periodic curves of a subject.
+
+Tolerances are in the curve's unit; a curve that needs too many harmonics is refused as noisy.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.record import Curve, Force, fit_periodic
+
+ROWS: Final = 101
+"""Rows of a mean curve: 0 to 100 % of the gait cycle."""
+
+ANGLE_TOLERANCE: Final = float(np.radians(0.3))
+"""rad. Small beside the 5° above which a change between sessions is detectable (Wilken 2012)."""
+MOMENT_TOLERANCE: Final = 0.02
+"""Nm/kg, about 1 % of the largest moment."""
+FORCE_TOLERANCE: Final = 0.01
+"""Body weights."""
+STANCE_THRESHOLD: Final = 0.03
+"""Body weights of vertical force at which stance ends: 20 N, the usual threshold, at 68 kg."""
+
+
+def stance_fraction(vertical: Array) -> float:
+    """Fraction of the cycle until the vertical force falls to `STANCE_THRESHOLD`.
+
+    Parameters
+    ----------
+    vertical : (101,) body weights, zero in swing. Interpolated linearly between rows.
+    """
+    # The rows before the next heel strike belong to it, so they are not searched.
+    last = int(np.flatnonzero(vertical[:90] >= STANCE_THRESHOLD)[-1])
+    above, below = vertical[last], vertical[last + 1]
+    return float(last + (above - STANCE_THRESHOLD) / (above - below)) / 100
+
+
+def mean_vertical_force(forces: Mapping[Side, Array]) -> float:
+    """Mean of right + left vertical force over the gait cycle, body weights."""
+    return float(sum(forces[side][:100, 2].mean() for side in SIDES))
+
+
+def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Path | str) -> Curve:
+    """Fit one mean curve; see `fit_periodic`.
+
+    Parameters
+    ----------
+    name, path : the curve and its file, for messages.
+
+    Raises
+    ------
+    RecordError
+        When `HARMONICS_CAP` harmonics leave more than `tolerance`.
+    """
+    curve, residual = fit_periodic(phase, values, tolerance)
+    if residual > tolerance:
+        raise RecordError(
+            f"{path}: the curve of {name} is left with {residual:.3g} (allowed {tolerance:.3g}) by "
+            f"{len(curve.cosine)} harmonics: it is noisy or jumps. Give more cycles, "
+            "another trial, or filter it."
+        )
+    return Curve.fitted((curve, residual))
+
+
+def fit_force(force: Array, stance: float, path: Path | str) -> Force:
+    """Fit the stance of one foot's ground reaction.
+
+    Swing is left free: a series that also had to stay at zero there would need over 40
+    harmonics and ring at heel strike and toe-off.
+
+    Parameters
+    ----------
+    force : (101, 3) body weights, forward, left, up.
+    stance : stance fraction.
+    path : the file, for messages.
+    """
+    rows = np.append(np.arange(int(stance * 100) + 1), 100)
+    forward, left, up = (
+        fit_curve(f"ground reaction {axis}", rows / 100, force[rows, i], FORCE_TOLERANCE, path)
+        for i, axis in enumerate(("forward", "left", "up"))
+    )
+    return Force(forward=forward, left=left, up=up)

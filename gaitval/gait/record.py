@@ -1,0 +1,261 @@
+"""The recorded gait of a subject as periodic curves.
+
+All curves are in the project's convention (REP-103 axes, SI units, radians): angles and
+moments by the coordinate's name, a moment positive where it would increase its coordinate.
+Each side's curves run over that side's own gait cycle, phase 0 = its heel strike.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    model_validator,
+)
+
+from gaitval.arrays import Array
+from gaitval.coordinates import Side
+
+_JOINT_ANGLES = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "knee_adduction",
+    "knee_rotation",
+    "ankle_angle",
+    "subtalar_angle",
+    "ankle_rotation",
+)
+_SEGMENT_ANGLES = (
+    "pelvis_tilt",
+    "pelvis_list",
+    "pelvis_rotation",
+    "foot_pitch",
+    "foot_list",
+    "foot_progression",
+)
+
+ANGLE_NAMES = tuple(
+    f"{name}_{side}" for side in "rl" for name in (*_JOINT_ANGLES, *_SEGMENT_ANGLES)
+)
+"""Keys of `GaitRecord.angles`; only `REQUIRED_ANGLES` are always there."""
+
+RECORDED_ANGLES = (
+    "hip_flexion",
+    "hip_adduction",
+    "hip_rotation",
+    "knee_angle",
+    "ankle_angle",
+    "subtalar_angle",
+)
+"""The angles of a leg that the model has a coordinate for."""
+
+REQUIRED_ANGLES = tuple(
+    f"{name}_{side}"
+    for side in "rl"
+    for name in (*RECORDED_ANGLES, "pelvis_tilt", "pelvis_list", "pelvis_rotation")
+)
+"""The angles that every record has: those of the coordinates of the model."""
+
+MOMENT_NAMES = tuple(f"{name}_{side}" for side in "rl" for name in _JOINT_ANGLES)
+"""Keys of `GaitRecord.moments`."""
+
+HARMONICS_CAP = 40
+"""Most harmonics that `fit_periodic` tries; rows 1 % of the cycle apart resolve fewer than 50."""
+
+ROUGHNESS = 1e-6
+"""Weight of Σ k⁴(cosine² + sine²) beside the sum of squared residuals in `fit_periodic`.
+
+It only decides where samples are missing (moments around the seam, forces in swing): there it
+keeps every force below 5 body weights, instead of 100, and changes no fit by a harmonic more
+than three.
+"""
+
+
+@dataclass(frozen=True)
+class PeriodicCurve:
+    """A truncated Fourier series f(φ) = mean + Σ_k cosine_k cos 2πkφ + sine_k sin 2πkφ.
+
+    Periodic to machine precision; φ is the phase, one unit a gait cycle.
+    """
+
+    mean: float
+    cosine: tuple[float, ...]
+    sine: tuple[float, ...]
+
+    def _angles(self, phase: ArrayLike) -> NDArray[np.float64]:
+        harmonics = np.arange(1, len(self.cosine) + 1)
+        return np.multiply.outer(2 * np.pi * np.asarray(phase, dtype=float), harmonics)
+
+    def __call__(self, phase: ArrayLike) -> NDArray[np.float64]:
+        """Value at `phase` (any shape)."""
+        angles = self._angles(phase)
+        return np.asarray(
+            self.mean
+            + np.cos(angles) @ np.array(self.cosine)
+            + np.sin(angles) @ np.array(self.sine)
+        )
+
+    def derivative(self, phase: ArrayLike) -> NDArray[np.float64]:
+        """d f / d φ at `phase`; divide by the stride time for a rate in time."""
+        angles = self._angles(phase)
+        k = 2 * np.pi * np.arange(1, len(self.cosine) + 1)
+        return np.asarray(
+            np.cos(angles) @ (k * np.array(self.sine))
+            - np.sin(angles) @ (k * np.array(self.cosine))
+        )
+
+
+def fit_periodic(
+    phase: ArrayLike, values: ArrayLike, tolerance: float
+) -> tuple[PeriodicCurve, float]:
+    """Fit the shortest Fourier series that passes every sample within `tolerance`.
+
+    Samples at phase 0 and 1 are the same instant, one cycle apart. They get half the weight
+    each, so the curve passes through their mean and the residual states their difference.
+
+    Parameters
+    ----------
+    phase : (n,) in 0…1. Parts of the cycle may be left out; there the curve is the smoothest
+        continuation (`ROUGHNESS`), not a measurement.
+    values : (n,) in any unit.
+    tolerance : largest absolute residual allowed, in the unit of `values`.
+
+    Returns
+    -------
+    curve, residual
+        The curve and its largest absolute residual. The residual exceeds `tolerance` when
+        `HARMONICS_CAP` harmonics are not enough.
+    """
+    phase = np.asarray(phase, dtype=float)
+    values = np.asarray(values, dtype=float)
+    weight = np.where((phase == 0) | (phase == 1), np.sqrt(0.5), 1.0)
+    curve, residual = PeriodicCurve(float(values.mean()), (), ()), np.inf
+    for harmonics in range(1, HARMONICS_CAP + 1):
+        order = np.arange(1, harmonics + 1)
+        angles = 2 * np.pi * np.outer(phase, order)
+        design = np.hstack([np.ones((len(phase), 1)), np.cos(angles), np.sin(angles)])
+        roughness = np.sqrt(ROUGHNESS) * np.diag(np.concatenate([[0], order**2, order**2]))
+        coefficients = np.linalg.lstsq(
+            np.vstack([design * weight[:, None], roughness]),
+            np.concatenate([values * weight, np.zeros(len(roughness))]),
+            rcond=None,
+        )[0]
+        curve = PeriodicCurve(
+            float(coefficients[0]),
+            tuple(coefficients[1 : harmonics + 1].tolist()),
+            tuple(coefficients[harmonics + 1 :].tolist()),
+        )
+        residual = float(np.abs(design @ coefficients - values).max())
+        if residual <= tolerance:
+            break
+    return curve, residual
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """Cut-offs of the zero-lag fourth-order Butterworth filter on joint moments and on the ground
+    reaction, Hz.
+    """
+
+    moments_hz: float
+    forces_hz: float
+
+
+@dataclass(frozen=True)
+class GaitRecord:
+    """Mean gait of one subject in one trial.
+
+    Attributes
+    ----------
+    speed : m/s, mean forward speed.
+    stride_time : s.
+    left_phase : phase of the right cycle at which the left heel strikes (about 0.5).
+    stance_fraction : of each side's own cycle, from the vertical force.
+    angles : rad. Keys: `hip_flexion_r`, `hip_adduction_r`, `hip_rotation_r`, `knee_angle_r`,
+        `knee_adduction_r`, `knee_rotation_r`, `ankle_angle_r`, `subtalar_angle_r`,
+        `ankle_rotation_r`, `pelvis_tilt_r` (anterior tilt +), `pelvis_list_r` (own side up +),
+        `pelvis_rotation_r` (own side forward +), `foot_pitch_r` (toes up +), `foot_list_r`,
+        `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`; knee
+        adduction and rotation, ankle rotation and the foot's angles may be absent.
+    moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above,
+        `MOMENT_NAMES`. Of the frontal and transverse ones the source does not
+        state the axes (its transverse ankle moment suggests the foot's): compare with care.
+    forces : body weights; `forces["right"]` holds the three curves of the ground reaction on
+        that foot in world axes: forward, left, up. They are fitted to stance only and mean
+        nothing in swing: evaluate through `ground_reaction`, which is zero there.
+    low_pass : what moments and forces had passed before they were averaged; None if not known.
+    """
+
+    speed: float
+    stride_time: float
+    left_phase: float
+    stance_fraction: Mapping[Side, float]
+    angles: Mapping[str, PeriodicCurve]
+    moments: Mapping[str, PeriodicCurve]
+    forces: Mapping[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]]
+    low_pass: LowPass | None = None
+
+    def ground_reaction(self, side: Side, phase: ArrayLike) -> Array:
+        """Ground reaction on one foot, body weights, shape (*phase.shape, 3), world axes.
+
+        `phase` is that side's own phase.
+        """
+        phase = np.asarray(phase, dtype=float)
+        force = np.stack([curve(phase) for curve in self.forces[side]], axis=-1)
+        swing = np.mod(phase, 1.0) > self.stance_fraction[side]
+        force[swing] = 0.0
+        return force
+
+
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+
+
+class StoredPart(BaseModel):
+    """A part of a stored subject: fixed, with no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class Curve(StoredPart):
+    """A fitted mean curve; see `PeriodicCurve` and `fit_periodic`."""
+
+    mean: Number
+    cosine: tuple[Number, ...]
+    sine: tuple[Number, ...]
+    residual: Number
+    """Largest absolute difference from the samples it was fitted to, in the curve's unit."""
+
+    @model_validator(mode="after")
+    def _same_length(self) -> Self:
+        if len(self.cosine) != len(self.sine):
+            raise ValueError(
+                f"{len(self.cosine)} cosine and {len(self.sine)} sine coefficients; "
+                "give one of each for every harmonic."
+            )
+        return self
+
+    @classmethod
+    def fitted(cls, fit: tuple[PeriodicCurve, float]) -> Self:
+        """From the result of `fit_periodic`."""
+        curve, residual = fit
+        return cls(mean=curve.mean, cosine=curve.cosine, sine=curve.sine, residual=residual)
+
+    def periodic(self) -> PeriodicCurve:
+        """The curve as a function of phase."""
+        return PeriodicCurve(self.mean, self.cosine, self.sine)
+
+
+class Force(StoredPart):
+    """Ground reaction on one foot, body weights, world axes; stance only."""
+
+    forward: Curve
+    left: Curve
+    up: Curve

@@ -1,0 +1,72 @@
+"""Whether a walking trial names its markers as the standing trial does."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.model.body import BodyModel
+from gaitval.model.markers import ModelMarker
+
+FRAMES: Final = 20
+"""Frames of a trial that are looked at, evenly spread."""
+
+SMALLEST_DISTANCE: Final = 0.05
+"""m. Two markers that are less than this off their places, in sum, are where they belong."""
+
+EXCHANGED: Final = 0.75
+"""Two markers are exchanged if, measured against each other's places on the model, their distances
+sum up to less than this share of what they are against their own. In all exchanges of two markers
+of the right side of WBDS01 T01 it is at most 0.62; without an exchange at least 13 there and 2.3
+in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
+
+
+def check_exchanged(
+    model: BodyModel, markers: Sequence[ModelMarker], measured: Array, *, names: tuple[str, str]
+) -> None:
+    """Refuse a walking trial in which two markers have each other's names.
+
+    Each marker has its place on the model from the standing trial. Inverse kinematics then leaves
+    two exchanged markers away from their own places and near each other's.
+
+    Parameters
+    ----------
+    markers : M markers, placed on the model by the standing trial.
+    measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
+    names : of the standing and the walking trial, for the message.
+
+    Raises
+    ------
+    RecordError : two markers are exchanged; names those that are so most clearly.
+    """
+    frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
+    shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)
+    measured = measured[frames][shown >= 3]
+    if not len(measured):
+        return
+    pose = inverse_kinematics(model, markers, measured).positions
+    expected = marker_positions(model, markers, pose)
+    # (T, M, M): of each measured marker from the place of each marker
+    distance = np.linalg.norm(measured[:, :, None] - expected[:, None], axis=3)
+    worst = (EXCHANGED, -1, -1, 0.0, 0.0)
+    for i, j in combinations(range(len(markers)), 2):
+        both = np.isfinite(distance[:, i, i] + distance[:, j, j])
+        if not both.any():
+            continue
+        own = float(np.median((distance[:, i, i] + distance[:, j, j])[both]))
+        crossed = float(np.median((distance[:, i, j] + distance[:, j, i])[both]))
+        if own > SMALLEST_DISTANCE and crossed < worst[0] * own:
+            worst = (crossed / own, i, j, own, crossed)
+    _, i, j, own, crossed = worst
+    if i >= 0:
+        first, second = markers[i].name, markers[j].name
+        raise RecordError(
+            f"{names[1]}: the markers {first} and {second} have each other's names here or in "
+            f"{names[0]}: by the standing trial they are {1000 * own:.0f} mm off their places on "
+            f"the body (together, median), with the names exchanged {1000 * crossed:.0f} mm. Look "
+            "at both trials in the recording program, correct the labels and export again."
+        )

@@ -1,0 +1,344 @@
+"""Place a standing person's markers on the segments of their body model.
+
+The model is put into the pose that fits the standing landmarks and joint centres best (least
+squares, all alike); each marker then is where it was measured, in the frame of its segment. The
+model is mirror-symmetric and the person is not: both sides keep their own marker places.
+
+The neutral pelvis has the plane of the ASIS and PSIS level (`scaling.scaling`), so a pelvis that
+stands naturally is tilted forward, and a hip under it flexed by as much. What no landmark shows
+stays neutral: the toes in line with the foot, the trunk upright, the arms hanging.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import COORDINATES
+from gaitval.errors import ScalingError
+from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.joint_centres import (
+    ACROMION_TO_SHOULDER,
+    MARKER_OFFSET,
+    Place,
+    arms_hang,
+    locate,
+    pelvis_frame,
+)
+from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.measurements import Measurements
+
+CHECKLIST: Final = "OpenSim, Simulation with OpenSim - Best Practices"
+"""Where the limits of `placement_checks` come from."""
+
+LARGEST_DISTANCE: Final = 0.02
+LARGEST_RMS: Final = 0.01
+"""m, of a landmark or joint centre in standing from its place in the model."""
+
+LARGEST_ANKLE_ANGLE: Final = 5.0
+LARGEST_HIP_ANGLE: Final = 10.0
+"""Degrees from the neutral pose, in standing."""
+
+_UP: Final = np.array([0.0, 0.0, 1.0])
+
+ELBOW_HALF_WIDTH: Final = 0.045
+"""m, marker on the lateral epicondyle of the elbow from the joint's centre where the other side of
+the elbow has no marker: half of 70 mm, and the marker's own 10 mm."""
+
+
+@dataclass(frozen=True)
+class PlacementCheck:
+    """A value, its published limit and where that comes from.
+
+    Attributes
+    ----------
+    name : what was measured.
+    value, limit : in `unit`; the value may not exceed the limit.
+    unit : "m" or "deg".
+    source : of the limit.
+    """
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    source: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value is within its limit."""
+        return self.value <= self.limit
+
+
+@dataclass(frozen=True)
+class MarkerPlacement:
+    """Markers on a model and the pose in which they were placed.
+
+    Attributes
+    ----------
+    markers : in the order of the marker set; those that standing did not show are left out.
+    standing : (31,) pose in the standing trial, rad and m.
+    distances : m, of each landmark and joint centre from its place in the model.
+    moved : names of the markers that were moved with raised arms: where they were in standing
+        is not where the model has them in the pose `standing`.
+    checks : the published limits; none stops the import.
+    """
+
+    markers: tuple[ModelMarker, ...]
+    standing: Array
+    distances: Mapping[str, float]
+    moved: tuple[str, ...]
+    checks: tuple[PlacementCheck, ...]
+
+
+def place_markers(
+    model: BodyModel,
+    measured: Measurements,
+    standing: Mapping[str, Place],
+    marker_set: MarkerSet,
+    *,
+    knee_width: float | None = None,
+    ankle_width: float | None = None,
+    elbow_width: float | None = None,
+) -> MarkerPlacement:
+    """Find the standing pose of a model and place all markers on it.
+
+    Parameters
+    ----------
+    model : scaled with `measured`.
+    measured : lengths of the body; here the shape of its feet and arms.
+    standing : (3,) m, position of each marker of the set in standing (a mean over frames),
+        project axes, floor at z = 0; a marker that was not seen is left out or NaN.
+    marker_set : which segment each marker is on, and which landmark.
+    knee_width, ankle_width, elbow_width : m, as for `joint_centres.measure`.
+
+    Raises
+    ------
+    ScalingError : as `joint_centres.measure`; markers without a landmark that are swapped
+        left to right.
+    """
+    seen = {
+        name: np.asarray(place, dtype=np.float64)
+        for name, place in standing.items()
+        if np.isfinite(place).all()
+    }
+    points = locate(
+        marker_set.on_landmarks(seen),
+        knee_width=knee_width,
+        ankle_width=ankle_width,
+        elbow_width=elbow_width,
+    )
+    _check_sides(marker_set, seen, points)
+    raised = not arms_hang(points)
+    if raised:
+        shifts = _to_the_shoulders(model, measured, points)
+        points |= {
+            name: points[name] + shifts[name[0]]
+            for name in points
+            if name[2:] in ("Elbow", "Elbow.Centre", "Wrist.Centre")
+        }
+    anatomy = _anatomy(model, measured, points)
+    fit, frames = _pose(model, anatomy, points)
+    markers, moved = [], []
+    for name, definition in marker_set.markers.items():
+        if name not in seen:
+            continue
+        segment, place = definition.segment, seen[name]
+        frame = frames[SEGMENTS.index(segment)]
+        if raised and segment.startswith(("upper_arm", "forearm")):
+            place = place + shifts[segment[-1].upper()]
+            moved.append(name)
+        position = (place - frame[:3, 3]) @ frame[:3, :3]
+        if raised and segment == "torso" and (definition.landmark or "").endswith(".Acromion"):
+            shoulder = model[f"upper_arm_{str(definition.landmark)[0].lower()}"].joint_position
+            position = shoulder + 2 * ACROMION_TO_SHOULDER * abs(shoulder[1]) * _UP
+            moved.append(name)
+        markers.append(ModelMarker(name, segment, position, definition.weight))
+    distances = dict(zip(fit.names, fit.marker_errors[0].tolist(), strict=True))
+    return MarkerPlacement(
+        markers=tuple(markers),
+        standing=fit.positions[0],
+        distances=distances,
+        moved=tuple(moved),
+        checks=placement_checks(fit.positions[0], measured.pelvic_tilt, distances),
+    )
+
+
+def placement_checks(
+    standing: Array, pelvic_tilt: float, distances: Mapping[str, float]
+) -> tuple[PlacementCheck, ...]:
+    """The published limits of a placement.
+
+    Parameters
+    ----------
+    standing : (31,) pose, rad.
+    pelvic_tilt : of the standing pelvis, rad. The hip's flexion is taken from there, because our
+        neutral pelvis is level at the ASIS and PSIS and the published limit is about the posture.
+    distances : m, of landmarks from their places in the model.
+    """
+    worst = max(distances, key=lambda name: distances[name])
+    rms = float(np.sqrt(np.mean(np.square(list(distances.values())))))
+    checks = [
+        PlacementCheck(
+            f"largest distance of a landmark ({worst})",
+            distances[worst],
+            LARGEST_DISTANCE,
+            "m",
+            CHECKLIST,
+        ),
+        PlacementCheck("RMS distance of the landmarks", rms, LARGEST_RMS, "m", CHECKLIST),
+    ]
+    for side in ("right", "left"):
+        ankle, hip = (
+            np.degrees(standing[COORDINATES.index(f"{name}_{side[0]}")])
+            for name in ("ankle_angle", "hip_flexion")
+        )
+        checks.append(
+            PlacementCheck(
+                f"{side} ankle angle in standing",
+                float(abs(ankle)),
+                LARGEST_ANKLE_ANGLE,
+                "deg",
+                CHECKLIST,
+            )
+        )
+        checks.append(
+            PlacementCheck(
+                f"{side} hip flexion in standing, from the standing pelvis",
+                float(abs(hip - np.degrees(pelvic_tilt))),
+                LARGEST_HIP_ANGLE,
+                "deg",
+                CHECKLIST,
+            )
+        )
+    return tuple(checks)
+
+
+def _check_sides(
+    marker_set: MarkerSet, seen: Mapping[str, Array], points: Mapping[str, Array]
+) -> None:
+    """Left markers to the left of their namesakes; landmarks are checked where they are measured,
+    and arms may cross.
+    """
+    left = _pelvis(points)[:, 1]
+    swapped = [
+        name[1:].lstrip(".")
+        for name, definition in marker_set.markers.items()
+        for other in [f"L{name[1:]}"]
+        if name.startswith("R") and {name, other} <= seen.keys() and "arm" not in definition.segment
+        if (seen[other] - seen[name]) @ left <= 0
+    ]
+    if swapped:
+        raise ScalingError(
+            "left and right markers look swapped in the standing trial (the left one is on the "
+            f"right): {', '.join(swapped)}. Check the names of the markers."
+        )
+
+
+def _pelvis(points: Mapping[str, Array]) -> Array:
+    return pelvis_frame(points["R.ASIS"], points["L.ASIS"], points["Mid.PSIS"])
+
+
+def _middle_hip(points: Mapping[str, Array]) -> Array:
+    return np.asarray((points["R.Hip.Centre"] + points["L.Hip.Centre"]) / 2)
+
+
+def _pose(
+    model: BodyModel, anatomy: Sequence[ModelMarker], points: Mapping[str, Array]
+) -> tuple[InverseKinematics, Array]:
+    """The pose that fits landmarks of the model to `points`, and its segments, (14, 4, 4)."""
+    held = {f"mtp_angle_{side}": 0.0 for side in "rl"}
+    if not any(marker.segment.startswith(("torso", "upper_arm")) for marker in anatomy):
+        upright = float(np.arcsin(-_pelvis(points)[2, 0]))
+        held |= {"lumbar_extension": upright, "lumbar_bending": 0.0, "lumbar_rotation": 0.0}
+    places = np.array([[points[marker.name] for marker in anatomy]])
+    fit = inverse_kinematics(model, anatomy, places, held=held)
+    return fit, segment_frames(model, fit.positions)[0]
+
+
+def _to_the_shoulders(
+    model: BodyModel, measured: Measurements, points: Mapping[str, Array]
+) -> dict[str, Array]:
+    """From the shoulders of raised arms to those of the model, of each side, (3,) m."""
+    anatomy = _anatomy(model, measured, points)
+    _, frames = _pose(model, [m for m in anatomy if "arm" not in m.segment], points)
+    return {
+        side: frames[SEGMENTS.index(f"upper_arm_{side.lower()}"), :3, 3]
+        - points[f"{side}.Shoulder.Centre"]
+        for side in "RL"
+    }
+
+
+def _anatomy(
+    model: BodyModel, measured: Measurements, points: Mapping[str, Array]
+) -> list[ModelMarker]:
+    """Where the landmarks and joint centres are in the model."""
+    frame, hips = _pelvis(points), _middle_hip(points)
+    places = {
+        name: ("pelvis", (points[name] - hips) @ frame)
+        for name in ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS", "Sacrum")
+        if name in points
+    }
+    heads = (measured.right.metatarsals + measured.left.metatarsals) / 2
+    heel = (measured.right.heel + measured.left.heel) / 2 - [MARKER_OFFSET, 0.0, 0.0]
+    for side, sign in (("R", 1.0), ("L", -1.0)):
+        end = side.lower()
+        medial = np.array([0.0, sign, 0.0])
+        mirror = np.array([1.0, sign, 1.0])
+        knee = model[f"shank_{end}"].joint_position
+        half = float(np.linalg.norm(points[f"{side}.Knee"] - points[f"{side}.Knee.Centre"]))
+        places |= {
+            f"{side}.Hip.Centre": (f"thigh_{end}", np.zeros(3)),
+            f"{side}.Knee.Centre": (f"shank_{end}", np.zeros(3)),
+            f"{side}.Knee": (f"thigh_{end}", knee - half * medial),
+            f"{side}.Ankle.Centre": (f"foot_{end}", np.zeros(3)),
+            f"{side}.Heel": (f"foot_{end}", mirror * heel),
+            f"{side}.MT1": (f"foot_{end}", mirror * heads[0]),
+            f"{side}.MT5": (f"foot_{end}", mirror * heads[1]),
+        }
+        if f"{side}.Shoulder.Centre" in points:
+            places |= _arm(model, measured, points, side, medial)
+    return [
+        ModelMarker(name, segment, np.asarray(place)) for name, (segment, place) in places.items()
+    ]
+
+
+def _arm(
+    model: BodyModel, measured: Measurements, points: Mapping[str, Array], side: str, medial: Array
+) -> dict[str, tuple[str, Array]]:
+    """As `_anatomy`, of one arm whose shoulder is known."""
+    end = side.lower()
+    centre, lateral, wrist = (f"{side}.{n}" for n in ("Elbow.Centre", "Elbow", "Wrist.Centre"))
+    places = {f"{side}.Shoulder.Centre": _shoulder(model, points, side)}
+    if lateral not in points:
+        return places
+    half = ELBOW_HALF_WIDTH
+    if centre in points:
+        places[centre] = (f"forearm_{end}", np.zeros(3))
+        half = float(np.linalg.norm(points[lateral] - points[centre]))
+    elbow = model[f"forearm_{end}"].joint_position
+    places[lateral] = (f"upper_arm_{end}", elbow - half * medial)
+    if wrist in points:
+        length = (
+            np.mean(measured.forearm)
+            if measured.forearm is not None
+            else np.linalg.norm(points[wrist] - points.get(centre, points[lateral]))
+        )
+        places[wrist] = (f"forearm_{end}", np.array([0.0, 0.0, -float(length)]))
+    return places
+
+
+def _shoulder(model: BodyModel, points: Mapping[str, Array], side: str) -> tuple[str, Array]:
+    """Where the shoulder joint is in the model; with raised arms where the girdle took it."""
+    if arms_hang(points):
+        return f"upper_arm_{side.lower()}", np.zeros(3)
+    right, left = points["R.Shoulder.Centre"], points["L.Shoulder.Centre"]
+    lumbar = _middle_hip(points) + _pelvis(points) @ model["torso"].joint_position
+    half = float(np.linalg.norm(left - right)) / 2
+    up = float(np.linalg.norm((left + right) / 2 - lumbar))
+    return "torso", np.array([0.0, -half if side == "R" else half, up])

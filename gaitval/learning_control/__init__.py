@@ -1,0 +1,1 @@
+"""The change of the reference that makes a walk the record."""

@@ -1,0 +1,155 @@
+"""Walks without pushes that are held against the record.
+
+A walk is long, to show that it goes on, but only its first cycles are compared with the record: of
+the rest it is told how far it went, and the trajectory is not kept.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import ArtefactError
+from gaitval.metrics.cycles import find_cycles, walking_speed
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import RolloutPool, record_rollout
+from gaitval.policy.storage import Policy
+from gaitval.simulation.rollout import Rollout
+
+_WHOLE = ("mu", "start_phase", "fell")
+"""Fields of a rollout that are of the whole walk; all others have a row a sample."""
+
+
+@dataclass(frozen=True)
+class Endurance:
+    """How far one walk went.
+
+    Attributes
+    ----------
+    start_phase : of the right gait cycle.
+    fell : the walk ended early.
+    seconds : its duration.
+    cycles : by side, complete gait cycles in a row after the settling ones.
+    scuffs : by side, contacts too short for a stance.
+    walking_speed : m/s over whole right cycles; None without any.
+    """
+
+    start_phase: float
+    fell: bool
+    seconds: float
+    cycles: Mapping[str, int]
+    scuffs: Mapping[str, int]
+    walking_speed: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields by name, to be written as JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "Endurance":
+        """What `as_dict` gave."""
+        return cls(**{field.name: values[field.name] for field in fields(cls)})
+
+
+@dataclass(frozen=True)
+class Rollouts:
+    """Walks with one set of body parameters.
+
+    Attributes
+    ----------
+    compared : the walk from the first start phase, as far as its cycles are compared with the
+        record.
+    starts : how far the walk from each start phase went, that one first.
+    """
+
+    compared: Rollout
+    starts: tuple[Endurance, ...]
+
+
+def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
+    """How far a walk without pushes went.
+
+    Raises
+    ------
+    ArtefactError : the walk was pushed.
+    """
+    if rollout.root_force.any():
+        row = int(rollout.root_force.any(axis=1).argmax())
+        raise ArtefactError(
+            f"the walk from phase {rollout.start_phase[0]:g} is pushed at the pelvis at "
+            f"{rollout.time[row]:g} s, but a walk that is held against the record must be held up "
+            "by its feet alone. Give a walk without pushes."
+        )
+    cycles = find_cycles(rollout, configuration)
+    return Endurance(
+        start_phase=float(rollout.start_phase[0]),
+        fell=bool(rollout.fell[0]),
+        seconds=float(rollout.time[-1] - rollout.time[0]),
+        cycles={side: cycles.count(side) for side in SIDES},
+        scuffs={side: cycles.events[side].scuffs for side in SIDES},
+        walking_speed=walking_speed(rollout, cycles),
+    )
+
+
+def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
+    """The beginning of a walk, as long as its compared cycles need it.
+
+    Two cycles more than are compared: one for a left cycle that begins and ends later, one in
+    which the zero-lag filter settles.
+    """
+    settings = configuration.validation
+    cycles = settings.settling_cycles + settings.cycles + 2
+    rows = int(np.searchsorted(rollout.phase, rollout.start_phase[0] + cycles, side="right"))
+    return replace(
+        rollout,
+        **{
+            field.name: getattr(rollout, field.name)[:rows]
+            for field in fields(rollout)
+            if field.name not in _WHOLE
+        },
+    )
+
+
+@dataclass(frozen=True)
+class _Start:
+    policy: Policy
+    mu: Array
+    phase: float
+    cycles: int
+    compared: bool
+
+
+def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Rollout | None]:
+    configuration = environment.task.configuration
+    rollout = record_rollout(
+        environment, start.policy, mu=start.mu, start_phase=start.phase, cycles=start.cycles
+    )
+    kept = compared_part(rollout, configuration) if start.compared else None
+    return endurance(rollout, configuration), kept
+
+
+def roll_out_from(
+    pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
+) -> Rollouts:
+    """Walks of the deterministic policy from start phases, the first of them to be compared.
+
+    Parameters
+    ----------
+    mu : (14,) body parameters.
+    phases : of the right gait cycle.
+    cycles : planned length of each walk in gait cycles of the reference.
+    """
+    walks = pool.map(
+        _walk,
+        [
+            _Start(policy, mu, phase, cycles, compared=number == 0)
+            for number, phase in enumerate(phases)
+        ],
+    )
+    compared = walks[0][1]
+    assert compared is not None
+    return Rollouts(compared, tuple(went for went, _ in walks))

@@ -1,0 +1,1 @@
+"""Files of motion capture, plates, cleaning and axes."""

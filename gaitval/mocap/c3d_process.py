@@ -1,0 +1,90 @@
+"""Read a C3D file with ezc3d and write its contents as npz to stdout; see `gaitval.mocap.c3d`.
+
+A script, run with one argument in a process of its own. It imports nothing of gaitval.
+"""
+
+import contextlib
+import io
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import ezc3d
+import numpy as np
+
+
+def values(stored: Any) -> list[Any]:
+    """Values of a parameter in the file's order, texts without blanks and NUL at their ends."""
+    found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
+    return [plain(value) if isinstance(value, str) else value for value in found]
+
+
+def plain(text: str) -> str:
+    """Text as ezc3d gives it; bytes that are not UTF-8 are taken as Latin-1."""
+    stripped = text.strip("\0 ")
+    try:
+        stripped.encode("utf-8")
+    except UnicodeEncodeError:
+        return stripped.encode("utf-8", "surrogateescape").decode("latin-1")
+    return stripped
+
+
+def limit_memory(size: int) -> None:
+    """Let this process have no more memory than a file of `size` bytes needs, where the system
+    can be asked for that: Windows has no such limit, and macOS refuses it.
+    """
+    try:
+        import resource
+    except ImportError:
+        return
+    # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
+    memory = 2 * 2**30 + 50 * size
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+
+def main() -> None:
+    """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
+    path = Path(sys.argv[1])
+    # What ezc3d may print must not get between the contents.
+    contents = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    limit_memory(path.stat().st_size)
+    try:
+        file = ezc3d.c3d(str(path))
+        described = {
+            "parameters": {
+                group: {
+                    name: {
+                        "value": values(entry["value"]),
+                        "shape": np.shape(entry["value"]),
+                    }
+                    for name, entry in entries.items()
+                    if name != "__METADATA__"
+                }
+                for group, entries in file["parameters"].items()
+            },
+            "first_frame": int(file["header"]["points"]["first_frame"]),
+            "last_frame": int(file["header"]["points"]["last_frame"]),
+        }
+        points, residuals = file["data"]["points"], file["data"]["meta_points"]["residuals"]
+        output = io.BytesIO()
+        np.savez(
+            output,
+            described=np.array(json.dumps(described)),
+            points=np.ascontiguousarray(points[:3].transpose(2, 1, 0)),
+            residuals=np.ascontiguousarray(residuals[0].T),
+            analogs=np.ascontiguousarray(file["data"]["analogs"][0].T),
+        )
+    except Exception as error:  # whatever a damaged file provokes is for the parent to tell
+        text = str(error).splitlines()
+        print("c3d:", text[0] if text else type(error).__name__, file=sys.stderr)
+        sys.exit(1)
+    with contents:
+        contents.write(output.getvalue())
+
+
+if __name__ == "__main__":
+    main()

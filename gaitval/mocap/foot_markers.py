@@ -1,0 +1,159 @@
+"""Where the feet are and where the person faces, from markers known by their anatomical role."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.mocap.recording import Recording
+
+FRONT: Final = ("MT1", "MT2", "MT5")
+"""Landmarks of the forefoot; any of them will do."""
+
+TOES: Final = 0.35
+"""Toe tip ahead of the metatarsal heads, in lengths from heel to heads: 1 / 0.74 − 1, the ball of
+the foot being at 74 % of its length (ANSUR II, Gordon et al. 2014)."""
+FOREFOOT: Final = {"MT1": (-0.45,), "MT2": (0.15, -0.25), "MT5": (0.48,)}
+"""Where the other heads are from a lone one, towards the midline of the body, in lengths from the
+heel to it: means of the feet of the ten built-in subjects. To two digits, for only the outline
+of the foot is drawn with them."""
+
+
+@dataclass(frozen=True)
+class FootMarkers:
+    """Trajectories of one foot's markers, T frames, m.
+
+    Attributes
+    ----------
+    heel : (T, 3).
+    front : (T, 3) mean of the forefoot's markers that are seen.
+    outline : (T, n, 3) heel, metatarsal heads and, where there is one, ankle, and the toes ahead
+        of the heads; heads without a marker are put where they are in most people.
+    """
+
+    heel: Array
+    front: Array
+    outline: Array
+
+
+def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Side, FootMarkers]:
+    """Heel and forefoot of both feet.
+
+    Parameters
+    ----------
+    landmarks : canonical landmark -> marker of the recording. Used here, with `R.` or `L.` before
+        them: `Heel`, any of `MT1`, `MT2`, `MT5`, and `Ankle` if there is one.
+
+    Raises
+    ------
+    RecordError : a foot without heel or without forefoot.
+    """
+    feet: dict[Side, FootMarkers] = {}
+    for side in SIDES:
+        letter = side[0].upper()
+        heel = _trajectories(recording, landmarks, [f"{letter}.Heel"])
+        named = [name for name in FRONT if _shown(recording, landmarks, f"{letter}.{name}")]
+        front = _trajectories(recording, landmarks, [f"{letter}.{name}" for name in named])
+        ankle = _trajectories(recording, landmarks, [f"{letter}.Ankle"])
+        if not heel or not front:
+            lacking = "heel" if not heel else f"forefoot ({', '.join(FRONT)})"
+            raise RecordError(
+                f"{recording.source}: no marker on the {side} {lacking} is seen. Events and the "
+                "foot on a force plate are found from heel and forefoot; markers seen: "
+                f"{', '.join(recording.names)}. Name it in the marker set if it is another one."
+            )
+        feet[side] = FootMarkers(
+            heel=heel[0],
+            front=_mean(front),
+            outline=np.stack([*_sole(side, heel[0], named, front), *ankle], axis=1),
+        )
+    return feet
+
+
+def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
+    """Horizontal unit vector (3,) in which the person faces, the median over the trial.
+
+    From the posterior to the anterior iliac spines; without them from heels to forefeet.
+
+    Raises
+    ------
+    RecordError : neither is seen.
+    """
+    front = _trajectories(recording, landmarks, ["R.ASIS", "L.ASIS"])
+    back = _back_of_pelvis(recording, landmarks)
+    if len(front) == 2 and back:
+        forward = _mean(front) - _mean(back)
+    else:
+        feet = foot_markers(recording, landmarks).values()
+        forward = np.concatenate([foot.front - foot.heel for foot in feet])
+    forward = forward[np.isfinite(forward).all(axis=1)][:, :2]
+    if not len(forward):
+        raise RecordError(
+            f"{recording.source}: the markers of pelvis and feet are never seen together, so that "
+            "it is open in which direction the person faces. Label them, or name them in the "
+            "marker set."
+        )
+    direction = np.median(forward, axis=0)
+    return np.append(direction / np.linalg.norm(direction), 0.0)
+
+
+def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
+    """Middle (T, 3) m of the back of the pelvis (`R.PSIS` and `L.PSIS`, or `Sacrum`), or where
+    these are not marked, of its front (`R.ASIS` and `L.ASIS`).
+
+    Raises
+    ------
+    RecordError : neither is seen.
+    """
+    back = _back_of_pelvis(recording, landmarks)
+    front = _trajectories(recording, landmarks, ["R.ASIS", "L.ASIS"])
+    if not back and len(front) < 2:
+        raise RecordError(
+            f"{recording.source}: no pair of markers on the pelvis is seen (R.PSIS and L.PSIS, "
+            "Sacrum, or R.ASIS and L.ASIS). Toe-off is found from the foot's place behind the "
+            "pelvis; label them, or name them in the marker set."
+        )
+    return _mean(back or front)
+
+
+def _back_of_pelvis(recording: Recording, landmarks: Mapping[str, str]) -> list[Array]:
+    back = _trajectories(recording, landmarks, ["R.PSIS", "L.PSIS"])
+    return back if len(back) == 2 else _trajectories(recording, landmarks, ["Sacrum"])
+
+
+def _sole(side: Side, heel: Array, names: list[str], front: list[Array]) -> list[Array]:
+    """Heel, metatarsal heads and toes, (T, 3) each."""
+    heads = list(front)
+    if len(names) == 1:
+        along = front[0] - heel
+        medial = np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
+        medial *= 1.0 if side == "right" else -1.0
+        heads += [front[0] + share * medial for share in FOREFOOT[names[0]]]
+    return [heel, *heads, *(head + TOES * (head - heel) for head in heads)]
+
+
+def _shown(recording: Recording, landmarks: Mapping[str, str], landmark: str) -> bool:
+    return bool(_trajectories(recording, landmarks, [landmark]))
+
+
+def _trajectories(
+    recording: Recording, landmarks: Mapping[str, str], wanted: list[str]
+) -> list[Array]:
+    """Trajectories (T, 3) of the landmarks that the recording shows."""
+    found = []
+    for landmark in wanted:
+        name = landmarks.get(landmark)
+        if name in recording.names:
+            path = recording.marker(name)
+            if np.isfinite(path).any():
+                found.append(path)
+    return found
+
+
+def _mean(paths: list[Array]) -> Array:
+    """Mean of the trajectories; NaN where one is not seen, for the mean would jump."""
+    return np.asarray(np.mean(paths, axis=0))

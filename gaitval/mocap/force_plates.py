@@ -1,0 +1,117 @@
+"""Wrench, centre of pressure and free moment of force plates, as the C3D format describes them.
+
+Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm. A plate's own axes come
+from its corners, which are numbered by the quadrants of its surface: 1 (+x, +y), 2 (-x, +y),
+3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.mocap.recording import Plate
+
+CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6}
+"""Analog channels of each type of plate that is understood."""
+
+UNLOADED_N: Final = 10.0
+"""Force under which a plate has no centre of pressure, N: half the 20 N at which a foot counts
+as on the ground, so that everything that is used later is kept. A plate's noise of 1 N moves
+the centre of pressure by a tenth of its lever arm there, and without bound under it."""
+
+
+def plate_axes(corners: Array) -> Array:
+    """Axes of a plate as the columns of a rotation (plate to laboratory), shape (3, 3).
+
+    Parameters
+    ----------
+    corners : (4, 3), in the order of the quadrants; see the module.
+    """
+    x = corners[0] - corners[1]
+    z = np.cross(x, corners[0] - corners[3])
+    y = np.cross(z, x)
+    return np.column_stack([axis / np.linalg.norm(axis) for axis in (x, y, z)])
+
+
+def plate_wrench(
+    kind: int, channels: Array, origin: Array, calibration: Array | None = None
+) -> tuple[Array, Array]:
+    """Force and moment about the middle of the plate's surface, in the plate's axes.
+
+    Parameters
+    ----------
+    kind : type 1 to 4.
+    channels : (T, 6 or 8) in the order of the type.
+        1: Fx, Fy, Fz, centre of pressure x, y, free moment z.
+        2 and 4: Fx, Fy, Fz, Mx, My, Mz about the sensors' origin, 4 before its calibration.
+        3: Fx12, Fx34, Fy14, Fy23, Fz1, Fz2, Fz3, Fz4 of the four sensors (Kistler).
+    origin : (3,) m. 2 and 4: from the sensors' origin to the middle of the surface, so that z is
+        negative in a plate whose z points down. Where z is positive the file has the opposite
+        vector, a frequent mistake, and it is reversed. 3: half the distances between the
+        sensors along x and y, both positive, and the depth of the sensors as z. 1: not used.
+    calibration : (6, 6), of type 4.
+
+    Returns
+    -------
+    tuple
+        Force (T, 3) N and moment (T, 3) Nm, in the sign in which the channels have them.
+    """
+    if kind == 1:
+        force = channels[:, :3]
+        at = np.column_stack([channels[:, 3:5], np.zeros(len(channels))])
+        moment = np.cross(at, force)
+        moment[:, 2] += channels[:, 5]
+        return force, moment
+    if kind == 3:
+        x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
+        half_x, half_y = abs(origin[0]), abs(origin[1])
+        force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
+        moment = np.column_stack(
+            [
+                half_y * (z1 + z2 - z3 - z4),
+                half_x * (z2 + z3 - z1 - z4),
+                half_y * (x34 - x12) + half_x * (y14 - y23),
+            ]
+        )
+        to_surface = np.array([0.0, 0.0, -abs(origin[2])])
+        return force, moment + np.cross(force, to_surface)
+    loads = channels if calibration is None else channels @ calibration.T
+    to_surface = -origin if origin[2] > 0 else origin
+    return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
+
+
+def make_plate(
+    name: str, corners: Array, force: Array, moment: Array, *, unloaded_n: float = UNLOADED_N
+) -> Plate:
+    """A plate in the laboratory's axes from its wrench.
+
+    Parameters
+    ----------
+    corners : (4, 3) m.
+    force, moment : (T, 3) N and Nm, in the plate's axes, of the plate on the person, the moment
+        about the middle of the surface.
+    unloaded_n : N, see `UNLOADED_N`.
+
+    Notes
+    -----
+    In the plate's axes the centre of pressure p lies on the surface (z = 0) where the moment is
+    vertical: M - p x F = (0, 0, Tz), hence px = -My / Fz, py = Mx / Fz (Winter 2009, chapter 5).
+    """
+    axes, centre = plate_axes(corners), corners.mean(axis=0)
+    loaded = np.abs(force[:, 2]) >= unloaded_n
+    vertical = np.where(loaded, force[:, 2], np.nan)
+    pressure = np.column_stack(
+        [-moment[:, 1] / vertical, moment[:, 0] / vertical, np.where(loaded, 0.0, np.nan)]
+    )
+    free = np.zeros_like(moment)
+    free[loaded, 2] = (moment - np.cross(pressure, force))[loaded, 2]
+    turned = force @ axes.T
+    return Plate(
+        name=name,
+        corners=corners,
+        force=turned,
+        centre_of_pressure=pressure @ axes.T + centre,
+        free_moment=free @ axes.T,
+        moment=moment @ axes.T + np.cross(centre, turned),
+    )

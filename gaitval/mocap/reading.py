@@ -1,0 +1,272 @@
+"""Read a trial from whatever files a laboratory has, and refuse what cannot be right.
+
+One way in: `read_recording`. What is checked here holds for every format; what a format alone can
+tell is checked by its reader.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.c3d import CERTAIN_LOAD_N, read_c3d
+from gaitval.mocap.motion_text import (
+    read_ground_reaction,
+    read_trc,
+    read_wbds_forces,
+    read_wbds_markers,
+)
+from gaitval.mocap.recording import Recording
+
+LARGEST_MISMATCH_S: Final = 0.1
+"""Markers and forces of one trial end within this of each other, s; exports differ by a frame."""
+
+LARGEST_DISTANCE_M: Final = 1.0
+"""The centre of pressure is at most this far outside the space that the markers fill, m."""
+
+SMALLEST_COSINE: Final = 0.7
+"""Cosine of the angle between the force and the way from its point to the middle of the markers,
+mean under load. In walking it is over 0.9."""
+
+SMALLEST_SPREAD_M: Final = 0.05
+LARGEST_SPREAD_M: Final = 20.0
+"""m. The markers of a person, and of things around, spread over at least and at most this."""
+
+SPREAD_FRAMES: Final = 50
+"""Frames that are looked at for it, evenly spread."""
+
+PERSON_SPREAD_M: Final = (0.4, 2.2)
+"""m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
+
+_CONFUSED: Final = {
+    1e3: "metres that are called mm",
+    1e-3: "millimetres that are called m",
+    100.0: "metres that are called cm",
+    0.01: "centimetres that are called m",
+    25.4: "inches that are called mm",
+    10.0: "centimetres that are called mm",
+    0.1: "millimetres that are called cm",
+}
+"""By the factor that puts it right."""
+
+
+def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
+    """Read a trial: C3D, TRC or a marker file of WBDS.
+
+    Parameters
+    ----------
+    path : .c3d, .trc, or `…mkr.txt` of WBDS.
+    forces : ground reaction that belongs to markers without: .mot or .sto in OpenSim's
+        convention, or `…grf.txt` of WBDS, in the same axes and on the same clock (WBDS: from the
+        first frame on).
+
+    Returns
+    -------
+    Recording
+        In the laboratory's axes, SI units; `gaitval.mocap.axes` turns it.
+
+    Raises
+    ------
+    RecordError
+        Unknown kind of file, empty, truncated or damaged; unit wrong or missing; a marker twice,
+        all markers missing; rates that do not divide; forces of another trial or in another
+        unit.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind == ".c3d":
+        recording = read_c3d(path)
+    elif kind == ".trc":
+        recording = read_trc(path)
+    elif kind == ".txt":
+        recording = read_wbds_markers(path)
+    else:
+        raise RecordError(
+            f"{path}: markers are read from .c3d, .trc and WBDS's mkr.txt files, not from "
+            f"{kind or 'a file without an ending'}. Export the trial as C3D."
+        )
+    _check_markers(recording)
+    if forces is None:
+        return recording
+    forces = Path(forces)
+    if forces.suffix.lower() not in (".mot", ".sto", ".txt"):
+        raise RecordError(
+            f"{forces}: forces are read from .mot, .sto and WBDS's grf.txt files, not from "
+            f"{forces.suffix or 'a file without an ending'}. A C3D file that has them beside the "
+            "markers is given as the trial, without --forces."
+        )
+    if recording.plates:
+        raise RecordError(
+            f"{path} has {len(recording.plates)} force plates, and {forces} was given too: which "
+            "ones hold is not clear. Leave one out."
+        )
+    return _with_forces(recording, forces)
+
+
+def _check_markers(recording: Recording) -> None:
+    names = recording.names
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RecordError(
+            f"{recording.source}: more than one marker has the name {', '.join(twice)}. Give each "
+            "marker its own name in the recording program and export again."
+        )
+    seen = np.isfinite(recording.markers).all(axis=2)
+    if not seen.any():
+        raise RecordError(
+            f"{recording.source}: none of the {len(names)} markers is seen in any of the "
+            f"{len(recording.markers)} frames (all NaN or at the origin). Reconstruct and "
+            "label the trial, then export it again."
+        )
+    shown = int(np.count_nonzero(seen.any(axis=0)))
+    if shown < 3:
+        raise RecordError(
+            f"{recording.source}: only {shown} of {len(names)} markers are ever seen. "
+            "Label the trial and export it again."
+        )
+    spread = _spread(recording.markers)
+    if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
+        raise RecordError(
+            f"{recording.source}: the markers of a frame spread over {spread:.3g} m, a person's "
+            f"over 1 to 2 m: the unit that the file states is wrong{_unit_hint(spread)}. Correct "
+            "the unit in the file (TRC: line 3; C3D: POINT:UNITS), or export it again."
+        )
+
+
+def _spread(markers: Array) -> float:
+    """Median over the frames of the largest extent of the markers along an axis, m.
+
+    Of the middle eight tenths of them, for a reflex that the cameras took for a marker may be
+    anywhere.
+    """
+    seen = np.flatnonzero(np.isfinite(markers).all(axis=2).sum(axis=1) >= 3)
+    if not len(seen):
+        seen = np.flatnonzero(np.isfinite(markers).any(axis=(1, 2)))
+    frames = seen[np.unique(np.linspace(0, len(seen) - 1, SPREAD_FRAMES).astype(int))]
+    low, high = np.nanpercentile(markers[frames], [10.0, 90.0], axis=1)
+    return float(np.median((high - low).max(axis=1)))
+
+
+def _unit_hint(spread: float) -> str:
+    """Which wrong unit makes a person's markers spread over this many metres, in words."""
+    for factor, what in _CONFUSED.items():
+        if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
+            return f" (it looks like {what})"
+    return ""
+
+
+def _with_forces(recording: Recording, path: Path) -> Recording:
+    """The recording with the plates of a force file, cut to the time that both cover."""
+    text = path.suffix.lower() == ".txt"
+    rate, start, plates = read_wbds_forces(path) if text else read_ground_reaction(path)
+    if text:
+        start = recording.start
+    ratio = rate / recording.marker_rate
+    per_frame = round(ratio)
+    if per_frame < 1 or abs(ratio - per_frame) > 0.002 * ratio:
+        raise RecordError(
+            f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
+            f"({recording.source}): the rate of the forces must be a whole multiple of the "
+            f"markers', here it is {ratio:.4g}. Resample the forces to "
+            f"{max(per_frame, 1) * recording.marker_rate:.6g} Hz and export again."
+        )
+    rate = per_frame * recording.marker_rate
+    frames, samples = len(recording.markers), len(plates[0].force)
+    ends = (recording.start + frames / recording.marker_rate, start + samples / rate)
+    if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LARGEST_MISMATCH_S:
+        raise RecordError(
+            f"{path}: the forces go from {start:.3f} to {ends[1]:.3f} s, the markers of "
+            f"{recording.source} from {recording.start:.3f} to {ends[0]:.3f} s. Give the forces of "
+            "the same trial, cut alike."
+        )
+    # Where the forces begin later, the markers lose the frames before them.
+    skipped = max(0, int(np.ceil((start - recording.start) * recording.marker_rate - 1e-3)))
+    begin = recording.start + skipped / recording.marker_rate
+    offset = round((begin - start) * rate)
+    kept = min(frames - skipped, (samples - offset) // per_frame)
+    window = slice(offset, offset + kept * per_frame)
+    cut = tuple(
+        replace(
+            plate,
+            force=plate.force[window],
+            centre_of_pressure=plate.centre_of_pressure[window],
+            free_moment=plate.free_moment[window],
+        )
+        for plate in plates
+    )
+    both = replace(
+        recording,
+        source=f"{recording.source}, {path}",
+        markers=recording.markers[skipped : skipped + kept],
+        start=begin,
+        plates=cut,
+        force_rate=rate,
+    )
+    _check_place(both, path, per_frame)
+    return both
+
+
+def _middle(markers: Array) -> Array:
+    """Mean (T, 3) of the markers of each frame that are near their median: a reflex that the
+    cameras took for a marker may be anywhere. NaN where none is seen.
+    """
+    middle = np.full((len(markers), 3), np.nan)
+    some = np.isfinite(markers).all(axis=2).sum(axis=1) > 0
+    shown = markers[some]
+    median = np.nanmedian(shown, axis=1)
+    near = np.linalg.norm(shown - median[:, None], axis=2) < PERSON_SPREAD_M[1]
+    total = np.where(near[:, :, None], shown, 0.0).sum(axis=1)
+    with np.errstate(invalid="ignore"):  # two reflexes, and nobody between them
+        middle[some] = total / near.sum(axis=1)[:, None]
+    return middle
+
+
+def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
+    """Refuse forces whose points are not under the markers, or that do not push the person up."""
+    points = recording.markers.reshape(-1, 3)
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    middle = _middle(recording.markers)
+    for plate in recording.plates:
+        size = np.linalg.norm(plate.force, axis=1)
+        strong = size > CERTAIN_LOAD_N
+        if not strong.any():
+            continue
+        pressure = plate.centre_of_pressure[strong]
+        where = np.median(pressure, axis=0)
+        outside = np.maximum(low - where, where - high).max()
+        if outside > LARGEST_DISTANCE_M:
+            shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
+            why = (
+                "it looks like millimetres: divide the points (px, py, pz) by 1000"
+                if shrunk < LARGEST_DISTANCE_M
+                else "the forces are of another trial or in other axes than the markers, or the "
+                "markers are in another unit than their file says. Export both together"
+            )
+            raise RecordError(
+                f"{path}: plate {plate.name}: the centre of pressure is at "
+                f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside the "
+                f"space of the markers, which goes from {np.round(low, 2).tolist()} to "
+                f"{np.round(high, 2).tolist()} m; {why}."
+            )
+        towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
+        cosine = np.nanmean(
+            (plate.force[strong] / size[strong, None] * towards).sum(axis=1)
+            / np.linalg.norm(towards, axis=1)
+        )
+        mean = np.round(plate.force[strong].mean(axis=0), 1).tolist()
+        if cosine < -SMALLEST_COSINE:
+            raise RecordError(
+                f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
+                "into the plate: these are forces on the plate, those on the person are needed. "
+                "Reverse the signs of the forces and torques."
+            )
+        if cosine < SMALLEST_COSINE:
+            raise RecordError(
+                f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
+                f"person, but {np.degrees(np.arccos(cosine)):.0f}° off: the forces have other axes "
+                "than the markers, or act at the points of the other foot or of another trial. "
+                "Export markers and forces of the trial together."
+            )

@@ -1,0 +1,152 @@
+"""A motion-capture trial: marker trajectories, force plates and events, as one type.
+
+Readers (`gaitval.mocap.c3d`, `gaitval.mocap.motion_text`) return it in the axes of the laboratory;
+`Recording.turned` brings it into the project's (REP-103: x forward, y left, z up). SI units
+throughout: m, N, Nm, s.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.arrays import Array
+from gaitval.coordinates import Side
+
+EventKind = Literal["heel_strike", "toe_off"]
+Axes = Literal["laboratory", "project"]
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One force plate; T samples at the recording's `force_rate`.
+
+    Attributes
+    ----------
+    name : as the file names it, or "1", "2", …
+    corners : (4, 3) m; NaN where the file does not give them.
+    force : (T, 3) N, of the plate on the person (up is positive in standing).
+    centre_of_pressure : (T, 3) m; NaN where the plate is not loaded.
+    free_moment : (T, 3) Nm, of the plate on the person about the centre of pressure (along the
+        vertical); zero where the plate is not loaded.
+    moment : (T, 3) Nm, of the plate on the person about the origin of the axes, also where the
+        plate is not loaded; None where the file gives the centre of pressure only. With it a
+        plate that was not zeroed can be put right, which a centre of pressure does not allow.
+    """
+
+    name: str
+    corners: Array
+    force: Array
+    centre_of_pressure: Array
+    free_moment: Array
+    moment: Array | None = None
+
+
+@dataclass(frozen=True)
+class Event:
+    """A gait event: time in s (of the recording's clock), side and kind."""
+
+    time: float
+    side: Side
+    kind: EventKind
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One trial.
+
+    Attributes
+    ----------
+    source : the file or files that it was read from, for messages.
+    axes : "laboratory" as read, "project" after `turned`.
+    names : M marker names.
+    markers : (T, M, 3) m; NaN where a marker was not seen.
+    marker_rate : Hz.
+    start : s, time of the first marker frame and of the first force sample.
+    plates : force plates; empty where the file has none.
+    force_rate : Hz, an integer multiple of `marker_rate`; 0 without plates.
+    events : events that the file stores, in order of time.
+    """
+
+    source: str
+    axes: Axes
+    names: tuple[str, ...]
+    markers: Array
+    marker_rate: float
+    start: float = 0.0
+    plates: tuple[Plate, ...] = ()
+    force_rate: float = 0.0
+    events: tuple[Event, ...] = ()
+
+    @property
+    def time(self) -> Array:
+        """(T,) s, of the marker frames."""
+        return self.start + np.arange(len(self.markers)) / self.marker_rate
+
+    @property
+    def force_time(self) -> Array:
+        """Times of the force samples, s; empty without plates."""
+        count = len(self.plates[0].force) if self.plates else 0
+        return self.start + np.arange(count) / (self.force_rate or 1.0)
+
+    def marker(self, name: str) -> Array:
+        """Trajectory (T, 3) m of one marker."""
+        return self.markers[:, self.names.index(name)]
+
+    def turned(self, rotation: Array) -> "Recording":
+        """The same trial in the project's axes.
+
+        Parameters
+        ----------
+        rotation : (3, 3), takes vectors in laboratory axes to project axes.
+        """
+        turn = np.asarray(rotation, dtype=float).T
+        return replace(
+            self,
+            axes="project",
+            markers=self.markers @ turn,
+            plates=tuple(
+                replace(
+                    plate,
+                    corners=plate.corners @ turn,
+                    force=plate.force @ turn,
+                    centre_of_pressure=plate.centre_of_pressure @ turn,
+                    free_moment=plate.free_moment @ turn,
+                    moment=None if plate.moment is None else plate.moment @ turn,
+                )
+                for plate in self.plates
+            ),
+        )
+
+    def with_markers(self, names: Iterable[str], markers: Array) -> "Recording":
+        """The same trial with other marker trajectories (T, M, 3) of these names."""
+        return replace(self, names=tuple(names), markers=np.asarray(markers, dtype=float))
+
+
+@dataclass(frozen=True)
+class FootForces:
+    """Ground reaction on each foot, right first, in the project's axes; T samples.
+
+    Attributes
+    ----------
+    rate : Hz.  start : s, time of the first sample.
+    force : (T, 2, 3) N on the foot; zero where it is in the air.
+    centre_of_pressure : (T, 2, 3) m; NaN where it is in the air.
+    free_moment : (T, 2, 3) Nm about the centre of pressure.
+    valid : (T, 2) False where the plates do not show this foot's force: it stands beside the
+        plates, on the other foot's plate, or both feet are on one plate.
+    """
+
+    rate: float
+    start: float
+    force: Array
+    centre_of_pressure: Array
+    free_moment: Array
+    valid: NDArray[np.bool_]
+
+    @property
+    def time(self) -> Array:
+        """(T,) s, of the samples."""
+        return self.start + np.arange(len(self.force)) / self.rate

@@ -1,0 +1,1 @@
+"""The body: segments, kinematic tree, rotations, URDF, parameters μ."""

@@ -1,0 +1,109 @@
+"""The body model: fourteen rigid segments, their joints and the contact spheres of the feet.
+
+This is the type that scaling hands to every later stage. It is stored as a URDF file.
+"""
+
+from dataclasses import dataclass
+
+from gaitval.arrays import Array
+
+SEGMENTS = (
+    "pelvis",
+    "thigh_r",
+    "shank_r",
+    "foot_r",
+    "toes_r",
+    "thigh_l",
+    "shank_l",
+    "foot_l",
+    "toes_l",
+    "torso",
+    "upper_arm_r",
+    "forearm_r",
+    "upper_arm_l",
+    "forearm_l",
+)
+"""Segment names, each parent before its children; the order of every per-segment array."""
+
+PARENTS = {
+    "thigh_r": "pelvis",
+    "shank_r": "thigh_r",
+    "foot_r": "shank_r",
+    "toes_r": "foot_r",
+    "thigh_l": "pelvis",
+    "shank_l": "thigh_l",
+    "foot_l": "shank_l",
+    "toes_l": "foot_l",
+    "torso": "pelvis",
+    "upper_arm_r": "torso",
+    "forearm_r": "upper_arm_r",
+    "upper_arm_l": "torso",
+    "forearm_l": "upper_arm_l",
+}
+
+JOINT_COORDINATES = {
+    "thigh_r": ("hip_flexion_r", "hip_adduction_r", "hip_rotation_r"),
+    "shank_r": ("knee_angle_r",),
+    "foot_r": ("ankle_angle_r", "subtalar_angle_r"),
+    "toes_r": ("mtp_angle_r",),
+    "thigh_l": ("hip_flexion_l", "hip_adduction_l", "hip_rotation_l"),
+    "shank_l": ("knee_angle_l",),
+    "foot_l": ("ankle_angle_l", "subtalar_angle_l"),
+    "toes_l": ("mtp_angle_l",),
+    "torso": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    "upper_arm_r": ("arm_flex_r", "arm_add_r", "arm_rot_r"),
+    "forearm_r": ("elbow_flex_r",),
+    "upper_arm_l": ("arm_flex_l", "arm_add_l", "arm_rot_l"),
+    "forearm_l": ("elbow_flex_l",),
+}
+"""Coordinates of the joint between a segment and its parent, outermost rotation first."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One rigid segment. Its frame is at the joint to its parent, axes as the world's
+    (REP-103: x forward, y left, z up) when all coordinates are zero.
+
+    Attributes
+    ----------
+    name : segment name, one of `SEGMENTS`.
+    joint_position : (3,) m, the segment's joint in the parent's frame; zero for the pelvis.
+    mass : kg.
+    centre_of_mass : (3,) m, in the segment's frame.
+    inertia : (3, 3) kg m², about the centre of mass, in the segment's axes.
+    """
+
+    name: str
+    joint_position: Array
+    mass: float
+    centre_of_mass: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class ContactSphere:
+    """A Hunt-Crossley sphere. `position` is (3,) m in the frame of `segment`; `radius` m."""
+
+    name: str
+    segment: str
+    position: Array
+    radius: float
+
+
+@dataclass(frozen=True)
+class BodyModel:
+    """A person's body: segments in the order of `SEGMENTS` and twelve foot spheres
+    (six a foot, right foot first).
+    """
+
+    name: str
+    segments: tuple[Segment, ...]
+    spheres: tuple[ContactSphere, ...]
+
+    def __getitem__(self, name: str) -> Segment:
+        return self.segments[SEGMENTS.index(name)]
+
+    @property
+    def mass(self) -> float:
+        """Total mass, kg."""
+        return float(sum(segment.mass for segment in self.segments))

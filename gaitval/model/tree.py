@@ -1,0 +1,364 @@
+"""The body model as plain arrays, and its forward kinematics compiled with numba.
+
+Root convention: positions (rotation vector, origin of the pelvis) and velocities (angular,
+linear) in world axes, as dartpy's FreeJoint has them; a generalised root force is the moment
+about the pelvis origin and the force, in world axes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array, Index
+from gaitval.compiled import njit, njit_borrowing
+from gaitval.coordinates import ACTUATED, AXES
+from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
+
+ROOT_DOFS = 6
+
+_INDEX = {name: i for i, name in enumerate(SEGMENTS)}
+PARENT: Index = np.array([_INDEX[PARENTS[s]] if s in PARENTS else -1 for s in SEGMENTS])
+FIRST_DOF: Index = np.array(
+    [ROOT_DOFS + ACTUATED.index(JOINT_COORDINATES[s][0]) if s in PARENTS else 0 for s in SEGMENTS]
+)
+DOF_COUNT: Index = np.array([len(JOINT_COORDINATES.get(s, ())) for s in SEGMENTS])
+_AXES = np.vstack([np.zeros((ROOT_DOFS, 3)), [AXES[name] for name in ACTUATED]])
+_COLUMN: Index = np.argmax(np.abs(_AXES), axis=1)
+"""Every actuated coordinate turns about x, y or z of its frame (0, 1, 2) ..."""
+_SIGN: Array = _AXES.sum(axis=1)
+"""... or, with -1, the other way about it."""
+
+
+class Tree(NamedTuple):
+    """A `BodyModel` as arrays; S = 14 segments in the order of `SEGMENTS`, K = 12 spheres.
+
+    Attributes
+    ----------
+    joint_position : (S, 3) m, in the parent's frame.
+    mass : (S,) kg.
+    centre_of_mass : (S, 3) m, in the segment's frame.
+    inertia : (S, 3, 3) kg m², about the centre of mass.
+    sphere_segment : (K,) index into `SEGMENTS`.
+    sphere_position : (K, 3) m, in the segment's frame.
+    sphere_radius : (K,) m.
+    """
+
+    joint_position: Array
+    mass: Array
+    centre_of_mass: Array
+    inertia: Array
+    sphere_segment: Index
+    sphere_position: Array
+    sphere_radius: Array
+
+
+class Frames(NamedTuple):
+    """Where all segments are and how they move; what `forward` and `velocities` fill.
+
+    Attributes
+    ----------
+    rotation : (14, 3, 3) segment to world.
+    origin : (14, 3) m, joint of each segment to its parent, world.
+    axes : (31, 3) axis of every actuated coordinate, world; the root's rows are unused.
+    angular, linear : (14, 3) rad/s and m/s of the segment's joint, world.
+    """
+
+    rotation: Array
+    origin: Array
+    axes: Array
+    angular: Array
+    linear: Array
+
+
+@njit
+def empty_frames() -> Frames:
+    """Arrays to be filled."""
+    return Frames(
+        np.empty((14, 3, 3)),
+        np.empty((14, 3)),
+        np.zeros((31, 3)),
+        np.empty((14, 3)),
+        np.empty((14, 3)),
+    )
+
+
+def tree_arrays(model: BodyModel) -> Tree:
+    """The arrays of a body model."""
+    return Tree(
+        joint_position=np.array([s.joint_position for s in model.segments], dtype=float),
+        mass=np.array([s.mass for s in model.segments], dtype=float),
+        centre_of_mass=np.array([s.centre_of_mass for s in model.segments], dtype=float),
+        inertia=np.array([s.inertia for s in model.segments], dtype=float),
+        sphere_segment=np.array([_INDEX[c.segment] for c in model.spheres], dtype=np.int64),
+        sphere_position=np.array([c.position for c in model.spheres], dtype=float),
+        sphere_radius=np.array([c.radius for c in model.spheres], dtype=float),
+    )
+
+
+@njit_borrowing
+def _enter_rotation(vector: Array, matrix: Array) -> None:
+    """Rotation matrix (3, 3) out of a rotation vector (3, …), by Rodrigues' formula."""
+    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle < 1e-7:
+        a, b = 1.0 - angle**2 / 6.0, 0.5 - angle**2 / 24.0
+    else:
+        a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
+    x, y, z = vector[0], vector[1], vector[2]
+    matrix[0, 0] = 1.0 - b * (y * y + z * z)
+    matrix[0, 1] = b * x * y - a * z
+    matrix[0, 2] = b * x * z + a * y
+    matrix[1, 0] = b * x * y + a * z
+    matrix[1, 1] = 1.0 - b * (x * x + z * z)
+    matrix[1, 2] = b * y * z - a * x
+    matrix[2, 0] = b * x * z - a * y
+    matrix[2, 1] = b * y * z + a * x
+    matrix[2, 2] = 1.0 - b * (x * x + y * y)
+
+
+@njit
+def rotation_matrix(vector: Array) -> Array:
+    """Rotation matrix (3, 3) of a rotation vector (3,)."""
+    matrix = np.empty((3, 3))
+    _enter_rotation(vector, matrix)
+    return matrix
+
+
+@njit
+def rotation_vector(matrix: Array) -> Array:
+    """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
+    cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)
+    cosine = min(1.0, max(-1.0, cosine))
+    angle = np.arccos(cosine)
+    factor = 0.5 + angle**2 / 12.0 if angle < 1e-4 else 0.5 * angle / np.sin(angle)
+    vector = np.empty(3)
+    vector[0] = factor * (matrix[2, 1] - matrix[1, 2])
+    vector[1] = factor * (matrix[0, 2] - matrix[2, 0])
+    vector[2] = factor * (matrix[1, 0] - matrix[0, 1])
+    return vector
+
+
+@njit_borrowing
+def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
+    """Turn by an angular velocity for a while: R ← exp(step ω) R.
+
+    Through quaternions, so that it is exact for angles up to 180 degrees, where the vector is
+    unique; the result is no longer than π.
+
+    Parameters
+    ----------
+    vector : (3, …) in and out, rotation vector.
+    angular_velocity : (3, …) rad/s, world axes.
+    step : s.
+    """
+    x, y, z = 0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]
+    half = np.sqrt(x * x + y * y + z * z)
+    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
+    w, x, y, z = np.cos(half), sine * x, sine * y, sine * z
+    a = 0.5 * step * angular_velocity[0]
+    b = 0.5 * step * angular_velocity[1]
+    c = 0.5 * step * angular_velocity[2]
+    half = np.sqrt(a * a + b * b + c * c)
+    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
+    t, a, b, c = np.cos(half), sine * a, sine * b, sine * c
+    qw = t * w - a * x - b * y - c * z
+    qx = t * x + a * w + b * z - c * y
+    qy = t * y + b * w + c * x - a * z
+    qz = t * z + c * w + a * y - b * x
+    if qw < 0.0:
+        qw, qx, qy, qz = -qw, -qx, -qy, -qz
+    sine = np.sqrt(qx * qx + qy * qy + qz * qz)
+    factor = 2.0 if sine < 1e-8 else 2.0 * np.arctan2(sine, qw) / sine
+    vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
+
+
+@njit_borrowing
+def forward(
+    joint_position: Array,
+    q: Array,
+    rotation: Array,
+    origin: Array,
+    axes: Array,
+    segments: int,
+) -> None:
+    """Forward kinematics of the first `segments` segments.
+
+    Parameters
+    ----------
+    joint_position : (14, 3) m, as in `Tree`.
+    q : (31,) positions.
+    rotation : (14, 3, 3) out, segment to world.
+    origin : (14, 3) out, m, joint of each segment to its parent, world.
+    axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
+    segments : how many, counted from the pelvis (9 are pelvis and legs).
+    """
+    _enter_rotation(q, rotation[0])
+    origin[0, 0], origin[0, 1], origin[0, 2] = q[3], q[4], q[5]
+    for s in range(1, segments):
+        p = PARENT[s]
+        frame = rotation[s]
+        for i in range(3):
+            origin[s, i] = (
+                origin[p, i]
+                + rotation[p, i, 0] * joint_position[s, 0]
+                + rotation[p, i, 1] * joint_position[s, 1]
+                + rotation[p, i, 2] * joint_position[s, 2]
+            )
+            for j in range(3):
+                frame[i, j] = rotation[p, i, j]
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            # The axis is a signed column of the frame: the other two turn about it.
+            k, sign = _COLUMN[d], _SIGN[d]
+            i, j = (k + 1) % 3, (k + 2) % 3
+            cosine, sine = np.cos(q[d]), sign * np.sin(q[d])
+            for row in range(3):
+                axes[d, row] = sign * frame[row, k]
+                a, b = frame[row, i], frame[row, j]
+                frame[row, i] = a * cosine + b * sine
+                frame[row, j] = b * cosine - a * sine
+
+
+@njit_borrowing
+def velocities(
+    origin: Array,
+    axes: Array,
+    qd: Array,
+    angular: Array,
+    linear: Array,
+    segments: int,
+) -> None:
+    """Velocities of the first `segments` segments after `forward`.
+
+    Parameters
+    ----------
+    origin, axes : as `forward` left them.
+    qd : (31,) velocities.
+    angular, linear : (14, 3) out, rad/s and m/s of the segment's joint, world.
+    """
+    for i in range(3):
+        angular[0, i] = qd[i]
+        linear[0, i] = qd[3 + i]
+    for s in range(1, segments):
+        p = PARENT[s]
+        r0 = origin[s, 0] - origin[p, 0]
+        r1 = origin[s, 1] - origin[p, 1]
+        r2 = origin[s, 2] - origin[p, 2]
+        linear[s, 0] = linear[p, 0] + angular[p, 1] * r2 - angular[p, 2] * r1
+        linear[s, 1] = linear[p, 1] + angular[p, 2] * r0 - angular[p, 0] * r2
+        linear[s, 2] = linear[p, 2] + angular[p, 0] * r1 - angular[p, 1] * r0
+        for i in range(3):
+            angular[s, i] = angular[p, i]
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            for i in range(3):
+                angular[s, i] += axes[d, i] * qd[d]
+
+
+@njit
+def whole_body_centre_of_mass(
+    mass: Array, centre_of_mass: Array, rotation: Array, origin: Array
+) -> Array:
+    """Centre of mass (3,) m, world, after `forward` over all segments."""
+    total = np.zeros(3)
+    for s in range(mass.shape[0]):
+        for i in range(3):
+            total[i] += mass[s] * (
+                origin[s, i]
+                + rotation[s, i, 0] * centre_of_mass[s, 0]
+                + rotation[s, i, 1] * centre_of_mass[s, 1]
+                + rotation[s, i, 2] * centre_of_mass[s, 2]
+            )
+    total /= mass.sum()
+    return total
+
+
+@njit_borrowing
+def turned_inertia(rotation: Array, inertia: Array, out: Array) -> None:
+    """out = R I Rᵀ, all (3, 3)."""
+    for i in range(3):
+        r0, r1, r2 = rotation[i, 0], rotation[i, 1], rotation[i, 2]
+        a = r0 * inertia[0, 0] + r1 * inertia[1, 0] + r2 * inertia[2, 0]
+        b = r0 * inertia[0, 1] + r1 * inertia[1, 1] + r2 * inertia[2, 1]
+        c = r0 * inertia[0, 2] + r1 * inertia[1, 2] + r2 * inertia[2, 2]
+        for j in range(3):
+            out[i, j] = a * rotation[j, 0] + b * rotation[j, 1] + c * rotation[j, 2]
+
+
+@njit_borrowing
+def _cross(a: Array, b: Array, out: Array) -> None:
+    """out += a × b."""
+    out[0] += a[1] * b[2] - a[2] * b[1]
+    out[1] += a[2] * b[0] - a[0] * b[2]
+    out[2] += a[0] * b[1] - a[1] * b[0]
+
+
+@njit
+def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
+    """Motion of the whole body as if it were rigid.
+
+    Parameters
+    ----------
+    frames : of all segments.
+    out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
+        which a rigid body of the same inertia about it has the same angular momentum; world.
+    """
+    mass, total = tree.mass, tree.mass.sum()
+    place, velocity = frames.origin.copy(), frames.linear.copy()
+    arm, moment, inertia = np.empty(3), np.zeros(3), np.zeros((3, 3))
+    turned = np.empty((3, 3))
+    com, com_velocity, angular = out[0], out[1], out[2]
+    com[:] = 0.0
+    com_velocity[:] = 0.0
+    for s in range(mass.shape[0]):
+        r, c = frames.rotation[s], tree.centre_of_mass[s]
+        for i in range(3):
+            arm[i] = r[i, 0] * c[0] + r[i, 1] * c[1] + r[i, 2] * c[2]
+            place[s, i] += arm[i]
+        _cross(frames.angular[s], arm, velocity[s])
+        for i in range(3):
+            com[i] += mass[s] / total * place[s, i]
+            com_velocity[i] += mass[s] / total * velocity[s, i]
+    for s in range(mass.shape[0]):
+        turned_inertia(frames.rotation[s], tree.inertia[s], turned)
+        for i in range(3):
+            place[s, i] -= com[i]
+            velocity[s, i] = mass[s] * (velocity[s, i] - com_velocity[i])
+        _cross(place[s], velocity[s], moment)
+        square = place[s, 0] ** 2 + place[s, 1] ** 2 + place[s, 2] ** 2
+        for i in range(3):
+            inertia[i, i] += mass[s] * square
+            for j in range(3):
+                moment[i] += turned[i, j] * frames.angular[s, j]
+                inertia[i, j] += turned[i, j] - mass[s] * place[s, i] * place[s, j]
+    # I⁻¹ L by Cramer's rule: the columns of the adjugate are cross products of the rows of I.
+    adjugate = np.zeros((3, 3))
+    for i in range(3):
+        _cross(inertia[(i + 1) % 3], inertia[(i + 2) % 3], adjugate[i])
+    determinant = 0.0
+    for i in range(3):
+        determinant += inertia[0, i] * adjugate[0, i]
+    for i in range(3):
+        angular[i] = 0.0
+        for j in range(3):
+            angular[i] += adjugate[j, i] * moment[j] / determinant
+
+
+def segment_frames(model: BodyModel, positions: Array) -> Array:
+    """Poses of all segments over a motion.
+
+    Parameters
+    ----------
+    positions : (T, 31) in the order of `coordinates.COORDINATES`.
+
+    Returns
+    -------
+    (T, 14, 4, 4) homogeneous transforms, segment to world.
+    """
+    tree = tree_arrays(model)
+    frames = np.zeros((len(positions), len(SEGMENTS), 4, 4))
+    frames[..., 3, 3] = 1.0
+    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
+    axes = np.zeros((ROOT_DOFS + len(ACTUATED), 3))
+    for t, q in enumerate(np.asarray(positions, dtype=float)):
+        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
+        frames[t, :, :3, :3] = rotation
+        frames[t, :, :3, 3] = origin
+    return frames

@@ -1,0 +1,338 @@
+"""The body model as a URDF file: written from the Xacro template, read back exactly.
+
+A URDF joint has one axis, so a joint of two or three coordinates is a chain of revolute
+joints through massless links, each named after its coordinate. Numbers are written with all
+their digits: a model survives writing and reading bit for bit.
+"""
+
+import hashlib
+import io
+import json
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.resources import files
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+import numpy as np
+import xacro
+import yourdfpy
+
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.coordinates import ACTUATED, AXES, RANGES
+from gaitval.errors import ModelError
+from gaitval.model.body import (
+    JOINT_COORDINATES,
+    PARENTS,
+    SEGMENTS,
+    BodyModel,
+    ContactSphere,
+    Segment,
+)
+
+TEMPLATE = "humanoid.urdf.xacro"
+LARGEST_FILE = 1_000_000
+"""Bytes; a model has about 40,000."""
+NAME = re.compile(r"[A-Za-z0-9_. -]+")
+
+
+def template_folder() -> Path:
+    """Folder of the Xacro templates: in the installed package, or in the checkout."""
+    package = Path(str(files("gaitval")))
+    for folder in (package / "models" / "xacro", package.parent / "models" / "xacro"):
+        if (folder / TEMPLATE).is_file():
+            return folder
+    raise ModelError(
+        f"the template {TEMPLATE} is neither in the installed package ({package}) nor in a "
+        "checkout beside it: install gaitval again."
+    )
+
+
+def write_urdf(model: BodyModel, path: Path) -> None:
+    """Write the model as URDF through the Xacro template, whole or not at all.
+
+    Raises
+    ------
+    ModelError : the model's name cannot stand in a URDF, or the template is missing.
+    """
+    if not NAME.fullmatch(model.name):
+        raise ModelError(
+            f"the model's name {model.name!r} cannot stand in a URDF: use letters, digits, "
+            "spaces, dots, hyphens and underscores."
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        body = Path(folder) / "body.json"
+        body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
+        document = xacro.process_file(
+            str(template_folder() / TEMPLATE), mappings={"name": model.name, "body": str(body)}
+        )
+    # The document also holds xacro's banner, which names a folder of this machine.
+    text = document.documentElement.toprettyxml(indent="  ")
+    write_text(Path(path), '<?xml version="1.0" encoding="utf-8"?>\n' + text)
+
+
+def read_urdf(path: Path) -> BodyModel:
+    """Read a model that `write_urdf` wrote, checking everything that later stages rely on.
+
+    No other file is opened: entities, document types and meshes are refused.
+
+    Raises
+    ------
+    ModelError : no such file, not URDF, or not this humanoid; the message names every
+        link, joint or number that is wrong.
+    """
+    robot = _parse(Path(path))
+    try:
+        return _body_model(robot)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from None
+
+
+def model_hash(model: BodyModel) -> str:
+    """SHA-256 of all numbers of the model, hexadecimal; its name does not count.
+
+    The numbers are rounded to 1e-10 (SI units) first, so that the last bits, in which
+    processors differ, do not count either.
+    """
+    digest = hashlib.sha256()
+    for segment in model.segments:
+        _update(
+            digest,
+            segment.name,
+            segment.joint_position,
+            segment.mass,
+            segment.centre_of_mass,
+            segment.inertia,
+        )
+    for sphere in model.spheres:
+        _update(digest, f"{sphere.segment}/{sphere.name}", sphere.position, sphere.radius)
+    return digest.hexdigest()
+
+
+def _update(digest: Any, name: str, *values: Array | float) -> None:
+    digest.update(name.encode())
+    for value in values:
+        # Adding zero turns -0.0, which equals 0.0, into it.
+        digest.update((np.round(np.asarray(value), 10) + 0.0).astype("<f8").tobytes())
+
+
+def _text(vector: Sequence[float] | Array) -> str:
+    return " ".join(repr(float(value)) for value in vector)
+
+
+def _template_values(model: BodyModel) -> dict[str, Any]:
+    """What the template fills in: numbers as text with all digits; `shape` for drawing only."""
+    values: dict[str, Any] = {
+        "axes": {name: _text(axis) for name, axis in AXES.items()},
+        "ranges": {name: [repr(value) for value in ends] for name, ends in RANGES.items()},
+        "shape": _shape(model),
+    }
+    for segment in model.segments:
+        inertia = segment.inertia
+        values[segment.name] = {
+            "joint": _text(segment.joint_position),
+            "mass": repr(float(segment.mass)),
+            "centre": _text(segment.centre_of_mass),
+            "spheres": [
+                {
+                    "name": sphere.name,
+                    "position": _text(sphere.position),
+                    "radius": repr(float(sphere.radius)),
+                }
+                for sphere in model.spheres
+                if sphere.segment == segment.name
+            ],
+        } | {
+            f"i{row}{column}": repr(float(inertia["xyz".index(row), "xyz".index(column)]))
+            for row, column in ("xx", "xy", "xz", "yy", "yz", "zz")
+        }
+    return values
+
+
+def _shape(model: BodyModel) -> dict[str, float]:
+    """Sizes of the drawn shapes, m, to the millimetre."""
+    joint = {segment.name: segment.joint_position for segment in model.segments}
+    sole = max(s.radius - s.position[2] for s in model.spheres if s.segment == "foot_r")
+    heel = min(s.position[0] - s.radius for s in model.spheres if s.segment == "foot_r")
+    tip = max(s.position[0] + s.radius for s in model.spheres if s.segment == "toes_r")
+    sizes = {
+        "thigh": -joint["shank_r"][2],
+        "shank": -joint["foot_r"][2],
+        "foot_length": joint["toes_r"][0] - heel,
+        "foot_middle": (joint["toes_r"][0] + heel) / 2,
+        "sole_depth": sole,
+        "toes_length": tip,
+        "hip_half_width": -joint["thigh_r"][1],
+        "lumbar_height": joint["torso"][2],
+        "pelvis_depth": 0.75 * abs(joint["torso"][2]) + 0.05,
+        "shoulder_height": joint["upper_arm_r"][2],
+        "shoulder_half_width": -joint["upper_arm_r"][1],
+        "upper_arm": -joint["forearm_r"][2],
+    }
+    return {name: round(float(size), 3) for name, size in sizes.items()}
+
+
+def _parse(path: Path) -> yourdfpy.Robot:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
+    if len(content) > LARGEST_FILE:
+        raise ModelError(f"{path}: {len(content)} bytes; a body model has about 40,000.")
+    _check_xml(path, content)
+    try:
+        return yourdfpy.URDF.load(
+            io.BytesIO(content), build_scene_graph=False, load_meshes=False
+        ).robot
+    except Exception as error:  # yourdfpy raises whatever its parsing hits first
+        raise ModelError(f"{path}: not readable as URDF ({error!r}).") from None
+
+
+def _check_xml(path: Path, content: bytes) -> None:
+    """Refuse what is not XML, and what could make a parser read other files."""
+    tags: set[str] = set()
+
+    def start(tag: str, attributes: Mapping[str, str]) -> None:
+        if not tags and tag != "robot":
+            raise ModelError(f"{path}: the outermost element is <{tag}>, not <robot>.")
+        if tag == "mesh":
+            raise ModelError(f"{path}: refers to a mesh file; a body model has none.")
+        tags.add(tag)
+
+    def doctype(*_: Any) -> None:
+        raise ModelError(f"{path}: has a document type; a URDF needs none, and it is refused.")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise ModelError(f"{path}: not XML ({error}); it is truncated or not a URDF.") from None
+
+
+def _body_model(robot: yourdfpy.Robot) -> BodyModel:
+    links = {link.name: link for link in robot.links}
+    joints = {joint.name: joint for joint in robot.joints}
+    _check_structure(robot, links, joints)
+    segments = tuple(_segment(name, links[name], joints) for name in SEGMENTS)
+    spheres = tuple(
+        sphere for name in SEGMENTS for sphere in _spheres_of(name, links[name].collisions)
+    )
+    _refuse([*_bad_numbers(segments), *_bad_spheres(spheres)])
+    return BodyModel(name=robot.name, segments=segments, spheres=spheres)
+
+
+def _refuse(problems: Sequence[str]) -> None:
+    if problems:
+        raise ModelError(
+            "not a body model of gaitval:\n  "
+            + "\n  ".join(problems)
+            + "\nWrite it again with `gaitval scale`."
+        )
+
+
+def _check_structure(
+    robot: yourdfpy.Robot,
+    links: Mapping[str, yourdfpy.Link],
+    joints: Mapping[str, yourdfpy.Joint],
+) -> None:
+    problems = [f"link {name}: missing" for name in SEGMENTS if name not in links]
+    problems += [f"joint {name}: missing" for name in ACTUATED if name not in joints]
+    problems += [f"joint {name}: unknown" for name in joints if name not in AXES]
+    if len(links) != len(robot.links) or len(joints) != len(robot.joints):
+        problems.append("a link or a joint appears twice")
+    _refuse(problems)
+
+    between: set[str] = set()
+    for name, coordinates in JOINT_COORDINATES.items():
+        chain = [joints[coordinate] for coordinate in coordinates]
+        if chain[0].parent != PARENTS[name] or chain[-1].child != name:
+            problems.append(
+                f"joints {', '.join(coordinates)}: lead from {chain[0].parent} to "
+                f"{chain[-1].child}, not from {PARENTS[name]} to {name}"
+            )
+        for upper, lower in pairwise(chain):
+            if upper.child != lower.parent:
+                problems.append(f"joint {lower.name}: does not follow {upper.name}")
+            between.add(upper.child)
+            if np.any(_translation(lower.origin)):
+                problems.append(f"joint {lower.name}: moved away from {upper.name}")
+    for joint in joints.values():
+        if joint.type != "revolute":
+            problems.append(f"joint {joint.name}: {joint.type}, not revolute")
+        if joint.axis is None or not np.array_equal(joint.axis, AXES[joint.name]):
+            problems.append(f"joint {joint.name}: axis {joint.axis}, not {AXES[joint.name]}")
+        if not _unturned(joint.origin):
+            problems.append(f"joint {joint.name}: turned by rpy; all frames are parallel")
+    for name, link in links.items():
+        if name in SEGMENTS:
+            if link.inertial is None or link.inertial.mass is None or link.inertial.inertia is None:
+                problems.append(f"link {name}: no mass or no inertia")
+            elif not _unturned(link.inertial.origin):
+                problems.append(f"link {name}: inertia turned by rpy")
+        elif name not in between:
+            problems.append(f"link {name}: unknown")
+        elif link.inertial is None or link.inertial.mass or np.any(link.inertial.inertia):
+            problems.append(
+                f"link {name}: has mass (a link without <inertial> weighs 1 kg in DART)"
+            )
+    _refuse(problems)
+
+
+def _translation(origin: Array | None) -> Array:
+    return np.zeros(3) if origin is None else np.array(origin[:3, 3])
+
+
+def _unturned(origin: Array | None) -> bool:
+    return origin is None or np.array_equal(origin[:3, :3], np.eye(3))
+
+
+def _segment(name: str, link: yourdfpy.Link, joints: Mapping[str, yourdfpy.Joint]) -> Segment:
+    joint = joints[JOINT_COORDINATES[name][0]] if name in JOINT_COORDINATES else None
+    return Segment(
+        name=name,
+        joint_position=_translation(None if joint is None else joint.origin),
+        mass=float(link.inertial.mass),
+        centre_of_mass=_translation(link.inertial.origin),
+        inertia=np.array(link.inertial.inertia, dtype=np.float64),
+    )
+
+
+def _spheres_of(segment: str, collisions: Sequence[yourdfpy.Collision]) -> Iterator[ContactSphere]:
+    for collision in collisions:
+        sphere = collision.geometry.sphere
+        if sphere is None or collision.name is None:
+            raise ModelError(f"link {segment}: a <collision> that is no named sphere.")
+        yield ContactSphere(
+            collision.name, segment, _translation(collision.origin), float(sphere.radius)
+        )
+
+
+def _bad_numbers(segments: Sequence[Segment]) -> Iterator[str]:
+    for segment in segments:
+        numbers = (segment.joint_position, segment.centre_of_mass, segment.inertia)
+        if not all(np.isfinite(value).all() for value in (*numbers, segment.mass)):
+            yield f"link {segment.name}: numbers that are not finite"
+        elif segment.mass <= 0:
+            yield f"link {segment.name}: mass {segment.mass} kg, not positive"
+        else:
+            moments = np.linalg.eigvalsh(segment.inertia)
+            if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-9):
+                yield f"link {segment.name}: principal moments {moments} of no rigid body"
+
+
+def _bad_spheres(spheres: Sequence[ContactSphere]) -> Iterator[str]:
+    for side in "rl":
+        number = sum(sphere.segment in (f"foot_{side}", f"toes_{side}") for sphere in spheres)
+        if number != 6:
+            yield f"links foot_{side} and toes_{side}: {number} contact spheres, not 6"
+    for sphere in spheres:
+        if sphere.segment.split("_")[0] not in ("foot", "toes"):
+            yield f"link {sphere.segment}: the contact sphere {sphere.name} is not on a foot"
+        if not (np.isfinite(sphere.position).all() and 0 < sphere.radius < 1):
+            yield f"contact sphere {sphere.name}: position or radius ({sphere.radius} m) not usable"

@@ -1,0 +1,1 @@
+"""OpenSim's files, written and read without OpenSim."""

@@ -1,0 +1,100 @@
+"""OpenSim's axes, coordinates and generalised forces, and the project's in them.
+
+OpenSim's axes are X forward, Y up, Z to the right; the project's (REP-103) x forward, y left,
+z up. The 25 joint coordinates are the same in both, name, axis and sign (`gaitval.coordinates`).
+The root is not: the project has a rotation vector, OpenSim's models three Cardan angles about Z,
+then X, then Y:
+
+| OpenSim's           | turns about | positive              | in `reference.motion`   |
+|---------------------|-------------|-----------------------|-----------------------------|
+| pelvis_tilt         | Z           | backward (posterior)  | minus the anterior tilt     |
+| pelvis_list         | X           | right side down       | minus the list              |
+| pelvis_rotation     | Y           | turned to the left    | rotation                    |
+| pelvis_tx, _ty, _tz | (X, Y, Z)   | forward, up, right    | x, z, -y of the pelvis      |
+
+The pelvis origin is the middle of the hip joint centres; that of OpenSim's own models (Rajagopal
+et al. 2016) is the middle of the ASIS. Their mtp_angle turns about an oblique axis with flexion
+positive, here about the mediolateral one with extension positive.
+"""
+
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.coordinates import ACTUATED
+from gaitval.model.tree import ROOT_DOFS
+
+TO_OPENSIM: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""(3, 3), takes vectors in the project's axes to OpenSim's."""
+
+PELVIS_ANGLES: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+PELVIS_TRANSLATIONS: Final = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
+
+OPENSIM_COORDINATES: Final[tuple[str, ...]] = (*PELVIS_ANGLES, *PELVIS_TRANSLATIONS, *ACTUATED)
+"""The 31 coordinates of the exported model, root first."""
+
+
+def vectors_to_opensim(vectors: Array) -> Array:
+    """Vectors (…, 3) of the project's axes in OpenSim's."""
+    return np.asarray(vectors @ TO_OPENSIM.T)
+
+
+def to_opensim(positions: Array) -> Array:
+    """A motion in OpenSim's coordinates.
+
+    Parameters
+    ----------
+    positions : (T, 31) rad and m, in the order of `gaitval.coordinates.COORDINATES`.
+
+    Returns
+    -------
+    (T, 31) rad and m, in the order of `OPENSIM_COORDINATES`; the pelvis angles run on without
+    jumps of a whole turn. At ±90° of list the other two angles are not determined.
+    """
+    values = np.array(positions, dtype=float)
+    world = TO_OPENSIM @ Rotation.from_rotvec(values[:, :3]).as_matrix() @ TO_OPENSIM.T
+    values[:, :3] = np.unwrap(Rotation.from_matrix(world).as_euler("ZXY"), axis=0)
+    values[:, 3:6] = vectors_to_opensim(values[:, 3:6])
+    return values
+
+
+def from_opensim(values: Array) -> Array:
+    """The inverse of `to_opensim`: (T, 31) in the order of `OPENSIM_COORDINATES` to positions.
+
+    The rotation vector is the shortest (at most half a turn).
+    """
+    positions = np.array(values, dtype=float)
+    pelvis = Rotation.from_euler("ZXY", positions[:, :3]).as_matrix()
+    positions[:, :3] = Rotation.from_matrix(TO_OPENSIM.T @ pelvis @ TO_OPENSIM).as_rotvec()
+    positions[:, 3:6] = positions[:, 3:6] @ TO_OPENSIM
+    return positions
+
+
+def forces_to_opensim(positions: Array, forces: Array) -> Array:
+    """Generalised forces paired with OpenSim's coordinates.
+
+    A pelvis angle turns the pelvis about an axis that the angles before it have turned; its
+    generalised force is the root moment along that axis, so that the power is the same.
+
+    Parameters
+    ----------
+    positions : (T, 31) rad and m, in the order of `gaitval.coordinates.COORDINATES`.
+    forces : (T, 31) Nm and N, paired with velocities as in `model.tree`: moment about the
+        pelvis origin and force in world axes, then the joint moments.
+
+    Returns
+    -------
+    (T, 31) Nm and N, in the order of `OPENSIM_COORDINATES`.
+    """
+    values = np.array(forces, dtype=float)
+    angles = to_opensim(positions)[:, :ROOT_DOFS]
+    moment = vectors_to_opensim(values[:, :3])
+    tilt = Rotation.from_euler("Z", angles[:, :1]).as_matrix()
+    tilt_list = Rotation.from_euler("ZX", angles[:, :2]).as_matrix()
+    values[:, 0] = moment[:, 2]
+    values[:, 1] = np.einsum("ti,ti->t", moment, tilt[:, :, 0])
+    values[:, 2] = np.einsum("ti,ti->t", moment, tilt_list[:, :, 1])
+    values[:, 3:6] = vectors_to_opensim(values[:, 3:6])
+    return values

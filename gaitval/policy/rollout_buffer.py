@@ -1,0 +1,249 @@
+"""Experience of many walking environments in a few processes, one message a rollout.
+
+Each worker process walks its share of the environments with the policy that it is sent: an action
+needs no message, so the processes never wait for each other within a rollout. What happened lies
+in shared memory. An environment does the same whatever process it is in.
+"""
+
+import contextlib
+import math
+import multiprocessing as mp
+import os
+import traceback
+from collections.abc import Iterator, Sequence
+from multiprocessing.connection import Connection
+from multiprocessing.shared_memory import SharedMemory
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.configuration import EnvironmentSettings
+from gaitval.policy.environment import (
+    OBSERVATION_SIZES,
+    REWARD_TERMS,
+    WalkingEnvironment,
+    action_size,
+)
+from gaitval.policy.storage import Policy
+from gaitval.simulation.walker import WalkingTask
+
+_Shapes = dict[str, tuple[tuple[int, ...], type]]
+
+
+class RolloutBuffer(NamedTuple):
+    """What E environments did in T actions.
+
+    Attributes
+    ----------
+    observations : (T + 1, E, size) before each action, and after the last one.
+    actions : (T, E, A) the policy's and noise.
+    rewards : (T, E).
+    fell, ended : (T, E) the episode ended by a fall; ended by that or by its length.
+    final_observations : (T, E, size) of the episodes that ended, where they did.
+    cycles : (T, E) gait cycles of the episode so far.
+    terms : (T, E, 9) reward terms.
+    """
+
+    observations: NDArray[np.float32]
+    actions: NDArray[np.float32]
+    rewards: NDArray[np.float32]
+    fell: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
+    final_observations: NDArray[np.float32]
+    cycles: NDArray[np.float32]
+    terms: NDArray[np.float32]
+
+
+def _shapes(steps: int, count: int, constants: EnvironmentSettings) -> _Shapes:
+    """Shapes and types of an `RolloutBuffer`."""
+    size = OBSERVATION_SIZES[constants.observation]
+    return {
+        "observations": ((steps + 1, count, size), np.float32),
+        "actions": ((steps, count, action_size(constants)), np.float32),
+        "rewards": ((steps, count), np.float32),
+        "fell": ((steps, count), np.bool_),
+        "ended": ((steps, count), np.bool_),
+        "final_observations": ((steps, count, size), np.float32),
+        "cycles": ((steps, count), np.float32),
+        "terms": ((steps, count, len(REWARD_TERMS)), np.float32),
+    }
+
+
+def _bytes(shapes: _Shapes) -> int:
+    return sum(4 * math.prod(shape) for shape, _ in shapes.values())
+
+
+def _views(memory: SharedMemory, shapes: _Shapes) -> RolloutBuffer:
+    """The arrays in shared memory, four bytes for every number."""
+    arrays, offset = {}, 0
+    for name, (shape, kind) in shapes.items():
+        arrays[name] = np.ndarray(shape, kind, buffer=memory.buf, offset=offset)
+        offset += 4 * math.prod(shape)
+    return RolloutBuffer(**arrays)
+
+
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    """Processes that start meanwhile use one thread: a worker's arrays are tiny."""
+    name = "OMP_NUM_THREADS"
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
+
+
+def _walk(
+    environment: WalkingEnvironment,
+    observation: NDArray[np.float32],
+    policy: Policy,
+    experience: RolloutBuffer,
+    i: int,
+) -> NDArray[np.float32]:
+    """Walk one environment through a rollout; `actions` hold the noise before."""
+    for t, action in enumerate(experience.actions[:, i]):
+        experience.observations[t, i] = observation
+        action += policy.act(observation)
+        observation, reward, fell, over, info = environment.step(action)
+        experience.rewards[t, i] = reward
+        experience.fell[t, i] = fell
+        experience.ended[t, i] = fell or over
+        experience.cycles[t, i] = info["cycles"]
+        experience.terms[t, i] = info["reward_terms"]
+        if fell or over:
+            experience.final_observations[t, i] = observation
+            observation, _ = environment.reset()
+    experience.observations[-1, i] = observation
+    return observation
+
+
+def _work(
+    tasks: Sequence[WalkingTask],
+    share: range,
+    shapes: _Shapes,
+    memory_name: str,
+    pipe: Connection,
+) -> None:
+    """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed),
+    ("walk", tensors).
+
+    Answers None, or the traceback of what went wrong.
+    """
+    memory = SharedMemory(memory_name)
+    experience = _views(memory, shapes)
+    try:
+        environments = {i: WalkingEnvironment(tasks[i % len(tasks)]) for i in share}
+        observations: dict[int, NDArray[np.float32]] = {}
+        pipe.send(None)
+        while True:
+            message, value = pipe.recv()
+            for i, environment in environments.items():
+                if message == "curriculum":
+                    environment.difficulty, environment.tolerance_share = value
+                elif message == "begin":
+                    observations[i], _ = environment.reset(seed=value + i)
+                elif message == "walk":
+                    policy = Policy(value, {})
+                    observations[i] = _walk(environment, observations[i], policy, experience, i)
+            pipe.send(None)
+    except (EOFError, ConnectionError, KeyboardInterrupt):
+        pass  # the trainer has closed its end or was interrupted, which it reports itself
+    except Exception:
+        pipe.send(traceback.format_exc())
+    finally:
+        del experience
+        memory.close()
+
+
+class WalkingWorkers:
+    """`count` walking environments over `workers` processes; use as a context manager.
+
+    Environment i is of `tasks[i % len(tasks)]`, which differ by body and reference alone.
+    """
+
+    def __init__(
+        self, tasks: Sequence[WalkingTask], *, count: int, workers: int, steps: int
+    ) -> None:
+        shapes = _shapes(steps, count, tasks[0].configuration.environment)
+        self._memory = SharedMemory(create=True, size=_bytes(shapes))
+        self._experience = _views(self._memory, shapes)
+        context = mp.get_context("spawn")
+        self._pipes: list[Connection] = []
+        self._processes = []
+        for share in np.array_split(np.arange(count), min(workers, count)):
+            ours, theirs = context.Pipe()
+            mine = range(int(share[0]), int(share[-1]) + 1)
+            arguments = (tasks, mine, shapes, self._memory.name, theirs)
+            process = context.Process(target=_work, args=arguments, daemon=True)
+            with _one_thread():
+                process.start()
+            theirs.close()
+            self._pipes.append(ours)
+            self._processes.append(process)
+        try:
+            self._all_done()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> "WalkingWorkers":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _tell(self, message: str, value: Any) -> None:
+        for pipe in self._pipes:
+            with contextlib.suppress(BrokenPipeError):  # `_all_done` says that the worker ended
+                pipe.send((message, value))
+        self._all_done()
+
+    def _all_done(self) -> None:
+        for pipe in self._pipes:
+            try:
+                problem = pipe.recv()
+            except (EOFError, ConnectionResetError):
+                problem = "it was killed, perhaps because the machine ran out of memory."
+            if problem is not None:
+                raise RuntimeError(f"A worker process of the walking environments ended: {problem}")
+
+    def set_curriculum(self, difficulty: float, tolerance_share: float) -> None:
+        """Set these attributes of `WalkingEnvironment` everywhere."""
+        self._tell("curriculum", (difficulty, tolerance_share))
+
+    def begin(self, seed: int) -> None:
+        """Begin an episode everywhere, environment i seeded with seed + i."""
+        self._tell("begin", seed)
+
+    def walk(self, tensors: dict[str, NDArray[Any]], noise: NDArray[np.float32]) -> RolloutBuffer:
+        """Walk on with a policy of these `tensors`.
+
+        Parameters
+        ----------
+        noise : (T, E, A), added to the policy's actions.
+
+        Returns
+        -------
+        Views of shared memory, which the next call overwrites.
+        """
+        self._experience.actions[:] = noise
+        self._tell("walk", tensors)
+        return self._experience
+
+    def close(self) -> None:
+        """End the workers and free the shared memory."""
+        for pipe in self._pipes:
+            pipe.close()
+        for process in self._processes:
+            process.join(timeout=20)  # it may be in the middle of a rollout
+            if process.is_alive():
+                process.kill()
+                process.join()
+        del self._experience
+        self._memory.close()
+        self._memory.unlink()

@@ -1,0 +1,189 @@
+"""Walks of a policy: deterministic, without pushes unless asked for, recorded or only scored."""
+
+import multiprocessing as mp
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.model.body import SEGMENTS
+from gaitval.model.tree import forward, whole_body_centre_of_mass
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import Policy
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.walker import Engine, Trajectory, WalkingTask
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well a walk went.
+
+    Attributes
+    ----------
+    reward : mean reward of a planned step; steps after a fall count as zero.
+    cycles : gait cycles walked.
+    fell : the walk ended early.
+    """
+
+    reward: float
+    cycles: float
+    fell: bool
+
+
+def score_rollout(
+    environment: WalkingEnvironment,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phase: float,
+    seconds: float,
+    push: tuple[float, float, float] | None = None,
+) -> Score:
+    """Walk for `seconds` without keeping the trajectory.
+
+    Parameters
+    ----------
+    mu : (14,) body parameters.
+    push : see `WalkingEnvironment`.
+    """
+    options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
+    observation, _ = environment.reset(seed=0, options=options)
+    planned = round(seconds / environment.walker.action_seconds)
+    total, fell, info = 0.0, False, {"cycles": 0.0}
+    for _ in range(planned):
+        observation, reward, fell, _, info = environment.step(policy.act(observation))
+        if fell:
+            break
+        total += reward
+    return Score(total / planned, float(info["cycles"]), fell)
+
+
+def _centre_of_pressure(feet: Array) -> Array:
+    """(T, 2, 3) m on the ground from forces and moments (T, 2, 6); NaN without load."""
+    vertical = feet[..., 2]
+    loaded = np.where(vertical > 1.0, vertical, np.nan)
+    return np.stack([-feet[..., 4] / loaded, feet[..., 3] / loaded, 0.0 * loaded], axis=-1)
+
+
+def _centres_of_mass(environment: WalkingEnvironment, positions: Array) -> Array:
+    tree = environment.walker.tree
+    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
+    axes = np.zeros((31, 3))
+    com = np.empty((len(positions), 3))
+    for t, q in enumerate(positions):
+        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
+        com[t] = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, rotation, origin)
+    return com
+
+
+def record_rollout(
+    environment: WalkingEnvironment,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phase: float,
+    cycles: float,
+    push: tuple[float, float, float] | None = None,
+) -> Rollout:
+    """Simulate a walk of the deterministic policy and keep everything.
+
+    Parameters
+    ----------
+    mu : (14,) body parameters.
+    start_phase : phase of the right gait cycle at the start.
+    cycles : planned length in gait cycles.
+    push : see `WalkingEnvironment`; none by default.
+    """
+    walker = environment.walker
+    options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
+    observation, _ = environment.reset(seed=0, options=options)
+    constants = environment.constants
+    longest = cycles * environment.task.reference.stride_time / constants.slowest_pace
+    actions = int(np.ceil(longest / walker.action_seconds))
+    recording = Trajectory(actions * walker.steps_per_action)
+    fell = False
+    for _ in range(actions):
+        observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
+        if fell or walker.phase >= start_phase + cycles:
+            break
+    rows = slice(0, recording.rows)
+    positions = recording.positions[rows]
+    return Rollout(
+        time=walker.physics_step * np.arange(1.0, recording.rows + 1.0),
+        phase=recording.phase[rows],
+        positions=positions,
+        velocities=recording.velocities[rows],
+        moments=recording.moments[rows],
+        ground_reaction=recording.feet[rows, :, :3],
+        centre_of_pressure=_centre_of_pressure(recording.feet[rows]),
+        centre_of_mass=_centres_of_mass(environment, positions),
+        root_force=recording.root_force[rows],
+        mu=np.asarray(mu, dtype=float),
+        start_phase=np.array([start_phase]),
+        fell=np.array([float(fell)]),
+    )
+
+
+def roll_out(
+    task: WalkingTask,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phase: float,
+    cycles: float,
+    push: tuple[float, float, float] | None = None,
+    engine: Engine = "dart",
+) -> Rollout:
+    """`record_rollout` in an environment of its own, with the engine of results."""
+    return record_rollout(
+        WalkingEnvironment(task, engine=engine),
+        policy,
+        mu=mu,
+        start_phase=start_phase,
+        cycles=cycles,
+        push=push,
+    )
+
+
+_environment: WalkingEnvironment | None = None
+
+
+def _begin(task: WalkingTask, engine: Engine) -> None:
+    global _environment  # one environment a worker process, for it is slow to build
+    _environment = WalkingEnvironment(task, engine=engine)
+
+
+def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Any]) -> Any:
+    function, item = arguments
+    assert _environment is not None
+    return function(_environment, item)
+
+
+class RolloutPool:
+    """Worker processes with an environment each; use as a context manager."""
+
+    def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
+        self._executor = ProcessPoolExecutor(
+            workers,
+            mp_context=mp.get_context("spawn"),
+            initializer=_begin,
+            initargs=(task, engine),
+        )
+
+    def __enter__(self) -> "RolloutPool":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown(cancel_futures=True)
+
+    def map(
+        self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
+    ) -> list[Result]:
+        """`function(environment, item)` of every item, in order; must be a module's function."""
+        return list(self._executor.map(_call, [(function, item) for item in items]))

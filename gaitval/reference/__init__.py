@@ -1,0 +1,1 @@
+"""The reference motion, its dynamic fit and its adjustment."""

@@ -1,0 +1,645 @@
+"""Reference motion that obeys Newton's laws and stays close to all that was recorded.
+
+A motion with exactly the recorded angles needs other forces and moments than the recorded ones:
+the model is not the body, the mean recorded vertical force is not one body weight, and a force
+plate that stands two centimetres off changes the moments of its leg by 0.2 Nm/kg (those of the
+built-in records seem to stand 3.6 cm apart, docs/decisions.md). No policy can meet a record that
+contradicts itself. This fit finds the best compromise beforehand: among the periodic motions
+without a residual force on the pelvis, whose feet neither slide nor sink, the one whose departures
+from the recorded angles, moments and ground reaction, each over the accuracy that is asked for
+(`Accuracy`), have the smallest sum of squares. What is left of them is what no policy can do
+better; the comparison with the record is always with the record as it is.
+
+Unknown are the first harmonics of all 31 coordinates and, at every instant of stance, each foot's
+ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it. What an
+instant adds depends on the coordinates, their first two rates and the forces of that instant
+alone, so the Jacobian is found instant by instant, by central differences.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit
+from gaitval.configuration import ContactSettings
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
+from gaitval.gait.record import GaitRecord
+from gaitval.inverse.inverse_dynamics import (
+    cardan_coordinates,
+    newton_euler,
+    root_state,
+    root_states,
+)
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.tree import ROOT_DOFS, Tree, rotation_vector, tree_arrays
+from gaitval.reference.motion import (
+    FEED_FORWARD,
+    SAMPLES,
+    ReferenceMotion,
+    build_reference,
+    moved,
+    side_phase,
+    spectral_rate,
+    static_stiffness,
+)
+
+INSTANTS = 100
+"""Instants of the cycle at which the laws hold: Newton's equation at 1 % of the cycle apart."""
+HARMONICS = 8
+"""Harmonics of the change of every coordinate."""
+MOST_STEPS = 15
+SMALLEST_GAIN = 1e-3
+"""Share of the sum of squares that the last Gauss-Newton step still took away."""
+
+
+class Accuracy(NamedTuple):
+    """Departures that weigh the same, rad, m, s, Nm/kg, body weights (BW).
+
+    The first group is two fifths to three quarters of the accuracy that the project aims at; the
+    second says how well the laws of motion and of contact hold; the third keeps what was not
+    recorded near its convention.
+    """
+
+    sagittal: float = np.deg2rad(1.5)
+    frontal: float = np.deg2rad(1.4)
+    """Hip adduction and rotation."""
+    pelvis: float = np.deg2rad(1.5)
+    moment: float = 0.06
+    adduction_moment: float = 0.15
+    forward_force: float = 0.020
+    sideways_force: float = 0.015
+    vertical_force: float = 0.020
+
+    residual: float = 0.002
+    """BW and BW m, force and moment on the pelvis that nothing exerts."""
+    sliding: float = 0.03
+    """m/s, of the part of the sole that is on the ground."""
+    pivoting: float = 0.3
+    """rad/s, of a foot on the ground about the vertical."""
+    depth: float = 0.0015
+    """m, of the lowest point of the sole against what carries the vertical force."""
+    landing: float = 0.0004
+    """m, likewise in the first `_LANDING` of the cycle: the sole comes down 3 mm in 1 % of the
+    cycle, and a strike that is 1 % late is an error of 3 degrees of the knee in late swing."""
+    clearance: float = 0.002
+    """m, by which the swinging foot misses `SWING_CLEARANCE`."""
+    pressure_forward: float = 0.015
+    pressure_sideways: float = 0.008
+    """m, from the centre of pressure to the middle of the part of the sole on the ground."""
+    force_change: float = 0.025
+    """BW from one instant to the next, of the departure from the recorded force."""
+    pressure_change: float = 0.004
+    """m, second difference of the centre of pressure."""
+
+    subtalar: float = np.deg2rad(3.0)
+    toes: float = np.deg2rad(5.0)
+    arms: float = np.deg2rad(8.0)
+    trunk: float = np.deg2rad(3.0)
+    """Of the trunk's turn against the upright."""
+    lumbar: float = np.deg2rad(10.0)
+    translation: float = 0.03
+    free_moment: float = 0.005
+    """BW m."""
+
+
+SWING_CLEARANCE = 0.012
+"""m under the lowest point of a swinging sole; people leave about 13 mm (Winter 1992, from
+memory), and a policy that is given less lifts its feet by itself, which delays the heel strike."""
+_SOLE_DEPTH = 0.004
+"""m: spheres this much higher than the lowest one count 1/e of it as part of the sole on the
+ground."""
+_LOWEST_DEPTH = 0.002
+"""m, likewise, of the smooth minimum that is the height of the sole."""
+_SHARING_SPHERES = 3
+"""Spheres that share a foot's vertical force, for the depth it presses them in."""
+_LANDING = 0.05
+"""Share of the cycle."""
+_STANCE_EDGE = 0.04
+"""Share of the cycle at both ends of stance in which the foot may still slide."""
+
+_TRUNK = slice(31, 34)
+_FOOT = 34
+"""First of the six numbers of each foot: sliding (2), pivoting, height, pressure (2)."""
+_OUTPUTS = _FOOT + 12
+_RATES = 3 * 31
+_INPUTS = _RATES + 12
+_STEPS = np.concatenate(
+    [np.full(31, 1e-5), np.full(31, 1e-4), np.full(31, 1e-3), np.tile([1, 1, 1, 1e-4, 1e-4, 1], 2)]
+)
+"""Steps of the central differences: rad, rad/s, rad/s² (m likewise), N, m, Nm."""
+
+_TORSO = SEGMENTS.index("torso")
+_FEET = np.array([SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")])
+_TOES = np.array([SEGMENTS.index("toes_r"), SEGMENTS.index("toes_l")])
+_TOE_DOFS = np.array([COORDINATES.index("mtp_angle_r"), COORDINATES.index("mtp_angle_l")])
+
+
+class _Work(NamedTuple):
+    """Arrays that one instant needs."""
+
+    rotation: Array
+    origin: Array
+    axes: Array
+    angular: Array
+    linear: Array
+    turning: Array
+    wrench: Array
+    generalised: Array
+    state: Array
+    force: Array
+    point: Array
+    free_moment: Array
+
+
+def _work() -> _Work:
+    segments, dofs = len(SEGMENTS), len(COORDINATES)
+    return _Work(
+        np.empty((segments, 3, 3)),
+        np.empty((segments, 3)),
+        np.zeros((dofs, 3)),
+        np.empty((segments, 3)),
+        np.empty((segments, 3)),
+        np.empty((segments, 2, 3)),
+        np.empty((segments, 2, 3)),
+        np.empty(dofs),
+        np.empty((3, dofs)),
+        np.empty((2, 3)),
+        np.zeros((2, 3)),
+        np.zeros((2, 3)),
+    )
+
+
+@njit
+def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
+    """What one instant adds to the laws.
+
+    Parameters
+    ----------
+    x : (105,) coordinates (31) with the pelvis's Cardan angles first, their rates, their second
+        rates; then of the right and the left foot force (3) N, centre of pressure (2) m and
+        free moment Nm.
+    out : (46,) generalised forces (31) that must act beside the ground's; rotation vector of the
+        trunk; then of each foot the velocity of its sole on the ground (2) m/s, rate of turn
+        about the vertical rad/s, height of its lowest point m, and centre of pressure less the
+        middle of the sole on the ground (2) m.
+    """
+    q, qd, qdd = work.state[0], work.state[1], work.state[2]
+    root_state(x[0:3], x[31:34], x[62:65], q[:3], qd[:3], qdd[:3])
+    for i in range(3, 31):
+        q[i], qd[i], qdd[i] = x[i], x[31 + i], x[62 + i]
+    for side in range(2):
+        first = _RATES + 6 * side
+        for i in range(3):
+            work.force[side, i] = x[first + i]
+        work.point[side, 0], work.point[side, 1] = x[first + 3], x[first + 4]
+        work.free_moment[side, 2] = x[first + 5]
+    rotation, origin, axes = work.rotation, work.origin, work.axes
+    angular, linear = work.angular, work.linear
+    newton_euler(
+        tree.joint_position,
+        tree.mass,
+        tree.centre_of_mass,
+        tree.inertia,
+        q,
+        qd,
+        qdd,
+        work.force,
+        work.point,
+        work.free_moment,
+        rotation,
+        origin,
+        axes,
+        angular,
+        linear,
+        work.turning,
+        work.wrench,
+        work.generalised,
+    )
+    for i in range(31):
+        out[i] = work.generalised[i]
+    out[_TRUNK] = rotation_vector(rotation[_TORSO])
+    spheres = tree.sphere_segment.shape[0] // 2
+    arm = np.empty((spheres, 3))
+    height = np.empty(spheres)
+    for side in range(2):
+        for n in range(spheres):
+            s = tree.sphere_segment[side * spheres + n]
+            p = tree.sphere_position[side * spheres + n]
+            for i in range(3):
+                arm[n, i] = (
+                    rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
+                )
+            arm[n, 2] -= tree.sphere_radius[side * spheres + n]
+            height[n] = origin[s, 2] + arm[n, 2]
+        lowest = height.min()
+        share = deep = 0.0
+        middle = np.zeros(2)
+        sliding = np.zeros(2)
+        toes = np.zeros(3)
+        for n in range(spheres):
+            s = tree.sphere_segment[side * spheres + n]
+            weight = np.exp(-(height[n] - lowest) / _SOLE_DEPTH)
+            share += weight
+            deep += np.exp(-(height[n] - lowest) / _LOWEST_DEPTH)
+            w, r = angular[s], arm[n]
+            sliding[0] += weight * (linear[s, 0] + w[1] * r[2] - w[2] * r[1])
+            sliding[1] += weight * (linear[s, 1] + w[2] * r[0] - w[0] * r[2])
+            for i in range(2):
+                middle[i] += weight * (origin[s, i] + r[i])
+            if s == _TOES[side]:
+                for i in range(3):
+                    toes[i] += weight * r[i]
+        first = _FOOT + 6 * side
+        for i in range(2):
+            out[first + i] = sliding[i] / share
+            out[first + 4 + i] = work.point[side, i] - middle[i] / share
+        out[first + 2] = angular[_FEET[side], 2]
+        out[first + 3] = lowest - _LOWEST_DEPTH * np.log(deep)
+        # `newton_euler` lets the whole force act on the foot: the toes carry their share of it.
+        axis, force = axes[_TOE_DOFS[side]], work.force[side]
+        moment = np.cross(toes, force) / share
+        out[_TOE_DOFS[side]] -= axis[0] * moment[0] + axis[1] * moment[1] + axis[2] * moment[2]
+
+
+@njit
+def _instants(
+    tree: Tree, inputs: Array, steps: Array, work: _Work, out: Array, slope: Array
+) -> None:
+    """`_instant` of every row of `inputs` (T, 105) into `out` (T, 46), and its derivatives into
+    `slope` (T, 46, 105) unless that is empty.
+    """
+    x = np.empty(inputs.shape[1])
+    above, below = np.empty(out.shape[1]), np.empty(out.shape[1])
+    for t in range(inputs.shape[0]):
+        x[:] = inputs[t]
+        _instant(tree, x, work, out[t])
+        if slope.shape[0] == 0:
+            continue
+        for k in range(inputs.shape[1]):
+            x[k] = inputs[t, k] + steps[k]
+            _instant(tree, x, work, above)
+            x[k] = inputs[t, k] - steps[k]
+            _instant(tree, x, work, below)
+            x[k] = inputs[t, k]
+            for j in range(out.shape[1]):
+                slope[t, j, k] = (above[j] - below[j]) / (2.0 * steps[k])
+
+
+def _series(phase: Array, stride_time: float) -> tuple[Array, Array, Array]:
+    """Harmonics 0 to `HARMONICS` (T, 17) with their first and second rates in time."""
+    k = 2.0 * np.pi * np.arange(1, HARMONICS + 1)
+    angle = np.outer(phase, k)
+    one = np.ones((len(phase), 1))
+    return (
+        np.hstack([one, np.cos(angle), np.sin(angle)]),
+        np.hstack([0.0 * one, -k * np.sin(angle), k * np.cos(angle)]) / stride_time,
+        np.hstack([0.0 * one, -(k**2) * np.cos(angle), -(k**2) * np.sin(angle)]) / stride_time**2,
+    )
+
+
+def _resampled(values: Array, count: int) -> Array:
+    """One cycle of samples (N, …) at `count` equally spaced phases, by its Fourier series."""
+    terms = min(len(values), count) // 2
+    spectrum = np.fft.rfft(values, axis=0)[:terms]
+    padded = np.zeros((count // 2 + 1, *values.shape[1:]), dtype=complex)
+    padded[:terms] = spectrum
+    return np.asarray(np.fft.irfft(padded, count, axis=0) * (count / len(values)))
+
+
+class _Problem(NamedTuple):
+    """The fit of one record; T instants.
+
+    Attributes
+    ----------
+    path : three (T, 31): coordinates of the motion to change and their first two rates, without
+        the forward travel but with its speed.
+    series : three (T, 17), `_series`.
+    force : (T, 12) N, m, Nm: recorded ground reaction with a first guess of the rest.
+    scale : (12,) units of the unknown changes of `force`.
+    unknown : (T, 12) bool, where `force` may change: in stance.
+    target, weight : (T, 46) of `_instant`'s numbers.
+    swinging : (T, 2) bool, the foot must clear the ground.
+    clearance_weight : weight of its miss.
+    penalty, miss : (R, U), (R,): the residuals that are linear in the U unknowns are
+        penalty @ unknowns + miss.
+    """
+
+    tree: Tree
+    path: tuple[Array, Array, Array]
+    series: tuple[Array, Array, Array]
+    force: Array
+    scale: Array
+    unknown: NDArray[np.bool_]
+    target: Array
+    weight: Array
+    swinging: NDArray[np.bool_]
+    clearance_weight: float
+    penalty: Array
+    miss: Array
+
+
+def _coordinate_accuracy(accuracy: Accuracy) -> Array:
+    """Accuracy (31,) of every coordinate; infinite for the lumbar ones, whose trunk is held."""
+    kinds = {
+        "hip_flexion": accuracy.sagittal,
+        "knee_angle": accuracy.sagittal,
+        "ankle_angle": accuracy.sagittal,
+        "hip_adduction": accuracy.frontal,
+        "hip_rotation": accuracy.frontal,
+        "subtalar_angle": accuracy.subtalar,
+        "mtp_angle": accuracy.toes,
+    }
+    scales = [accuracy.pelvis] * 3 + [accuracy.translation] * 3
+    for name in ACTUATED:
+        joint = name.rpartition("_")[0]
+        scales.append(np.inf if name in LUMBAR else kinds.get(joint, accuracy.arms))
+    return np.array(scales)
+
+
+def _penalties(
+    accuracy: Accuracy, departure: Array, series: Array, force: Array, scale: Array,
+    unknown: NDArray[np.bool_],
+) -> tuple[Array, Array]:  # fmt: skip
+    """Rows (R, U) and constants (R,) of the residuals that are linear in the unknowns: departures
+    of the coordinates and of the recorded forces, and roughness of the forces over time.
+
+    Parameters
+    ----------
+    departure : (T, 31) of the motion to change from the record.
+    """
+    instants, terms = series.shape
+    count = terms * len(COORDINATES)
+    column = np.full(unknown.shape, -1)
+    column[unknown] = count + np.arange(unknown.sum())
+    total = count + int(unknown.sum())
+    norm = 1.0 / np.sqrt(instants)
+    rows, constants = [], []
+    for k, wanted in enumerate(_coordinate_accuracy(accuracy)):
+        block = slice(k * terms, (k + 1) * terms)
+        if np.isfinite(wanted):
+            row = np.zeros((instants, total))
+            row[:, block] = series / wanted * norm
+            constants.append(departure[:, k] / wanted * norm)
+        else:
+            row = np.zeros((terms, total))
+            row[:, block] = np.eye(terms) / accuracy.lumbar
+            constants.append(np.zeros(terms))
+        rows.append(row)
+    sizes = [accuracy.forward_force, accuracy.sideways_force, accuracy.vertical_force]
+    close = np.array([*sizes, np.inf, np.inf, accuracy.free_moment])
+    smooth = np.array([accuracy.force_change] * 3 + [accuracy.pressure_change] * 2)
+    smooth = np.append(smooth, accuracy.free_moment)
+    weights = np.concatenate([scale[:3] / scale[0], scale[3:5], scale[5:6] / scale[0]])
+    for t in range(instants):
+        after, before = (t + 1) % instants, t - 1
+        for i in range(12):
+            kind = i % 6
+            if not unknown[t, i]:
+                continue
+            if np.isfinite(close[kind]):
+                row = np.zeros((1, total))
+                row[0, column[t, i]] = weights[kind] / close[kind] * norm
+                rows.append(row)
+                constants.append(np.zeros(1))
+            size = weights[kind] / smooth[kind] * norm
+            row = np.zeros((1, total))
+            if kind in (3, 4):
+                if unknown[after, i] and unknown[before, i]:
+                    row[0, [column[before, i], column[t, i], column[after, i]]] = size * np.array(
+                        [1.0, -2.0, 1.0]
+                    )
+                    bend = force[after, i] - 2.0 * force[t, i] + force[before, i]
+                    rows.append(row)
+                    constants.append(np.array([bend / smooth[kind] * norm]))
+            elif unknown[after, i]:
+                row[0, [column[t, i], column[after, i]]] = size * np.array([-1.0, 1.0])
+                rows.append(row)
+                constants.append(np.zeros(1))
+    return np.vstack(rows), np.concatenate(constants)
+
+
+def _problem(
+    reference: ReferenceMotion,
+    record: GaitRecord,
+    model: BodyModel,
+    contact: ContactSettings,
+    accuracy: Accuracy,
+) -> _Problem:
+    tree = tree_arrays(model)
+    weight = model.mass * GRAVITY
+    time = record.stride_time
+    phase = np.arange(INSTANTS) / INSTANTS
+    whole = _periodic_coordinates(reference)
+    rates = spectral_rate(whole) / time
+    second = spectral_rate(rates) / time
+    rates[:, 3] += record.speed
+    path = tuple(_resampled(values, INSTANTS) for values in (whole, rates, second))
+    series = _series(phase, time)
+    offsets = np.concatenate([np.zeros(ROOT_DOFS), reference.offsets])
+
+    # Rounded, so that an instant at the edge of stance counts alike on both sides.
+    own = np.column_stack([np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES])
+    ends = np.array([record.stance_fraction[side] for side in SIDES])
+    stance = own <= ends
+    sliding = (own > _STANCE_EDGE) & (own < ends - _STANCE_EDGE)
+    force = np.zeros((INSTANTS, 2, 6))
+    for i, side in enumerate(SIDES):
+        force[:, i, :3] = weight * record.ground_reaction(side, own[:, i])
+    stiffness = static_stiffness(contact, tree.sphere_radius.mean())
+    depth = (np.maximum(force[..., 2], 0.0) / _SHARING_SPHERES / stiffness) ** (2.0 / 3.0)
+
+    target = np.zeros((INSTANTS, _OUTPUTS))
+    weights = np.zeros((INSTANTS, _OUTPUTS))
+    weights[:, :ROOT_DOFS] = 1.0 / (accuracy.residual * weight)
+    weights[:, _TRUNK] = 1.0 / accuracy.trunk
+    for i, side in enumerate(SIDES):
+        for name in FEED_FORWARD:
+            place = COORDINATES.index(f"{name}_{side[0]}")
+            wanted = accuracy.adduction_moment if name == "hip_adduction" else accuracy.moment
+            weights[:, place] = 1.0 / (wanted * model.mass)
+            target[:, place] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
+        first = _FOOT + 6 * i
+        weights[:, first : first + 2] = sliding[:, i, None] / accuracy.sliding
+        weights[:, first + 2] = sliding[:, i] / accuracy.pivoting
+        weights[:, first + 3] = stance[:, i] / accuracy.depth
+        weights[stance[:, i] & (own[:, i] < _LANDING), first + 3] = 1.0 / accuracy.landing
+        target[:, first + 3] = -depth[:, i]
+        weights[:, first + 4] = stance[:, i] / accuracy.pressure_forward
+        weights[:, first + 5] = stance[:, i] / accuracy.pressure_sideways
+
+    # The first guess of the centre of pressure is the middle of the sole on the ground.
+    inputs = np.hstack([*path, force.reshape(INSTANTS, 12)])
+    out = np.zeros((INSTANTS, _OUTPUTS))
+    _instants(tree, inputs, _STEPS, _work(), out, np.zeros((0, 0, 0)))
+    for i in range(2):
+        force[:, i, 3:5] = -out[:, _FOOT + 6 * i + 4 : _FOOT + 6 * i + 6]
+
+    scale = np.tile([weight, weight, weight, 0.1, 0.1, weight], 2)
+    unknown = np.repeat(stance, 6, axis=1)
+    penalty, miss = _penalties(
+        accuracy, np.broadcast_to(offsets, path[0].shape), series[0],
+        force.reshape(INSTANTS, 12), scale, unknown,
+    )  # fmt: skip
+    norm = 1.0 / np.sqrt(INSTANTS)
+    return _Problem(
+        tree=tree,
+        path=(path[0], path[1], path[2]),
+        series=series,
+        force=force.reshape(INSTANTS, 12),
+        scale=scale,
+        unknown=unknown,
+        target=target,
+        weight=weights * norm,
+        swinging=(own > ends + _STANCE_EDGE) & (own < 1.0 - _STANCE_EDGE),
+        clearance_weight=norm / accuracy.clearance,
+        penalty=penalty,
+        miss=miss,
+    )
+
+
+def _unpacked(problem: _Problem, unknowns: Array) -> tuple[Array, Array]:
+    """Changes of the coordinates' series (17, 31), and forces (T, 12)."""
+    terms = problem.series[0].shape[1]
+    count = terms * len(COORDINATES)
+    force = problem.force.copy()
+    change = np.zeros_like(force)
+    change[problem.unknown] = unknowns[count:]
+    return unknowns[:count].reshape(len(COORDINATES), terms).T, force + change * problem.scale
+
+
+def _laws(problem: _Problem, unknowns: Array, slope: Array) -> tuple[Array, Array, Array]:
+    """`_instant`'s numbers (T, 46), their weighted residuals and the weights."""
+    change, force = _unpacked(problem, unknowns)
+    parts = [path + part @ change for path, part in zip(problem.path, problem.series, strict=True)]
+    out = np.zeros((INSTANTS, _OUTPUTS))
+    _instants(problem.tree, np.hstack([*parts, force]), _STEPS, _work(), out, slope)
+    weight = problem.weight.copy()
+    residual = out - problem.target
+    for i in range(2):
+        height = _FOOT + 6 * i + 3
+        low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
+        weight[low, height] = problem.clearance_weight
+        residual[low, height] = out[low, height] - SWING_CLEARANCE
+    return out, residual * weight, weight
+
+
+def _normal_equations(problem: _Problem, unknowns: Array) -> tuple[Array, Array]:
+    """Matrix (U, U) and gradient (U,) of half the sum of squares."""
+    slope = np.zeros((INSTANTS, _OUTPUTS, _INPUTS))
+    _, residual, weight = _laws(problem, unknowns, slope)
+    slope *= weight[:, :, None]
+    count = len(COORDINATES) * problem.series[0].shape[1]
+    columns = np.zeros((INSTANTS, _OUTPUTS, len(unknowns)))
+    for i, part in enumerate(problem.series):
+        rows = slope[:, :, 31 * i : 31 * (i + 1), None] * part[:, None, None, :]
+        columns[:, :, :count] += rows.reshape(INSTANTS, _OUTPUTS, count)
+    place = np.cumsum(problem.unknown).reshape(problem.unknown.shape) - 1 + count
+    for t in range(INSTANTS):
+        free = np.flatnonzero(problem.unknown[t])
+        columns[t][:, place[t, free]] = slope[t][:, _RATES + free] * problem.scale[free]
+    used = weight.reshape(-1) > 0.0
+    jacobian = columns.reshape(-1, len(unknowns))[used]
+    linear = problem.penalty @ unknowns + problem.miss
+    return (
+        jacobian.T @ jacobian + problem.penalty.T @ problem.penalty,
+        jacobian.T @ residual.reshape(-1)[used] + problem.penalty.T @ linear,
+    )
+
+
+def _cost(problem: _Problem, unknowns: Array) -> float:
+    _, residual, _ = _laws(problem, unknowns, np.zeros((0, 0, 0)))
+    linear = problem.penalty @ unknowns + problem.miss
+    return float(np.sum(residual**2) + np.sum(linear**2))
+
+
+def _solve(problem: _Problem) -> Array:
+    """Unknowns (U,) of the least sum of squares, by damped Gauss-Newton steps."""
+    unknowns = np.zeros(problem.penalty.shape[1])
+    cost, damping = _cost(problem, unknowns), 1e-6
+    for _ in range(MOST_STEPS):
+        matrix, gradient = _normal_equations(problem, unknowns)
+        diagonal = np.diag(matrix).copy()
+        before = cost
+        while damping < 1.0:
+            matrix[np.diag_indices_from(matrix)] = diagonal * (1.0 + damping)
+            tried = unknowns - cho_solve(cho_factor(matrix), gradient)
+            tried_cost = _cost(problem, tried)
+            if tried_cost < cost:
+                unknowns, cost = tried, tried_cost
+                damping = max(0.2 * damping, 1e-9)
+                break
+            damping = max(10.0 * damping, 1e-5)
+        if before - cost < SMALLEST_GAIN * cost:
+            break
+    return unknowns
+
+
+def _periodic_coordinates(reference: ReferenceMotion) -> Array:
+    """Coordinates (N, 31) with the pelvis's Cardan angles first, without the forward travel."""
+    coordinates = cardan_coordinates(reference.positions)
+    coordinates[:, 3] -= reference.speed * reference.stride_time * reference.phase
+    return coordinates
+
+
+def fitted(
+    reference: ReferenceMotion,
+    record: GaitRecord,
+    model: BodyModel,
+    contact: ContactSettings,
+    accuracy: Accuracy | None = None,
+) -> ReferenceMotion:
+    """The motion near `reference` that obeys the laws of motion and of contact.
+
+    Its `moments` are the net joint moments that it needs, of all joints, the toes' from their
+    share of the ground reaction; its `ground_reaction` is that of the fit, zero in swing, and
+    has a mean of one body weight.
+
+    Parameters
+    ----------
+    reference : of `reference.motion.build_reference`, from `record`.
+    contact : law that sets how deep the feet press in.
+    accuracy : departures that weigh the same.
+    """
+    problem = _problem(reference, record, model, contact, accuracy or Accuracy())
+    unknowns = _solve(problem)
+    change, force = _unpacked(problem, unknowns)
+    out, _, _ = _laws(problem, unknowns, np.zeros((0, 0, 0)))
+
+    whole = _periodic_coordinates(reference)
+    series, series_rate, _ = _series(reference.phase, record.stride_time)
+    coordinates = whole + series @ change
+    rates = spectral_rate(whole) / record.stride_time + series_rate @ change
+    rates[:, 3] += record.speed
+    positions, velocities = coordinates.copy(), rates.copy()
+    root = np.empty((len(coordinates), 3, 3))
+    root_states(coordinates[:, :3], rates[:, :3], np.zeros((len(coordinates), 3)), root)
+    positions[:, :3], velocities[:, :3] = root[:, 0], root[:, 1]
+    positions[:, 3] += record.speed * record.stride_time * reference.phase
+    closed = np.concatenate([force, force[:1]]).reshape(INSTANTS + 1, 2, 6)[..., :3]
+    instants = np.arange(INSTANTS + 1) / INSTANTS
+    ground_reaction = np.stack(
+        [
+            np.stack([np.interp(reference.phase, instants, closed[:, i, j]) for j in range(3)], 1)
+            for i in range(2)
+        ],
+        axis=1,
+    ) / (model.mass * GRAVITY)
+    return replace(
+        moved(reference, model, positions, velocities),
+        moments=_resampled(out[:, ROOT_DOFS : _TRUNK.start], SAMPLES),
+        ground_reaction=ground_reaction,
+        offsets=reference.offsets + change[0, ROOT_DOFS:],
+    )
+
+
+def consistent_reference(
+    record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
+) -> ReferenceMotion:
+    """Reference motion of a record on a scaled model: built from the record, then `fitted`."""
+    contact = contact or ContactSettings()
+    return fitted(build_reference(record, model, contact), record, model, contact)

@@ -1,0 +1,450 @@
+"""Reference motion q̂(φ): what the policy imitates, for all 31 coordinates.
+
+Lower-limb joints and pelvis orientation come from the record; the rest is derived or a
+convention of this project, because the record has no markers above the pelvis or on the toes:
+
+* hips, knees and ankles: the record, plus small constant offsets (2-3°, kept in the motion) that
+  make the motion fit the ground and the recorded forces: both feet are on the ground together in
+  double support (without, the leading heel of a model scaled from markers comes down 3-5 % of the
+  cycle after the recorded force does), and the flat foot is so far to the side that the recorded
+  force on it points to the centre of mass (without, the steps are too narrow for that force). The
+  comparison with the record is always with the record as it is;
+* pelvis translation: the centre of mass moves as the recorded ground reaction says (Newton's
+  second law, integrated as a periodic series), the pelvis follows from the model's centre of
+  mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
+* trunk: upright and facing forward in the world, so the lumbar joint undoes the pelvis's turn;
+* arms: swing opposite to the leg of their side (convention, `ARM_SWING`);
+* toes: stay flat on the ground while the heel rises in late stance, straight otherwise.
+"""
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import brentq, least_squares
+from scipy.spatial.transform import Rotation
+from scipy.special import logsumexp
+
+from gaitval.arrays import Array
+from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.configuration import ContactSettings
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, SIDES, Side
+from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+
+SAMPLES = 1024
+"""Samples of one cycle."""
+
+END_EFFECTORS = ("foot_r", "foot_l", "forearm_r", "forearm_l")
+
+ARM_SWING = np.deg2rad(15.0)
+"""Amplitude of shoulder flexion; convention."""
+ELBOW_FLEXION = np.deg2rad(25.0)
+"""Constant elbow flexion; convention."""
+ARM_ABDUCTION = np.deg2rad(8.0)
+"""Keeps the arms clear of the hips; convention."""
+TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
+"""Largest toe extension of the reference in late stance; convention."""
+TOE_ROLL = 1.3
+"""Toe extension over the pitch of the foot as the heel rises: above 1, so that the ball and not
+the tip of the toes is pressed deepest; convention."""
+TOE_EXTENSION_SWING = np.deg2rad(30.0)
+"""Toe extension of the reference in swing, for clearance; convention."""
+
+TRANSLATION_HARMONICS = 8
+OFFSET_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
+"""Coordinates that may be offset."""
+OFFSET_SCALE = np.deg2rad(1.5)
+"""Offset that weighs as much as a gap of `GAP_SCALE`: marker-based angles have this error."""
+GAP_SCALE = 0.002
+"""m, between the soles of both feet in double support, or across the sole of the flat foot."""
+BALANCE_SCALE = 0.010
+"""m, between the middle of the flat foot and where the recorded force line through the centre of
+mass meets the ground; the centre of pressure may well be this far from the middle."""
+FLAT_FOOT = (0.15, 0.40)
+"""Phases of a side's own cycle between which its foot is flat on the ground."""
+ACCELERATION_SCALE = 0.3
+"""m/s²: error of the centre of mass's acceleration that weighs as much as ..."""
+SLIDING_SCALE = 0.05
+"""m/s: this much sliding of the flat foot."""
+
+FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+"""Coordinates whose recorded moment is fed forward, and kept close to by `dynamic_fit`."""
+
+
+@dataclass(frozen=True)
+class ReferenceMotion:
+    """One right gait cycle, sampled at N phases 0, 1/N, …; everything but the forward travel
+    is periodic. Axes REP-103, SI units, radians; root convention as in `model.tree`.
+
+    Attributes
+    ----------
+    phase : (N,).
+    positions, velocities : (N, 31) q̂ and q̂̇ (per second).
+    moments : (N, 25) Nm, the record's joint moments where it has them (mean of both sides),
+        else zero.
+    ground_reaction : (N, 2, 3) body weights, recorded, right and left foot.
+    centre_of_mass : (N, 3) m, ĉ.
+    end_effectors : (N, 4, 3) m, ê: joint origin of feet and forearms, world.
+    offsets : (25,) rad, what `positions` has been given beyond the record.
+    stride_time : s.  speed : m/s.
+    """
+
+    phase: Array
+    positions: Array
+    velocities: Array
+    moments: Array
+    ground_reaction: Array
+    centre_of_mass: Array
+    end_effectors: Array
+    offsets: Array
+    stride_time: float
+    speed: float
+
+    def save(self, path: Path) -> None:
+        """Write as npz."""
+        write_arrays(path, {f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
+
+    @classmethod
+    def load(cls, path: Path) -> "ReferenceMotion":
+        """Read what `save` wrote. Raises ArtefactError where the file is missing or damaged."""
+        arrays = read_arrays(path, tuple(f.name for f in fields(cls)))
+        stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
+        return cls(**arrays, stride_time=stride_time, speed=speed)
+
+
+def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
+    """Phase of a side's own cycle at a phase of the right cycle, not wrapped."""
+    return phase if side == "right" else phase - record.left_phase
+
+
+def _pelvis_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
+    """Pelvis Cardan angles (N, 3) and their rates per unit phase, mean of both sides' views."""
+    value, rate = np.zeros((len(phase), 3)), np.zeros((len(phase), 3))
+    for side, suffix, signs in (("right", "r", (1, 1, 1)), ("left", "l", (1, -1, -1))):
+        at = side_phase(record, side, phase)
+        for i, name in enumerate(("tilt", "list", "rotation")):
+            curve = record.angles[f"pelvis_{name}_{suffix}"]
+            value[:, i] += 0.5 * signs[i] * curve(at)
+            rate[:, i] += 0.5 * signs[i] * curve.derivative(at)
+    return value, rate
+
+
+def _angular_velocity(angles: Array, rates: Array) -> Array:
+    """World angular velocity (N, 3) from Cardan angles and rates as in `_pelvis_curves`."""
+    tilt = Rotation.from_euler("Y", angles[:, :1]).as_matrix()
+    tilt_list = Rotation.from_euler("YX", angles[:, :2] * np.array([1.0, -1.0])).as_matrix()
+    y_axis = np.array([0.0, 1.0, 0.0])
+    return np.asarray(
+        rates[:, :1] * y_axis - rates[:, 1:2] * tilt[:, :, 0] + rates[:, 2:] * tilt_list[:, :, 2]
+    )
+
+
+def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
+    """The first harmonics of one cycle of equally spaced samples."""
+    spectrum = np.fft.rfft(values) / len(values)
+    return PeriodicCurve(
+        mean=float(spectrum[0].real),
+        cosine=tuple(2 * spectrum[1 : harmonics + 1].real),
+        sine=tuple(-2 * spectrum[1 : harmonics + 1].imag),
+    )
+
+
+def _toe_extension(
+    record: GaitRecord, side: Side, phase: Array, offsets: dict[str, float]
+) -> PeriodicCurve:
+    """Toes flat on the ground while the heel is up in stance (pitch of the foot negative), then
+    lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike.
+    """
+    suffix = side[0]
+    pitch = (
+        record.angles[f"hip_flexion_{suffix}"](phase)
+        - record.angles[f"knee_angle_{suffix}"](phase)
+        + record.angles[f"ankle_angle_{suffix}"](phase)
+        - record.angles[f"pelvis_tilt_{suffix}"](phase)
+        + offsets.get(f"hip_flexion_{suffix}", 0.0)
+        - offsets.get(f"knee_angle_{suffix}", 0.0)
+        + offsets.get(f"ankle_angle_{suffix}", 0.0)
+    )
+    toe_off = record.stance_fraction[side]
+    lowering = np.clip((phase - toe_off) / (0.85 - toe_off), 0.0, 1.0)
+    limit = TOE_EXTENSION_LIMIT + lowering * (TOE_EXTENSION_SWING - TOE_EXTENSION_LIMIT)
+    rolled = np.clip(-TOE_ROLL * pitch, 0.0, limit)
+    extension = np.where(phase < toe_off, rolled, limit)
+    extension = np.where(phase < 0.2, 0.0, extension) * np.clip((0.98 - phase) / 0.08, 0.0, 1.0)
+    return _smooth(extension, 10)
+
+
+def _joint_curves(
+    record: GaitRecord, phase: Array, offsets: dict[str, float]
+) -> tuple[Array, Array]:
+    """Actuated coordinates but the lumbar ones (N, 25) and their rates per unit phase."""
+    value, rate = np.zeros((len(phase), len(ACTUATED))), np.zeros((len(phase), len(ACTUATED)))
+
+    def put(name: str, curve: PeriodicCurve, at: Array) -> None:
+        value[:, ACTUATED.index(name)] = curve(at)
+        rate[:, ACTUATED.index(name)] = curve.derivative(at)
+
+    for side in SIDES:
+        suffix = side[0]
+        at = side_phase(record, side, phase)
+        for name in RECORDED_ANGLES:
+            put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
+        put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
+        put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-ARM_SWING,), (0.0,)), at)
+        put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
+        put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+    for name, offset in offsets.items():
+        value[:, ACTUATED.index(name)] += offset
+    return value, rate
+
+
+def _sole_heights(tree: Tree, frames: Array) -> Array:
+    """Height (T, 12) m of the lowest point of every sphere, of frames (T, 14, 4, 4)."""
+    segments = frames[:, tree.sphere_segment]
+    centres = np.einsum("tkij,kj->tki", segments[..., :3, :3], tree.sphere_position)
+    return np.asarray(centres[..., 2] + segments[..., 2, 3] - tree.sphere_radius)
+
+
+def _sole_middle(tree: Tree, frames: Array, foot: slice) -> Array:
+    """Lateral position (T,) m of the mean of a foot's spheres, of frames (T, 14, 4, 4)."""
+    segments = frames[:, tree.sphere_segment[foot]]
+    lateral = np.einsum("tkj,kj->tk", segments[..., 1, :3], tree.sphere_position[foot])
+    return np.asarray((lateral + segments[..., 1, 3]).mean(axis=1))
+
+
+def _lowest(heights: Array) -> Array:
+    """Smooth minimum (T,) over the spheres of a foot (T, 6), to about 3 mm."""
+    return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
+
+
+def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
+    """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the motion to fit
+    the ground (soles at one height in double support, the flat foot level) and the direction of
+    the recorded force on the flat foot, seen from behind.
+    """
+    tree = tree_arrays(model)
+    phase = np.arange(100) / 100
+    # Rounded, so that a sample at the edge of stance counts alike on both sides.
+    own = {side: np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
+    both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
+    flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
+    names = [f"{joint}_{side[0]}" for joint in OFFSET_JOINTS for side in SIDES]
+    angles, _ = _pelvis_curves(record, phase)
+    positions = np.zeros((len(phase), ROOT_DOFS + len(ACTUATED)))
+    rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    names_of_spheres = [sphere.name for sphere in model.spheres]
+    slope = {}  # sideways over vertical force on the flat foot
+    for side in SIDES:
+        force = record.ground_reaction(side, own[side][flat[side]])
+        slope[side] = force[:, 1] / force[:, 2]
+
+    def residuals(values: Array) -> Array:
+        offsets = dict(zip(names, values, strict=True))
+        positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets)[0]
+        frames = segment_frames(model, positions)
+        heights = _sole_heights(tree, frames)
+        centre = whole_body_path(tree, frames)
+        half = heights.shape[1] // 2
+        feet = {"right": slice(0, half), "left": slice(half, None)}
+        gap = _lowest(heights[:, feet["right"]]) - _lowest(heights[:, feet["left"]])
+        parts = [gap[both] / np.sqrt(both.sum())]
+        for side in SIDES:
+            sphere = {
+                name: heights[flat[side], names_of_spheres.index(f"contact_{name}_{side[0]}")]
+                for name in ("heel", "ball_medial", "ball_lateral")
+            }
+            ball = 0.5 * (sphere["ball_medial"] + sphere["ball_lateral"])
+            count = np.sqrt(flat[side].sum())
+            parts.append((sphere["heel"] - ball) / count)
+            parts.append((sphere["ball_medial"] - sphere["ball_lateral"]) / count)
+            com = centre[flat[side]]
+            height = com[:, 2] - _lowest(heights[flat[side], feet[side]])
+            middle = _sole_middle(tree, frames[flat[side]], feet[side])
+            miss = middle - (com[:, 1] - height * slope[side])
+            parts.append(miss / count * GAP_SCALE / BALANCE_SCALE)
+        return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
+
+    solution = least_squares(residuals, np.zeros(len(names)), ftol=1e-14, xtol=1e-14, gtol=1e-14)
+    return dict(zip(names, map(float, solution.x), strict=True))
+
+
+def trunk_upright(rotation: Array) -> Array:
+    """Lumbar coordinates (N, 3) rad that keep the trunk upright and facing forward (+x) on a
+    pelvis of these orientations (N, 3, 3), pelvis to world.
+    """
+    # The lumbar joint turns about -y, x, z of the pelvis in this order.
+    angles = Rotation.from_matrix(np.swapaxes(rotation, 1, 2)).as_euler("YXZ")
+    return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
+
+
+def spectral_rate(values: Array) -> Array:
+    """d/dφ of equally spaced samples (N, …) of one cycle."""
+    n = len(values)
+    k = np.fft.rfftfreq(n, 1.0 / n).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.fft.irfft(2j * np.pi * k * np.fft.rfft(values, axis=0), n, axis=0))
+
+
+def _series(phase: Array, order: int) -> Array:
+    """(N, 2 H) cosines and sines of the harmonics, differentiated `order` times in phase."""
+    k = 2 * np.pi * np.arange(1, TRANSLATION_HARMONICS + 1)
+    angles = np.outer(phase, k) + 0.5 * np.pi * order
+    return np.hstack([k**order * np.cos(angles), k**order * np.sin(angles)])
+
+
+def _pelvis_translation(
+    record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array
+) -> Array:
+    """Periodic part of the pelvis position (N, 3), mean zero.
+
+    Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
+    say (their mean scaled to what periodic motion needs) and the flat foot stands still (on
+    the belt: it moves with the mean speed backwards relative to the walker).
+
+    Parameters
+    ----------
+    com_offset : (N, 3) m, centre of mass relative to the pelvis origin, world axes.
+    foot_offset : (N, 2, 3) m, right and left ankle relative to the pelvis origin.
+    """
+    force = sum(
+        (record.ground_reaction(side, side_phase(record, side, phase)) for side in SIDES),
+        start=np.zeros((len(phase), 3)),
+    )
+    acceleration = GRAVITY * (force - force.mean(axis=0))
+    acceleration[:, 2] *= 1.0 / force[:, 2].mean()
+    time = record.stride_time
+    offset_acceleration = spectral_rate(spectral_rate(com_offset)) / time**2
+    foot_rate = spectral_rate(foot_offset) / time
+    rows = [_series(phase, 2) / time**2 / ACCELERATION_SCALE]
+    targets = [(acceleration - offset_acceleration) / ACCELERATION_SCALE]
+    for i, side in enumerate(SIDES):
+        at = np.mod(side_phase(record, side, phase), 1.0)
+        flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
+        rows.append(_series(phase[flat], 1) / time / SLIDING_SCALE)
+        velocity = -foot_rate[flat, i] - np.array([record.speed, 0.0, 0.0])
+        targets.append(velocity / SLIDING_SCALE)
+    solution, *_ = np.linalg.lstsq(np.vstack(rows), np.vstack(targets), rcond=None)
+    return np.asarray(_series(phase, 0) @ solution)
+
+
+def static_stiffness(contact: ContactSettings, radius: Array) -> Array:
+    """K of the static contact force K x^1.5 N on spheres of these radii (m) at depth x, m."""
+    k = 0.5 * contact.stiffness ** (2.0 / 3.0)
+    return np.asarray(4.0 / 3.0 * k * np.sqrt(radius * k))
+
+
+def _standing_height(tree: Tree, contact: ContactSettings, frames: Array) -> float:
+    """Height to add so that the mean static contact force over the cycle is one body weight."""
+    heights = _sole_heights(tree, frames)
+    weight = tree.mass.sum() * GRAVITY
+    stiffness = static_stiffness(contact, tree.sphere_radius)
+
+    def excess(lift: float) -> float:
+        depth = np.maximum(-(heights + lift), 0.0)
+        force = stiffness * depth**1.5
+        return float(force.sum(axis=1).mean() - weight)
+
+    top = -float(heights.min())
+    return float(brentq(excess, top - 0.5, top))
+
+
+def build_reference(
+    record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
+) -> ReferenceMotion:
+    """Reference motion of a record on a scaled model.
+
+    Parameters
+    ----------
+    contact : law that sets how deep the feet press in, so that the mean contact force of the
+        reference is one body weight; the default configuration's when not given.
+    """
+    contact = contact or ContactSettings()
+    tree = tree_arrays(model)
+    phase = np.arange(SAMPLES) / SAMPLES
+    time = record.stride_time
+    offsets = _ground_offsets(record, model)
+    joint, joint_rate = _joint_curves(record, phase, offsets)
+    angles, angle_rates = _pelvis_curves(record, phase)
+    rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
+    lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
+    joint[:, lumbar] = trunk_upright(rotation)
+    joint_rate[:, lumbar] = spectral_rate(joint[:, lumbar])
+
+    positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))
+    velocities = np.zeros_like(positions)
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    positions[:, ROOT_DOFS:] = joint
+    velocities[:, :3] = _angular_velocity(angles, angle_rates) / time
+    velocities[:, ROOT_DOFS:] = joint_rate / time
+
+    frames = segment_frames(model, positions)
+    com_offset = whole_body_path(tree, frames)
+    feet = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
+    translation = _pelvis_translation(record, phase, com_offset, frames[:, feet][..., :3, 3])
+    velocities[:, 3:6] = spectral_rate(translation) / time
+    velocities[:, 3] += record.speed
+    # Walk along y = 0 with the mean centre of mass in the middle.
+    translation[:, 1] -= (translation[:, 1] + com_offset[:, 1]).mean()
+    travel = np.zeros((SAMPLES, 3))
+    travel[:, 0] = record.speed * time * phase
+    positions[:, 3:6] = translation + travel
+    frames[..., :3, 3] += positions[:, None, 3:6]
+    lift = _standing_height(tree, contact, frames)
+    positions[:, 5] += lift
+    frames[..., 2, 3] += lift
+
+    moments = np.zeros((SAMPLES, len(ACTUATED)))
+    ground_reaction = np.zeros((SAMPLES, 2, 3))
+    for i, side in enumerate(SIDES):
+        at = side_phase(record, side, phase)
+        ground_reaction[:, i] = record.ground_reaction(side, at)
+        for name in FEED_FORWARD:
+            # The mean of both sides at the side's own phase: the recorded sagittal moments of
+            # right and left differ by a shift of the centre of pressure between the plates.
+            mean = 0.5 * (record.moments[f"{name}_r"](at) + record.moments[f"{name}_l"](at))
+            moments[:, ACTUATED.index(f"{name}_{side[0]}")] = mean * model.mass
+    return ReferenceMotion(
+        phase=phase,
+        positions=positions,
+        velocities=velocities,
+        moments=moments,
+        ground_reaction=ground_reaction,
+        centre_of_mass=whole_body_path(tree, frames),
+        end_effectors=_end_effectors(frames),
+        offsets=np.array([offsets.get(name, 0.0) for name in ACTUATED]),
+        stride_time=time,
+        speed=record.speed,
+    )
+
+
+def moved(
+    reference: ReferenceMotion, model: BodyModel, positions: Array, velocities: Array
+) -> ReferenceMotion:
+    """The reference with other positions and velocities (N, 31), and all that follows from them;
+    forces and moments stay.
+    """
+    frames = segment_frames(model, positions)
+    return replace(
+        reference,
+        positions=positions,
+        velocities=velocities,
+        centre_of_mass=whole_body_path(tree_arrays(model), frames),
+        end_effectors=_end_effectors(frames),
+    )
+
+
+def _end_effectors(frames: Array) -> Array:
+    """(N, 4, 3) m of segment frames (N, 14, 4, 4)."""
+    effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
+    return np.asarray(frames[:, effectors][..., :3, 3])
+
+
+def whole_body_path(tree: Tree, frames: Array) -> Array:
+    """Whole-body centre of mass (N, 3) of segment frames (N, 14, 4, 4)."""
+    local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
+    world = local + frames[..., :3, 3]
+    return np.asarray(np.einsum("tsi,s->ti", world, tree.mass) / tree.mass.sum())

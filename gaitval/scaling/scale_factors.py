@@ -1,0 +1,240 @@
+"""Scale factors from distances between pairs of points, as OpenSim's ScaleTool finds them.
+
+A measurement is a set of pairs. Its factor is the mean over the pairs of the measured over the
+model's distance, where the measured distance is the mean over the frames of the distance in each
+frame (not the distance of the mean positions): `ModelScaler::computeMeasurementScaleFactor` and
+`takeExperimentalMarkerMeasurement` of opensim-core 4.x.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import ScalingError
+from gaitval.scaling.anthropometry import Sex, mean_length
+from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
+from gaitval.scaling.measurements import Leg, Measurements
+from gaitval.scaling.tape import measure_by_tape
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class PairFactor:
+    """One pair: mean measured distance and the model's, m; their quotient is the factor."""
+
+    pair: Pair
+    measured_m: float
+    model_m: float
+
+    @property
+    def factor(self) -> float:
+        """Measured over model."""
+        return self.measured_m / self.model_m
+
+
+@dataclass(frozen=True)
+class MeasurementFactor:
+    """One measurement of a body and its factor, the mean of those of its pairs."""
+
+    name: str
+    pairs: tuple[PairFactor, ...]
+
+    @property
+    def factor(self) -> float:
+        """Mean over the pairs."""
+        return float(np.mean([pair.factor for pair in self.pairs]))
+
+
+BODY_PAIRS: Final[dict[str, tuple[Pair, ...]]] = {
+    "thigh": tuple((f"{side}.Hip.Centre", f"{side}.Knee.Centre") for side in "RL"),
+    "shank": tuple((f"{side}.Knee.Centre", f"{side}.Ankle.Centre") for side in "RL"),
+    "ankle height": tuple((f"{side}.Ankle.Centre", f"{side}.Ankle.Floor") for side in "RL"),
+    "foot": tuple((f"{side}.Heel", f"{side}.{head}") for side in "RL" for head in ("MT1", "MT5")),
+    "hips": (("R.Hip.Centre", "L.Hip.Centre"),),
+    "upper arm": tuple((f"{side}.Shoulder.Centre", f"{side}.Elbow.Centre") for side in "RL"),
+    "forearm": tuple((f"{side}.Elbow.Centre", f"{side}.Wrist.Centre") for side in "RL"),
+}
+"""Measurements of our body and the pairs of landmarks and joint centres (`locate`) of each.
+Ankle.Floor is the point of the floor under the ankle joint."""
+
+_SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
+
+
+def scale_factors(
+    model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[Pair]
+) -> tuple[PairFactor, ...]:
+    """Measured and model's distance of each pair of points.
+
+    Parameters
+    ----------
+    model : (3,) m, where each point is in the unscaled model, in one pose.
+    measured : (T, 3) m, each point in T frames; a frame in which one of the two was not seen does
+        not count for their pair.
+
+    Raises
+    ------
+    ScalingError : points missing, never seen together, or of no distance in the model; all are
+        listed.
+    """
+    needed = {name for pair in pairs for name in pair}
+    problems = [
+        f"{name}: not in the {where}"
+        for where, points in (("model", model), ("trial", measured))
+        for name in sorted(needed - points.keys())
+    ]
+    found = []
+    for first, second in pairs if not problems else ():
+        at_rest = float(np.linalg.norm(np.asarray(model[first]) - np.asarray(model[second])))
+        distances = np.linalg.norm(
+            np.asarray(measured[first]) - np.asarray(measured[second]), axis=-1
+        )
+        distances = distances[np.isfinite(distances)]
+        if at_rest < 1e-6:
+            problems.append(f"{first} and {second}: at the same place in the model")
+        elif not len(distances):
+            problems.append(f"{first} and {second}: not seen together in any frame")
+        else:
+            found.append(PairFactor((first, second), float(distances.mean()), at_rest))
+    if problems:
+        raise ScalingError(
+            "the scale factors cannot be found:\n  "
+            + "\n  ".join(problems)
+            + "\nCheck the names of the markers in the pairs."
+        )
+    return tuple(found)
+
+
+def scale_by_pairs(
+    standing: Mapping[str, Array],
+    *,
+    height_m: float,
+    sex: Sex,
+    knee_width: float | None = None,
+    ankle_width: float | None = None,
+    elbow_width: float | None = None,
+) -> tuple[Measurements, tuple[MeasurementFactor, ...]]:
+    """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial.
+
+    Both legs are alike. It is the published method to compare a joint fit with; `measure`
+    gives each leg its own lengths and foot.
+
+    Parameters
+    ----------
+    standing : (T, 3) m, each landmark in T frames, project axes; NaN where not seen.
+    height_m, sex : choose the mean body.
+    knee_width, ankle_width, elbow_width : m, as for `measure`.
+
+    Raises
+    ------
+    ScalingError : as `measure` for the mean positions; as `scale_factors`.
+    """
+    widths = {"knee_width": knee_width, "ankle_width": ankle_width, "elbow_width": elbow_width}
+    mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
+    whole = measure(mean, **widths)
+    measured = _frames(standing, locate(mean, **widths).keys(), widths)
+    generic = measure_by_tape(height_m=height_m)
+    generic = replace(
+        generic,
+        upper_arm=(mean_length(sex, "upper arm", height_m),) * 2,
+        forearm=(mean_length(sex, "forearm", height_m),) * 2,
+    )
+    points = _neutral_points(generic)
+    rows = tuple(
+        MeasurementFactor(name, scale_factors(points, measured, pairs))
+        for name, pairs in BODY_PAIRS.items()
+        if all(point in measured for pair in pairs for point in pair)
+    )
+    return _scaled(generic, whole, {row.name: row.factor for row in rows}), rows
+
+
+def _seen(points: Array) -> bool:
+    return bool(np.isfinite(points).all(axis=-1).any())
+
+
+def _frames(
+    standing: Mapping[str, Array], names: Iterable[str], widths: Mapping[str, float | None]
+) -> dict[str, Array]:
+    """Landmarks and joint centres in every frame that shows all landmarks, (T, 3)."""
+    used = {name: np.asarray(points) for name, points in standing.items() if _seen(points)}
+    whole = np.all([np.isfinite(points).all(axis=-1) for points in used.values()], axis=0)
+    if not whole.any():
+        raise ScalingError(
+            "no frame of the standing trial shows all its markers: fill the gaps, or take "
+            "another standing trial."
+        )
+    found = [
+        locate({name: points[frame] for name, points in used.items()}, **widths)
+        for frame in np.flatnonzero(whole)
+    ]
+    measured = {name: np.array([points[name] for points in found]) for name in names}
+    for side in "RL":
+        measured[f"{side}.Ankle.Floor"] = measured[f"{side}.Ankle.Centre"] * [1.0, 1.0, 0.0]
+    return measured
+
+
+def _neutral_points(body: Measurements) -> dict[str, Array]:
+    """Where the points of `BODY_PAIRS` are in a body that stands straight, arms hanging."""
+    points: dict[str, Array] = {}
+    assert body.upper_arm is not None
+    assert body.forearm is not None
+    for side, leg, sign in (("R", body.right, 1.0), ("L", body.left, -1.0)):
+        ankle = np.array([0.0, -sign * body.hip_half_width, leg.ankle_height])
+        mirror = np.array([1.0, sign, 1.0])
+        shoulder = np.array([0.0, 0.0, 1.0])
+        up = np.array([0.0, 0.0, 1.0])
+        points |= {
+            f"{side}.Ankle.Floor": ankle * [1.0, 1.0, 0.0],
+            f"{side}.Ankle.Centre": ankle,
+            f"{side}.Knee.Centre": ankle + leg.shank * up,
+            f"{side}.Hip.Centre": ankle + (leg.shank + leg.thigh) * up,
+            f"{side}.Heel": ankle + mirror * (leg.heel - _SKIN),
+            f"{side}.MT1": ankle + mirror * leg.metatarsals[0],
+            f"{side}.MT5": ankle + mirror * leg.metatarsals[1],
+            f"{side}.Shoulder.Centre": shoulder,
+            f"{side}.Elbow.Centre": shoulder - body.upper_arm[0] * up,
+            f"{side}.Wrist.Centre": shoulder - (body.upper_arm[0] + body.forearm[0]) * up,
+        }
+    return points
+
+
+def _scaled(
+    generic: Measurements, whole: Measurements, factors: Mapping[str, float]
+) -> Measurements:
+    """The generic body times the factors; posture and what no pair measures are `whole`'s."""
+    old = generic.right
+    ankle_height = old.ankle_height * factors["ankle height"]
+    foot = np.array([factors["foot"], factors["foot"], 1.0])
+
+    def point(place: Array) -> Array:
+        height = place[2] + old.ankle_height
+        return np.asarray(foot * [place[0], place[1], height] - [0.0, 0.0, ankle_height])
+
+    leg = Leg(
+        thigh=old.thigh * factors["thigh"],
+        shank=old.shank * factors["shank"],
+        ankle_height=ankle_height,
+        heel=point(old.heel - _SKIN) + _SKIN,
+        metatarsals=np.stack([point(head) for head in old.metatarsals]),
+    )
+
+    def arm(length: tuple[float, float] | None, name: str) -> tuple[float, float] | None:
+        if length is None or name not in factors:
+            return None
+        return length[0] * factors[name], length[1] * factors[name]
+
+    return replace(
+        whole,
+        right=leg,
+        left=leg,
+        hip_half_width=generic.hip_half_width * factors["hips"],
+        upper_arm=arm(generic.upper_arm, "upper arm"),
+        forearm=arm(generic.forearm, "forearm"),
+        sources={
+            name: "markers, mean body scaled by pairs"
+            for name in ("thigh", "shank", "foot", "ankle height", "upper arm", "forearm")
+        },
+    )

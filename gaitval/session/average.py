@@ -1,0 +1,133 @@
+"""Mean curves over the cycles of all trials, and the mass that the plates tell."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.constants import POUND, STANDARD_GRAVITY
+from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.cycles import (
+    AverageCurve,
+    Part,
+    average,
+)
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.rotations import pelvis_angles
+from gaitval.model.tree import segment_frames
+from gaitval.session.request import Request
+from gaitval.session.trial import Trial, valid_cycles
+
+MASS_TOLERANCE = 0.12
+"""Share of the body mass by which the force plates may say otherwise. Plates with a wrong offset
+or a foot beside them miss some per cent; a mass in pounds is off by 120 %."""
+
+_MASS_HINTS = (
+    (POUND, "The mass looks like pounds: give --mass {mass:.1f}."),
+    (1.0 / STANDARD_GRAVITY, "The forces look like kilograms (kgf): export them in N."),
+    (1.0 / (POUND * STANDARD_GRAVITY), "The forces look like pounds (lbf): export them in N."),
+)
+"""By the ratio of the weight on the plates to the mass."""
+
+
+def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Array]:
+    """Angles of one side over a motion, (T,) rad each, by the names and signs of
+    `gait.record.GaitRecord`: of the joints, the pelvis and the foot.
+    """
+    suffix, sign = side[0], 1.0 if side == "right" else -1.0
+    found = {
+        f"{name}_{suffix}": positions[:, COORDINATES.index(f"{name}_{suffix}")]
+        for name in RECORDED_ANGLES
+    }
+    tilt, list_right, rotation_right = pelvis_angles(
+        Rotation.from_rotvec(positions[:, :3]).as_matrix()
+    ).T
+    found[f"pelvis_tilt_{suffix}"] = tilt
+    found[f"pelvis_list_{suffix}"] = sign * list_right
+    found[f"pelvis_rotation_{suffix}"] = sign * rotation_right
+    forward = segment_frames(model, positions)[:, SEGMENTS.index(f"foot_{suffix}"), :3, 0]
+    found[f"foot_pitch_{suffix}"] = np.arcsin(forward[:, 2])
+    found[f"foot_progression_{suffix}"] = sign * np.arctan2(forward[:, 1], forward[:, 0])
+    return found
+
+
+def mean_angles(model: BodyModel, walks: Sequence[Trial]) -> dict[str, AverageCurve]:
+    """Mean joint angles by name, rad, over the cycles of all trials."""
+    found = {}
+    for side in SIDES:
+        sampled = [side_angles(model, walk.motion, side) for walk in walks]
+        for name in sampled[0]:
+            curve = average(
+                (walk.recording.time, angles[name], valid_cycles(walk, side, kinetics=False))
+                for walk, angles in zip(walks, sampled, strict=True)
+            )
+            if curve is not None:
+                found[name] = curve
+    return found
+
+
+def mean_kinetics(
+    request: Request, walks: Sequence[Trial]
+) -> tuple[dict[str, AverageCurve], dict[Side, AverageCurve]]:
+    """Moments in Nm/kg and ground reactions in body weights; empty without forces."""
+    moments: dict[str, AverageCurve] = {}
+    forces: dict[Side, AverageCurve] = {}
+    for i, side in enumerate(SIDES):
+        parts: dict[str, list[Part]] = {}
+        reactions: list[Part] = []
+        for walk in walks:
+            if walk.moments is None or walk.forces is None:
+                return {}, {}
+            cycles = valid_cycles(walk, side, kinetics=True)
+            for name, values in walk.moments.recorded_moments().items():
+                if name.endswith(f"_{side[0]}"):
+                    parts.setdefault(name, []).append(
+                        (walk.recording.time, values / request.mass_kg, cycles)
+                    )
+            weights = walk.forces.force[:, i] / (request.mass_kg * STANDARD_GRAVITY)
+            reactions.append((walk.forces.time, weights, cycles))
+        for name, of_name in parts.items():
+            curve = average(of_name)
+            if curve is not None:
+                moments[name] = curve
+        force = average(reactions)
+        if force is not None:
+            forces[side] = force
+    return moments, forces
+
+
+def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
+    """Mean vertical force over whole gait cycles, body weights; None where none is shown whole.
+
+    Raises
+    ------
+    RecordError : the plates weigh another body, perhaps one in pounds.
+    """
+    shares = []
+    for walk in walks:
+        if walk.forces is None:
+            continue
+        time = walk.forces.time
+        for side in SIDES:
+            for cycle in valid_cycles(walk, side, kinetics=True):
+                inside = (time >= cycle.start) & (time < cycle.end)
+                if walk.forces.valid[inside].all():
+                    shares.append(walk.forces.force[inside, :, 2].sum(axis=1).mean())
+    if not shares:
+        return None
+    weight = float(np.mean(shares)) / STANDARD_GRAVITY
+    ratio = weight / request.mass_kg
+    if abs(ratio - 1.0) > MASS_TOLERANCE:
+        hint = next(
+            (words for factor, words in _MASS_HINTS if abs(ratio / factor - 1.0) < MASS_TOLERANCE),
+            "Check the mass, the unit of the forces, and that the trial is of this person.",
+        ).format(mass=request.mass_kg * POUND)
+        raise RecordError(
+            f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but the "
+            f"mass given is {request.mass_kg:.1f} kg. Over whole cycles both must agree within "
+            f"{100 * MASS_TOLERANCE:.0f} %. {hint}"
+        )
+    return ratio

@@ -1,0 +1,275 @@
+"""The trials of a session: read, named, turned and cleaned."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import ProcessingSettings
+from gaitval.errors import RecordError, ScalingError
+from gaitval.gait.cycles import (
+    PLAUSIBLE_STRIDE,
+)
+from gaitval.gait.events import FOOT_CUTOFF_HZ
+from gaitval.mocap.axes import (
+    LaboratoryAxes,
+    check_axes,
+    detect_axes,
+    parse_axes,
+    turn_to_walking_direction,
+)
+from gaitval.mocap.cleaning import CleaningReport, clean
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Recording
+from gaitval.scaling.marker_sets import RECOGNISED_SHARE, MarkerSet, load_marker_set, recognise
+from gaitval.scaling.same_person import check_same_person, displaced
+from gaitval.session.request import Request, Tell, silent
+
+LARGEST_SWAY = 0.04
+"""m. Nine tenths of the time every marker of pelvis and feet is within this of its median place in
+a standing trial; 0.019 at most in those of WBDS01 and Rajagopal et al. 2016, 0.07 and more in
+walking, also on a treadmill."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """All trials of a session, named, turned and cleaned.
+
+    Attributes
+    ----------
+    marker_set : whose names the recordings have.
+    axes : of the laboratory.
+    standing, walking : in the project's axes, walking along +x.
+    """
+
+    marker_set: MarkerSet
+    axes: LaboratoryAxes
+    standing: Recording
+    walking: tuple[Recording, ...]
+
+
+def read_session(request: Request, processing: ProcessingSettings, tell: Tell = silent) -> Session:
+    """Read all trials, bring them into the project's axes and clean them.
+
+    Raises
+    ------
+    RecordError : a file that cannot be used, or files that do not belong together.
+    """
+    _check_files(request)
+    standing = read_recording(request.static)
+    walking = [
+        read_recording(trial, forces=request.forces[i] if request.forces else None)
+        for i, trial in enumerate(request.trials)
+    ]
+    for recording in (standing, *walking):
+        tell("read", _described(recording))
+    for recording in walking:
+        _check_length(recording, processing)
+    with about_file(standing.source):
+        marker_set = (
+            recognise(standing.names)
+            if request.marker_set is None
+            else load_marker_set(request.marker_set)
+        )
+    tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
+    with about_file(standing.source):
+        ignored = marker_set.ignored(standing.names)
+    if ignored:
+        tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
+    standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))
+    for trial, recording in zip(request.trials, walking, strict=True):
+        lacking = [name for name in marker_set.essential if name not in recording.names]
+        if lacking:
+            tell("markers", f"{trial.name}: without {', '.join(lacking)}")
+    landmarks = marker_set.landmarks
+    if request.axes is None:
+        axes = detect_axes(standing, landmarks)
+    else:
+        axes = parse_axes(request.axes)
+        check_axes(axes, standing, landmarks)
+    tell("axes", axes.description)
+    segments = {name: d.segment for name, d in marker_set.markers.items()}
+    standing, report = clean(
+        standing.turned(axes.rotation), segments, processing, landmarks=landmarks
+    )
+    _tell_cleaning(tell, request.static, report)
+    check_stands(standing, landmarks)
+    turned = []
+    for trial, recording in zip(request.trials, walking, strict=True):
+        recording = recording.turned(axes.rotation)
+        recording, heading = turn_to_walking_direction(recording, landmarks)
+        tell("axes", heading)
+        recording, report = clean(recording, segments, processing, landmarks=landmarks)
+        _tell_cleaning(tell, trial, report)
+        distances = check_same_person(
+            _trajectories(standing),
+            _trajectories(recording),
+            marker_set,
+            names=(str(request.static), recording.source),
+        )
+        for distance in displaced(distances, marker_set):
+            tell(
+                "cleaning",
+                f"{trial.name}: {' to '.join(distance.markers)}: {1000 * distance.standing:.0f} mm "
+                f"in standing, {1000 * distance.walking:.0f} mm in walking: one of the two is not "
+                "where it was, or not the same marker; left as it is: check the labels",
+            )
+        if not recording.plates and not request.without_forces:
+            raise RecordError(
+                f"{recording.source}: no force plates in the trial, so there are no moments and no "
+                "ground reaction. Give their file with --forces, or use --kinematics-only for "
+                "model, angles and cycles alone (a walk is not learned from these)."
+            )
+        turned.append(recording)
+    return Session(
+        marker_set=marker_set,
+        axes=axes,
+        standing=standing,
+        walking=tuple(turned),
+    )
+
+
+def _check_files(request: Request) -> None:
+    """Refuse forces that do not pair with trials, and a file that is given twice."""
+    if request.forces and len(request.forces) != len(request.trials):
+        raise RecordError(
+            f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
+            "times. Give one --forces for each --trial, in the same order."
+        )
+    roles: dict[Path, str] = {}
+    for option, path in (
+        ("--static", request.static),
+        *(("--trial", path) for path in request.trials),
+        *(("--forces", path) for path in request.forces),
+    ):
+        other = roles.get(path.resolve())
+        if other is not None:
+            raise RecordError(
+                f"{path}: given twice, with {other} and with {option}. Give each file once, with "
+                "the option that it is for."
+            )
+        roles[path.resolve()] = option
+
+
+@contextmanager
+def about_file(source: str) -> Iterator[None]:
+    """Name the file in errors of functions that know only what is in it."""
+    try:
+        yield
+    except (RecordError, ScalingError) as error:
+        raise type(error)(f"{source}: {error}") from None
+
+
+def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
+    """Refuse a walking trial that is too short for a stride or too coarse for the filters."""
+    where, rate = recording.source, recording.marker_rate
+    length = len(recording.markers) / rate
+    if length < PLAUSIBLE_STRIDE[0]:
+        raise RecordError(
+            f"{where}: {len(recording.markers)} frame(s) at {rate:g} Hz, {length:.3g} s: shorter "
+            "than a gait cycle. Give a walking trial in which both feet strike the ground at "
+            "least twice."
+        )
+    for what, found, cutoff in (
+        ("markers", rate, max(processing.marker_cutoff_hz, FOOT_CUTOFF_HZ)),
+        ("forces", recording.force_rate, processing.force_cutoff_hz),
+    ):
+        if 0.0 < found <= 2.0 * cutoff:
+            raise RecordError(
+                f"{where}: {what} at {found:g} Hz; the low-pass at {cutoff:g} Hz needs more than "
+                f"{2.0 * cutoff:g} Hz. Walking is recorded at 50 Hz and more, forces at 200 Hz and "
+                "more: export the trial at the rate at which it was recorded."
+            )
+
+
+def _described(recording: Recording) -> str:
+    frames, count = recording.markers.shape[:2]
+    plates = (
+        f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
+        if recording.plates
+        else ""
+    )
+    return (
+        f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
+        f"{recording.marker_rate:g} Hz{plates}"
+    )
+
+
+def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
+    """Only the markers of the set, by its names."""
+    with about_file(recording.source):
+        names = marker_set.renamed(recording.names)
+    missing = [marker for marker in marker_set.essential if marker not in names.values()]
+    if len(missing) > (1.0 - RECOGNISED_SHARE) * len(marker_set.essential):
+        raise RecordError(
+            f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
+            f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
+            f"has {', '.join(recording.names)}. Label the trial by the same names as the standing "
+            "trial, or give the right set with --marker-set."
+        )
+    columns = [recording.names.index(name) for name in names]
+    return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def _trajectories(recording: Recording) -> dict[str, Array]:
+    return {name: recording.marker(name) for name in recording.names}
+
+
+def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
+    for finding in report.findings:
+        tell("cleaning", f"{file.name}: {finding}")
+
+
+def standing_places(recording: Recording) -> dict[str, Array]:
+    """Where each marker stood: the median over the frames, (3,) m; unseen markers are left out."""
+    places = {}
+    for name in recording.names:
+        trajectory = recording.marker(name)
+        seen = trajectory[np.isfinite(trajectory).all(axis=1)]
+        if len(seen):
+            places[name] = np.median(seen, axis=0)
+    return places
+
+
+def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Refuse a standing trial in which the person walks or changes place.
+
+    Raises
+    ------
+    RecordError : names the marker that moves most.
+    """
+    sway = {}
+    for landmark, name in landmarks.items():
+        if name in recording.names and landmark.rpartition(".")[2] in _STILL:
+            trajectory = recording.marker(name)
+            seen = trajectory[np.isfinite(trajectory).all(axis=1)]
+            if len(seen):
+                away = np.linalg.norm(seen - np.median(seen, axis=0), axis=1)
+                sway[name] = float(np.percentile(away, 90.0))
+    most = max(sway, key=lambda name: sway[name], default=None)
+    if most is not None and sway[most] > LARGEST_SWAY:
+        raise RecordError(
+            f"{recording.source}: the person does not stand still: {most} is more than "
+            f"{100 * sway[most]:.0f} cm from its median place in a tenth of the frames (at most "
+            f"{100 * LARGEST_SWAY:.0f} cm in standing). Give the standing trial as --static, cut "
+            "to the time in which the person stands."
+        )
+
+
+_STILL = ("ASIS", "PSIS", "Sacrum", "Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
+"""Landmarks that stay in place in standing; knees may bend and arms move."""
+
+
+def marker_columns(recording: Recording, names: Iterable[str], markers: Array) -> Array:
+    """Trajectories (T, M, 3) of these markers in this order, NaN for one that is not there."""
+    gap = np.full((len(markers), 3), np.nan)
+    return np.stack(
+        [
+            markers[:, recording.names.index(name)] if name in recording.names else gap
+            for name in names
+        ],
+        axis=1,
+    )

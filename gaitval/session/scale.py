@@ -1,0 +1,147 @@
+"""The body of the person, from the standing and the walking trials."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import ProcessingSettings
+from gaitval.inverse.marker_labels import check_exchanged
+from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
+from gaitval.inverse.model_fit import ANATOMICAL_SD, FittedLength, ModelFit, fit_model
+from gaitval.mocap.cleaning import low_pass
+from gaitval.mocap.recording import Recording
+from gaitval.model.body import BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.measurements import Measurements, with_fitted_lengths
+from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
+from gaitval.scaling.scaling import ScaledBody, build_body
+from gaitval.session.read import Session, about_file, marker_columns, standing_places
+from gaitval.session.request import Request, Tell, silent
+
+
+@dataclass(frozen=True)
+class FittedBody:
+    """The body of the session in the ways it was scaled.
+
+    Attributes
+    ----------
+    chosen : lengths of the model that is used: those of the joint fit.
+    scaled : the model that is used, and its table.
+    markers : on that model.
+    placement : of the markers on the body of the standing trial alone.
+    fit : the joint fit.
+    factors : of the marker pairs, over the mean body of the stature.
+    paired : the body scaled by these factors and the markers on it, to compare.
+    """
+
+    chosen: Measurements
+    scaled: ScaledBody
+    markers: tuple[ModelMarker, ...]
+    placement: MarkerPlacement
+    fit: ModelFit
+    factors: tuple[MeasurementFactor, ...]
+    paired: tuple[BodyModel, MarkerPlacement]
+
+    @property
+    def model(self) -> BodyModel:
+        """The model that is used."""
+        return self.scaled.model
+
+
+def scale_body(
+    request: Request, processing: ProcessingSettings, session: Session, tell: Tell = silent
+) -> FittedBody:
+    """Scale the body by the standing trial, then fit it to both trials."""
+    places = standing_places(session.standing)
+    marker_set = session.marker_set
+    on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    with about_file(str(request.static)):
+        measured = measure(on_landmarks, **request.widths)
+        scaled = build_body(request, measured)
+        placement = place_markers(scaled.model, measured, places, marker_set, **request.widths)
+    for walking in session.walking:
+        _check_labels(scaled.model, placement, walking, request.static)
+    first = session.walking[0]
+    names = [marker.name for marker in placement.markers]
+    stood = marker_columns(session.standing, names, session.standing.markers)
+    stood[:, [name in placement.moved for name in names]] = np.nan
+    fit = fit_model(
+        scaled.model,
+        placement.markers,
+        stood,
+        marker_columns(first, names, _low_passed_markers(first, processing)),
+        placement_sd={
+            name: ANATOMICAL_SD for name in names if marker_set.markers[name].role == "anatomical"
+        },
+    )
+    tell(
+        "scaling",
+        f"joint fit: marker RMS {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
+        f"largest {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
+    )
+    chosen = with_fitted_lengths(
+        measured,
+        {length.name: length.fitted for length in fit.lengths if _taken(length)},
+        "joint fit to standing and walking",
+    )
+
+    with about_file(str(request.static)):
+        by_pairs, factors = scale_by_pairs(
+            {
+                landmark: session.standing.marker(name)
+                for landmark, name in marker_set.landmarks.items()
+                if name in places
+            },
+            height_m=request.height_m,
+            sex=request.sex,
+            **request.widths,
+        )
+        paired = build_body(request, by_pairs)
+    return FittedBody(
+        chosen=chosen,
+        scaled=build_body(request, chosen),
+        markers=fit.markers,
+        placement=placement,
+        fit=fit,
+        factors=factors,
+        paired=(
+            paired.model,
+            place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
+        ),
+    )
+
+
+def _check_labels(
+    model: BodyModel, placement: MarkerPlacement, walking: Recording, static: Path
+) -> None:
+    markers = [
+        marker
+        for marker in placement.markers
+        if marker.name in walking.names and marker.name not in placement.moved
+    ]
+    measured = marker_columns(walking, [marker.name for marker in markers], walking.markers)
+    check_exchanged(model, markers, measured, names=(str(static), walking.source))
+
+
+def _taken(length: FittedLength) -> bool:
+    """Whether a length of the fit goes into the measurements. Those of arms that no marker shows
+    stay de Leva's; trunk and shoulders hang on the hips, which the fit moves.
+    """
+    return length.fitted != length.prior or length.name in (
+        "lumbar_forward",
+        "lumbar_up",
+        "shoulder_up",
+    )
+
+
+def _low_passed_markers(recording: Recording, processing: ProcessingSettings) -> Array:
+    flat = recording.markers.reshape(len(recording.markers), -1)
+    return low_pass(
+        flat,
+        rate=recording.marker_rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    ).reshape(recording.markers.shape)

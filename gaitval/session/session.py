@@ -1,0 +1,85 @@
+"""From a laboratory's recordings to a body, its motion, its moments and its mean gait cycle.
+
+What `gaitval import` does, in the order of the stages: read, name and turn the trials; clean the
+markers; scale the body and fit it to both trials; inverse kinematics; forces to feet; inverse
+dynamics; gait cycles. `gaitval.session.write` writes what comes out.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import Side
+from gaitval.gait.cycles import (
+    AverageCurve,
+)
+from gaitval.session.average import check_mass, mean_angles, mean_kinetics
+from gaitval.session.read import Session, read_session
+from gaitval.session.request import Request, Tell, silent
+from gaitval.session.scale import FittedBody, scale_body
+from gaitval.session.trial import Trial, work_out_trial
+
+
+@dataclass(frozen=True)
+class Import:
+    """Everything that an import found.
+
+    Attributes
+    ----------
+    angles : rad, mean curves by name (`hip_flexion_r`, …), 0 to 100 % of the side's cycle.
+    moments : Nm/kg, likewise; empty without forces.
+    forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
+    weight_ratio : mean vertical force over whole gait cycles, of all the body's weight; None
+        where no cycle of both feet is shown whole.
+    decisions : what was decided on the way: the step, and a sentence.
+    """
+
+    request: Request
+    processing: ProcessingSettings
+    session: Session
+    body: FittedBody
+    trials: tuple[Trial, ...]
+    angles: Mapping[str, AverageCurve]
+    moments: Mapping[str, AverageCurve]
+    forces: Mapping[Side, AverageCurve]
+    weight_ratio: float | None
+    decisions: tuple[tuple[str, str], ...]
+
+
+def work_out(request: Request, processing: ProcessingSettings, tell: Tell = silent) -> Import:
+    """Everything from the files to the mean gait cycle.
+
+    Parameters
+    ----------
+    tell : is told what was decided: the step, and a sentence.
+
+    Raises
+    ------
+    RecordError, ScalingError : see the modules of each step.
+    """
+    decisions: list[tuple[str, str]] = []
+
+    def noted(step: str, message: str) -> None:
+        decisions.append((step, message))
+        tell(step, message)
+
+    session = read_session(request, processing, noted)
+    body = scale_body(request, processing, session, noted)
+    walks = [
+        work_out_trial(request, processing, session, body, trial.name, recording, noted)
+        for trial, recording in zip(request.trials, session.walking, strict=True)
+    ]
+    weight_ratio = check_mass(request, walks)
+    moments, forces = mean_kinetics(request, walks)
+    return Import(
+        request=request,
+        processing=processing,
+        session=session,
+        body=body,
+        trials=tuple(walks),
+        angles=mean_angles(body.model, walks),
+        moments=moments,
+        forces=forces,
+        weight_ratio=weight_ratio,
+        decisions=tuple(decisions),
+    )

@@ -1,0 +1,198 @@
+"""The subject that an import makes, and whether its files can be written."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.subject import (
+    Forces,
+    Gait,
+    StanceFraction,
+    Subject,
+    make_subject,
+    mass_and_height_problems,
+)
+from gaitval.errors import RecordError, SubjectError
+from gaitval.gait.cycles import GaitCycle
+from gaitval.gait.mean_curves import (
+    ANGLE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    fit_curve,
+    fit_force,
+    mean_vertical_force,
+    stance_fraction,
+)
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
+from gaitval.scaling.anthropometry import Sex
+from gaitval.session.session import Import
+from gaitval.session.trial import valid_cycles
+
+PHASE: Final = np.linspace(0.0, 1.0, 101)
+
+
+def subject_of(
+    found: Import,
+    *,
+    age_years: float | None = None,
+    citation: str = "Own recording, not published",
+    licence: str = "not stated",
+) -> Subject:
+    """The subject that the main job reads, from an import with forces.
+
+    Raises
+    ------
+    RecordError : no cycle whose forces the plates show whole, on one side at least.
+    SubjectError : implausible values.
+    """
+    request = found.request
+    if set(found.forces) != set(SIDES) or len(found.moments) < len(MOMENT_NAMES):
+        missing = " and no ".join(s for s in SIDES if s not in found.forces) or "complete"
+        reasons = [
+            f"{walk.name}: {cycle}"
+            for walk in found.trials
+            for side in SIDES
+            for cycle in walk.cycles[side]
+            if side not in found.forces and not cycle.kinetics_valid
+        ]
+        plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
+        raise RecordError(
+            f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
+            "heel strike, so there is no mean of moments and forces for a subject.\n"
+            + _some("the cycles", reasons)
+            + _some("the plates", plates)
+            + "Give a trial (or several, --trial repeated) in which each foot meets a plate of its "
+            "own. If this is one, the forces are of another trial, of the other foot or in other "
+            "axes than the markers: check their file. Or use --kinematics-only."
+        )
+    counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
+    where = f"{', '.join(walk.name for walk in found.trials)} ({counts} cycles)"
+    means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
+    stance = {side: stance_fraction(means[side][:, 2]) for side in SIDES}
+    fitted = {side: fit_force(means[side], stance[side], where) for side in SIDES}
+    body = found.body
+    values = {
+        "identifier": request.identifier,
+        "source": ", ".join(path.name for path in request.trials),
+        "citation": citation,
+        "licence": licence,
+        "sex": request.sex,
+        "age_years": age_years,
+        "mass_kg": request.mass_kg,
+        "height_m": request.height_m,
+        "leg_length_m": body.chosen.hip_height,
+        "walking_speed_m_s": speed(found),
+        "stride_time_s": float(
+            np.mean([cycle.duration for cycle in all_cycles(found, "right", kinetics=False)])
+        ),
+        "left_phase": _left_phase(found),
+        "mean_vertical_force": mean_vertical_force(means),
+        "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
+        "gait": Gait(
+            samples=len(PHASE),
+            angles={
+                name: fit_curve(
+                    name, PHASE, closed(name, "angle", curve.mean, where), ANGLE_TOLERANCE, where
+                )
+                for name, curve in found.angles.items()
+                if name in ANGLE_NAMES
+            },
+            moments={
+                name: fit_curve(
+                    name,
+                    PHASE,
+                    closed(name, "moment", found.moments[name].mean, where),
+                    MOMENT_TOLERANCE,
+                    where,
+                )
+                for name in MOMENT_NAMES
+            },
+            forces=Forces(right=fitted["right"], left=fitted["left"]),
+        ),
+        "low_pass": {
+            "moments_hz": found.processing.moment_force_cutoff_hz,
+            "forces_hz": found.processing.force_cutoff_hz,
+        },
+        "measurements": body.chosen.to_dict(),
+    }
+    return make_subject(values, request.identifier)
+
+
+def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
+    """The first of some lines, below what they are about; nothing if there are none."""
+    if not lines:
+        return ""
+    more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
+    return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"
+
+
+LARGEST_DRIFT: Final = {"angle": float(np.radians(6.0)), "moment": 0.6}
+"""By how much (rad, Nm/kg) a mean curve may end elsewhere than it began. From stride to stride
+steady walking varies by 2 degrees and 0.2 Nm/kg (standard deviation) at heel strike; three times as
+much in the mean is a start, a stop or a turn. Convention."""
+
+
+def closed(name: str, kind: str, curve: Array, where: str) -> Array:
+    """A mean curve (101,) that ends where it begins.
+
+    The mean of few cycles drifts, from one heel strike to the next; the drift is taken away evenly
+    over the cycle.
+
+    Raises
+    ------
+    RecordError : the drift is more than `LARGEST_DRIFT`.
+    """
+    drift = float(curve[-1] - curve[0])
+    if abs(drift) > LARGEST_DRIFT[kind]:
+        size = f"{np.degrees(drift):.1f}°" if kind == "angle" else f"{drift:.2f} Nm/kg"
+        raise RecordError(
+            f"{where}: the mean {kind} {name} ends {size} from where it began, so the walk was "
+            "not steady. Give trials of steady walking, or more cycles of them."
+        )
+    return np.asarray(curve - drift * (PHASE - 0.5))
+
+
+def all_cycles(found: Import, side: Side, *, kinetics: bool) -> list[GaitCycle]:
+    """The valid cycles of one side in all trials."""
+    return [cycle for walk in found.trials for cycle in valid_cycles(walk, side, kinetics=kinetics)]
+
+
+def speed(found: Import) -> float:
+    """Mean walking speed over all cycles of both sides, m/s."""
+    return float(
+        np.nanmean(
+            np.concatenate([walk.gait[side].speed for walk in found.trials for side in SIDES])
+        )
+    )
+
+
+def _left_phase(found: Import) -> float:
+    """Mean phase of the right cycle at which the left heel strikes."""
+    return float(
+        np.nanmean(
+            [
+                (cycle.opposite_strike - cycle.start) / cycle.duration
+                for cycle in all_cycles(found, "right", kinetics=False)
+            ]
+        )
+    )
+
+
+def check_person(mass_kg: float, height_m: float, sex: str) -> Sex:
+    """Refuse a body that cannot be, before any file is read; returns the sex.
+
+    Raises
+    ------
+    SubjectError : another sex than F or M, or swapped, missing or wrong units.
+    """
+    problems = [
+        problem.replace("mass_kg =", "--mass").replace("height_m =", "--height")
+        for problem in mass_and_height_problems(mass_kg, height_m)
+    ]
+    if sex not in ("F", "M"):
+        problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
+    if problems:
+        raise SubjectError("\n".join(problems))
+    return "F" if sex == "F" else "M"

@@ -1,0 +1,279 @@
+"""What the page and the command line show of an import: limits, tables, figures."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.artefacts import file_hash, versions
+from gaitval.coordinates import SIDES
+from gaitval.inverse.inverse_dynamics import Residuals, residuals
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.metrics.tolerances import Measure, Verdict, evaluate
+from gaitval.reporting.recording_report import (
+    ConsistencyChange,
+    Decision,
+    GateRow,
+    InputFile,
+    LeftOut,
+    MarkerError,
+    RecordingSummary,
+    ResidualCurves,
+    ScaledSegment,
+    ScalingMethod,
+    SpatiotemporalRow,
+)
+from gaitval.session.session import Import
+from gaitval.session.subject import all_cycles, speed
+from gaitval.session.trial import Trial
+
+
+def verdicts(found: Import) -> list[Verdict]:
+    """Marker errors and residuals against their published limits (`metrics/tolerances.toml`)."""
+    distances = np.array(list(found.body.placement.distances.values()))
+    measures = [
+        Measure("scaling_marker_rms", "standing", 100 * float(np.sqrt((distances**2).mean()))),
+        Measure("scaling_marker_largest", "standing", 100 * float(distances.max())),
+    ]
+    for walk in found.trials:
+        name = walk.name
+        errors = marker_errors(walk.kinematics)
+        measures += [
+            Measure("ik_marker_rms", name, 100 * errors.whole_rms),
+            Measure("ik_marker_largest", name, 100 * errors.whole_largest),
+        ]
+        for target, left in trial_residuals(walk):
+            measures += [
+                Measure("residual_force_peak", f"{name}{target}", left.force_peak),
+                Measure("residual_force_rms", f"{name}{target}", left.force_rms),
+                Measure("residual_moment_peak", f"{name}{target}", left.moment_peak),
+                Measure("residual_moment_rms", f"{name}{target}", left.moment_rms),
+                Measure("residual_force_share", f"{name}{target}", 100 * left.force_share),
+                Measure("residual_moment_share", f"{name}{target}", 100 * left.moment_share),
+            ]
+    return evaluate(measures)
+
+
+def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
+    """Residuals of a walk where both feet's forces are known, as recorded and made consistent."""
+    if walk.dynamics is None or walk.loads is None:
+        return []
+    known = np.asarray(walk.loads.valid.all(axis=1))
+    if not known.any():
+        return []
+    found = [("", residuals(walk.dynamics, known))]
+    if walk.consistent is not None:
+        found.append((", made consistent", walk.consistent.after))
+    return found
+
+
+def input_files(found: Import) -> list[InputFile]:
+    """The files that were given, with their hashes."""
+    request = found.request
+    files = [("static", request.static)]
+    files += [("trial", path) for path in request.trials]
+    files += [("forces", path) for path in request.forces]
+    return [InputFile(role, p.name, file_hash(p), p.stat().st_size) for role, p in files]
+
+
+SPATIOTEMPORAL: Final = {
+    "stride_time": ("Stride time", "s", 2),
+    "step_time": ("Step time", "s", 2),
+    "cadence": ("Cadence", "steps/min", 1),
+    "stride_length": ("Stride length", "m", 3),
+    "step_length": ("Step length", "m", 3),
+    "step_width": ("Step width", "m", 3),
+    "stance_fraction": ("Stance, share of the cycle", "1", 3),
+    "double_support_fraction": ("Double support, share of the cycle", "1", 3),
+    "speed": ("Speed", "m/s", 3),
+    "walk_ratio": ("Walk ratio", "m/(steps/min)", 5),
+}
+
+
+def summary_of(found: Import) -> RecordingSummary:
+    """What the page of the import shows."""
+    request, first = found.request, found.trials[0]
+    errors = marker_errors(first.kinematics)
+    limits = {verdict.tolerance.id: verdict.tolerance.value for verdict in verdicts(found)}
+    seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
+    forces = {
+        f"{name}_{side[0]}": (sign * force.mean[:, axis], force.deviation[:, axis])
+        for side, force in found.forces.items()
+        for name, axis, sign in (
+            ("forward", 0, 1.0),
+            ("medial", 1, 1.0 if side == "right" else -1.0),
+            ("vertical", 2, 1.0),
+        )
+    }
+    dynamics = first.moments
+    return RecordingSummary(
+        identifier=request.identifier,
+        sex=request.sex,
+        mass=request.mass_kg,
+        height=request.height_m,
+        trial=", ".join(path.name for path in request.trials),
+        duration=sum(len(w.recording.markers) / w.recording.marker_rate for w in found.trials),
+        marker_rate=first.recording.marker_rate,
+        force_rate=first.recording.force_rate,
+        walking_speed=speed(found),
+        cycles={side: len(all_cycles(found, side, kinetics=False)) for side in SIDES},
+        stance_fraction={
+            side: float(
+                np.nanmean(np.concatenate([w.gait[side].stance_fraction for w in found.trials]))
+            )
+            for side in SIDES
+        },
+        inputs=input_files(found),
+        decisions=[
+            Decision(step, message) for step, message in found.decisions if step in _DECIDED
+        ],
+        gates=limit_rows(found),
+        marker_errors=[
+            MarkerError(name, float(errors.rms[i]), float(errors.largest[i]), float(seen[i]))
+            for i, name in enumerate(errors.names)
+        ],
+        marker_rms_limit=limits["ik-marker-rms"] / 100,
+        marker_largest_limit=limits["ik-marker-largest"] / 100,
+        scaling_methods=scaling_methods(found),
+        segments=[
+            ScaledSegment(
+                row.segment,
+                row.length_m,
+                np.nan if row.mass_kg is None else row.mass_kg,
+                row.factor,
+                row.source,
+            )
+            for row in found.body.scaled.table
+        ],
+        angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
+        moments={name: (c.mean, c.deviation) for name, c in found.moments.items()},
+        forces=forces,
+        residuals=None
+        if dynamics is None
+        else ResidualCurves(
+            time=dynamics.time,
+            force=_where_known(first, dynamics.residual_force),
+            moment=_where_known(first, dynamics.residual_moment),
+            force_limit=limits.get("residual-force-peak", np.nan),
+            moment_limit=limits.get("residual-moment-peak", np.nan),
+        ),
+        spatiotemporal=spatiotemporal_rows(found.trials),
+        changes=_changes(first),
+        findings=[message for step, message in found.decisions if step not in _DECIDED],
+        left_out=[
+            LeftOut(side, cycle.start, "; ".join(cycle.reasons))
+            for walk in found.trials
+            for side in SIDES
+            for cycle in walk.cycles[side]
+            if cycle.reasons
+        ],
+        versions=versions(),
+    )
+
+
+_DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
+"""Steps of `Import.decisions` that are decisions; the others are findings about the data."""
+
+
+def _where_known(walk: Trial, residual: Array) -> Array:
+    """NaN where the plates do not show both feet: what is missing there is no residual."""
+    assert walk.loads is not None
+    known = np.asarray(walk.loads.valid.all(axis=1))
+    return np.where(known[:, None], residual, np.nan)
+
+
+def limit_rows(found: Import) -> list[GateRow]:
+    """Every published limit and how the import stands to it."""
+    rows = [
+        GateRow(
+            name=f"{verdict.tolerance.title} ({verdict.target})",
+            value=verdict.value,
+            limit=verdict.tolerance.value,
+            unit=verdict.tolerance.unit,
+            passed=verdict.passed,
+            source=f"{verdict.tolerance.citation.split('.')[0]}: {verdict.tolerance.locator}",
+        )
+        for verdict in verdicts(found)
+    ]
+    # The distances of the landmarks are among the tolerances already.
+    return rows + [
+        GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
+        for check in found.body.placement.checks
+        if check.unit == "deg"
+    ]
+
+
+def scaling_methods(found: Import) -> list[ScalingMethod]:
+    """Marker errors of both ways to scale the body, in standing and in the first walking trial."""
+    body, walk = found.body, found.trials[0]
+    standing = np.array(list(body.paired[1].distances.values()))
+    landmarks = np.array(list(body.placement.distances.values()))
+    paired, fitted = marker_errors(walk.compared), marker_errors(walk.kinematics)
+    return [
+        ScalingMethod(
+            "marker pairs, as OpenSim's ScaleTool",
+            float(np.sqrt((standing**2).mean())),
+            float(standing.max()),
+            paired.whole_rms,
+            paired.whole_largest,
+        ),
+        ScalingMethod(
+            "joint centres of the standing trial, then joint fit to both trials",
+            float(np.sqrt((landmarks**2).mean())),
+            float(landmarks.max()),
+            fitted.whole_rms,
+            fitted.whole_largest,
+            chosen=True,
+        ),
+    ]
+
+
+def spatiotemporal_rows(walks: Sequence[Trial]) -> list[SpatiotemporalRow]:
+    """Mean and SD of each parameter over the cycles of all trials."""
+    rows = []
+    for name, (title, unit, digits) in SPATIOTEMPORAL.items():
+        values = {}
+        for side in SIDES:
+            pooled = np.concatenate([getattr(walk.gait[side], name) for walk in walks])
+            pooled = pooled[np.isfinite(pooled)]
+            values[side] = (
+                None
+                if not len(pooled)
+                else (
+                    float(pooled.mean()),
+                    float(pooled.std(ddof=1)) if len(pooled) > 1 else np.nan,
+                )
+            )
+        rows.append(SpatiotemporalRow(title, unit, values["right"], values["left"], digits=digits))
+    return rows
+
+
+def _changes(walk: Trial) -> list[ConsistencyChange]:
+    consistent = walk.consistent
+    if consistent is None:
+        return []
+    before, after = consistent.before, consistent.after
+    rows = [
+        ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
+        ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
+        ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
+        ConsistencyChange("residual moment, peak", before.moment_peak, after.moment_peak, "Nm"),
+        ConsistencyChange(
+            "markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"
+        ),
+        ConsistencyChange(
+            "markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"
+        ),
+    ]
+    for name, change in consistent.coordinate_change.items():
+        length = name.startswith("pelvis_t")
+        value = 1000 * change if length else float(np.degrees(change))
+        if value < 0.005:
+            continue  # shown as 0.00: a held coordinate
+        rows.append(ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°"))
+    rows += [
+        ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")
+        for name, factor in consistent.mass_factors.items()
+    ]
+    return rows

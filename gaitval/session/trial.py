@@ -1,0 +1,261 @@
+"""One walking trial: its motion, events, forces, moments and cycles."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.cycles import (
+    GaitCycle,
+    SpatioTemporal,
+    belt_speed,
+    cut_cycles,
+    spatiotemporal,
+    without_gaps,
+)
+from gaitval.gait.events import find_events
+from gaitval.gait.foot_forces import assign_forces, resample_forces, zero_plates
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
+from gaitval.inverse.inverse_dynamics import InverseDynamics, cardan_coordinates, inverse_dynamics
+from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.inverse.residual_reduction import ConsistentMotion, reduce_residuals
+from gaitval.mocap.cleaning import Finding, low_pass
+from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.reference.motion import trunk_upright
+from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.session.read import Session, about_file, marker_columns
+from gaitval.session.request import Request, Tell, silent
+from gaitval.session.scale import FittedBody
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One walking trial, worked out; T marker frames.
+
+    Attributes
+    ----------
+    name : of the trial's file.
+    recording : cleaned.
+    kinematics : of every frame as recorded, with the resting feet anchored.
+    anchoring : what that changed.
+    compared : the same trial with the body that was scaled by marker pairs.
+    positions : (T, 31) low-passed, with trunk and arms where no marker shows them upright and
+        hanging.
+    events : of both feet.
+    forces : at `force_cutoff_hz`, at the plates' rate; None without plates.
+    loads : at `moment_force_cutoff_hz` and the marker frames, as inverse dynamics uses them.
+    dynamics : of `positions` and `loads`, with the masses of the model.
+    consistent : motion and masses changed for small residuals, if asked for.
+    belt : speed of the belt, m/s; 0 over ground.
+    cycles : of each side.
+    gait : spatiotemporal parameters of each side.
+    findings : about forces and plates.
+    """
+
+    name: str
+    recording: Recording
+    kinematics: InverseKinematics
+    anchoring: AnchoredFeet
+    compared: InverseKinematics
+    positions: Array
+    events: tuple[Event, ...]
+    forces: FootForces | None
+    loads: FootForces | None
+    dynamics: InverseDynamics | None
+    consistent: ConsistentMotion | None
+    belt: float
+    cycles: Mapping[Side, tuple[GaitCycle, ...]]
+    gait: Mapping[Side, SpatioTemporal]
+    findings: tuple[Finding, ...]
+
+    @property
+    def moments(self) -> InverseDynamics | None:
+        """The inverse dynamics that counts: of the consistent motion where there is one."""
+        return self.dynamics if self.consistent is None else self.consistent.dynamics
+
+    @property
+    def motion(self) -> Array:
+        """The motion that counts, likewise, (T, 31)."""
+        return self.positions if self.consistent is None else self.consistent.positions
+
+
+def work_out_trial(
+    request: Request,
+    processing: ProcessingSettings,
+    session: Session,
+    body: FittedBody,
+    name: str,
+    recording: Recording,
+    tell: Tell = silent,
+) -> Trial:
+    """Kinematics, forces, dynamics and cycles of one walking trial."""
+    landmarks = session.marker_set.landmarks
+    markers = [marker for marker in body.markers if marker.name in recording.names]
+    measured = marker_columns(recording, [marker.name for marker in markers], recording.markers)
+    anchoring = anchored(
+        body.model,
+        markers,
+        measured,
+        inverse_kinematics(body.model, markers, measured),
+        rate=recording.marker_rate,
+    )
+    kinematics = anchoring.kinematics
+    shown = {side: _leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
+    ever = np.asarray(kinematics.determined.any(axis=0))
+    hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
+    if hidden:
+        tell(
+            "kinematics",
+            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
+            "upright, arms hanging)",
+        )
+    if anchoring.resting.any():
+        tell(
+            "kinematics",
+            f"{name}: resting feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
+            f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
+            f"{1000 * anchoring.marker_rms_before:.1f} to "
+            f"{1000 * anchoring.marker_rms_after:.1f} mm",
+        )
+    model, placement = body.paired
+    placed = [marker for marker in placement.markers if marker.name in recording.names]
+    compared = inverse_kinematics(model, placed, measured)
+    positions = completed(
+        kinematics,
+        smoothed(kinematics.positions, recording.marker_rate, processing),
+    )
+
+    forces = loads = dynamics = consistent = None
+    findings: tuple[Finding, ...] = ()
+    if recording.plates and not request.without_forces:
+        recording, zeroing = zero_plates(recording, landmarks=landmarks)
+        forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+        findings = (*zeroing, *assigning)
+        for finding in findings:
+            tell("forces", str(finding))
+        slow, _ = assign_forces(
+            recording,
+            processing,
+            landmarks=landmarks,
+            cutoff_hz=processing.moment_force_cutoff_hz,
+        )
+        loads = resample_forces(slow, recording.time)
+        moving = shown["right"] & shown["left"]
+        loads = replace(loads, valid=loads.valid & moving[:, None])
+        wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
+        dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
+        if request.consistent:
+            tell("dynamics", f"{name}: looks for the smallest change that lowers the residuals")
+            consistent = reduce_residuals(
+                body.model,
+                recording.time,
+                positions,
+                *wrenches,
+                markers,
+                known=np.asarray(loads.valid.all(axis=1)),
+            )
+
+    events = find_events(recording, forces, processing, landmarks=landmarks)
+    with about_file(recording.source):
+        cycles: dict[Side, tuple[GaitCycle, ...]] = {
+            side: without_gaps(
+                cut_cycles(events, side, forces=forces),
+                recording.time,
+                shown[side],
+                longest_gap_s=processing.largest_gap_s,
+            )
+            for side in SIDES
+        }
+    belt = belt_speed(recording, events, landmarks=landmarks)
+    gait = {
+        side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
+    }
+    return Trial(
+        name=name,
+        recording=recording,
+        kinematics=kinematics,
+        anchoring=anchoring,
+        compared=compared,
+        positions=positions,
+        events=events,
+        forces=forces,
+        loads=loads,
+        dynamics=dynamics,
+        consistent=consistent,
+        belt=belt,
+        cycles=cycles,
+        gait=gait,
+        findings=findings,
+    )
+
+
+def _leg_shown(
+    kinematics: InverseKinematics, side: Side, recording: Recording, marker_set: MarkerSet
+) -> NDArray[np.bool_]:
+    """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
+
+    Raises
+    ------
+    RecordError : an angle of hip, knee or ankle is never shown.
+    """
+    names = [*ROOT, *(f"{name}_{side[0]}" for name in RECORDED_ANGLES)]
+    seen = kinematics.determined[:, [COORDINATES.index(name) for name in names]]
+    ever = np.asarray(seen.any(axis=0))
+    never = [
+        name
+        for name, one in zip(names, ever, strict=True)
+        if not one and not name.startswith("subtalar")
+    ]
+    if never:
+        seen_names = [name for name in recording.names if np.isfinite(recording.marker(name)).any()]
+        missing = [name for name in marker_set.essential if name not in seen_names]
+        raise RecordError(
+            f"{recording.source}: the markers never show {', '.join(never)}: too few of the {side} "
+            f"leg are seen together. Missing: {', '.join(missing) or 'none, but never together'}. "
+            "Label them in the recording program and export again."
+        )
+    return np.asarray(seen[:, ever].all(axis=1))
+
+
+def smoothed(positions: Array, rate: float, processing: ProcessingSettings) -> Array:
+    """A motion (T, 31) low-passed at the markers' cut-off, the pelvis through its Cardan angles."""
+    coordinates = low_pass(
+        cardan_coordinates(positions),
+        rate=rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    )
+    turn = pelvis_rotation(coordinates[:, 0], coordinates[:, 1], coordinates[:, 2])
+    coordinates[:, :3] = Rotation.from_matrix(turn).as_rotvec()
+    return coordinates
+
+
+def completed(kinematics: InverseKinematics, positions: Array) -> Array:
+    """The motion with a trunk that stays upright where no marker shows it.
+
+    A trunk that were fixed to the pelvis would turn with it; people keep it upright. The arms
+    hang and the toes are straight, as inverse kinematics left them.
+    """
+    lumbar = [COORDINATES.index(f"lumbar_{name}") for name in ("extension", "bending", "rotation")]
+    if kinematics.determined[..., lumbar].any():
+        return positions
+    positions = positions.copy()
+    positions[:, lumbar] = trunk_upright(Rotation.from_rotvec(positions[:, :3]).as_matrix())
+    return positions
+
+
+def valid_cycles(walk: Trial, side: Side, *, kinetics: bool) -> tuple[GaitCycle, ...]:
+    """The cycles of a walk that count for kinematics or for kinetics."""
+    return tuple(
+        cycle
+        for cycle in walk.cycles[side]
+        if (cycle.kinetics_valid if kinetics else cycle.kinematics_valid)
+    )

@@ -1,0 +1,285 @@
+"""Writes what an import found: the subject for the main job, OpenSim's files, tables, the page."""
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from gaitval.arrays import Array
+from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
+from gaitval.configuration import Configuration
+from gaitval.coordinates import COORDINATES, ROOT, SIDES
+from gaitval.datasets.subject import (
+    Subject,
+)
+from gaitval.errors import ArtefactError
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.opensim.motion import (
+    write_external_loads,
+    write_ground_reaction,
+    write_markers,
+    write_moments,
+    write_motion,
+)
+from gaitval.opensim.osim import write_osim
+from gaitval.reporting.recording_report import (
+    write_recording_report,
+)
+from gaitval.session.session import Import
+from gaitval.session.subject import PHASE, speed
+from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
+from gaitval.session.trial import Trial
+
+FOLDER: Final = "recording"
+"""In the folder of the subject: all but `subject.toml`."""
+
+SUBJECT: Final = "subject.toml"
+RECORD: Final = "import.json"
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder for the results before the work is done for it.
+
+    Raises
+    ------
+    ArtefactError : a file, below one, may not be written to, or with a subject in it that no
+        import wrote.
+    """
+    for wanted in (Path(folder), Path(folder) / FOLDER):
+        nearest = wanted
+        while not os.path.lexists(nearest):
+            nearest = nearest.parent
+        if not nearest.is_dir():
+            raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise ArtefactError(
+                f"{nearest}: may not be written to. Give another folder with --out."
+            )
+    subject = Path(folder) / SUBJECT
+    if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
+        raise ArtefactError(
+            f"{subject}: is there and was not written by an import, which would replace it. Give "
+            "another folder with --out, or move the file."
+        )
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ArtefactError(
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free the disk, or "
+            "give another folder with --out; the same command then does the import anew."
+        ) from None
+
+
+def write_subject(folder: Path, subject: Subject) -> Path:
+    """Write `subject.toml`, after all others; returns the file."""
+    with _writing(folder):
+        write_text(Path(folder) / SUBJECT, subject.to_toml())
+    return Path(folder) / SUBJECT
+
+
+def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
+    """Write everything but the subject below `folder`/recording; returns the files.
+
+    OpenSim's files of a trial belong together: from its motion and ground reaction its inverse
+    dynamics finds the moments that are written. So the ground reaction is as inverse dynamics used
+    it, and a trial that was made consistent has a model with its own masses.
+
+    Each file is written whole or not at all. What an earlier import left of `subject.toml` and
+    `import.json` is removed first, and `import.json` is written last: where it stands, all others
+    do, and are of one import.
+
+    Raises
+    ------
+    ArtefactError : the folder cannot be written to.
+    """
+    with _writing(folder):
+        return _write_import(Path(folder), found, configuration)
+
+
+def _write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
+    target = folder / FOLDER
+    target.mkdir(parents=True, exist_ok=True)
+    for earlier in (folder / SUBJECT, target / RECORD):
+        earlier.unlink(missing_ok=True)
+    body = found.body
+    motion = found.trials[0].kinematics
+    determined = np.asarray(motion.determined.any(axis=0))
+    held = {
+        name: 0.0
+        for name, seen in zip(COORDINATES, determined, strict=True)
+        if not seen and name not in ROOT
+    }
+    friction = float(nominal_parameters()[PARAMETERS.index("friction")])
+
+    def write_model(path: Path, model: BodyModel) -> None:
+        write_osim(path, model, body.markers, configuration.contact, friction, held=held)
+        written.append(path)
+
+    written: list[Path] = []
+    write_model(target / "model.osim", body.model)
+    for number, walk in enumerate(found.trials, start=1):
+        stem = target / f"trial{number}"
+        files = {
+            name: stem.with_name(f"{stem.name}_{name}")
+            for name in ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
+        }
+        write_markers(files["markers.trc"], walk.recording)
+        write_motion(files["ik.mot"], walk.recording.time, walk.motion)
+        written += [files["markers.trc"], files["ik.mot"]]
+        if walk.consistent is not None:
+            write_model(stem.with_name(f"{stem.name}_model.osim"), walk.consistent.model)
+        if walk.loads is not None and walk.moments is not None:
+            write_ground_reaction(files["grf.mot"], walk.loads)
+            write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
+            write_moments(files["id.sto"], walk.motion, walk.moments)
+            written += [files["grf.mot"], files["external_loads.xml"], files["id.sto"]]
+    tables = {
+        "scaling.csv": body.scaled.frame(),
+        "cycles.csv": _cycle_table(found),
+        "curves.csv": _curve_table(found),
+    }
+    for name, table in tables.items():
+        with replacing(target / name) as temporary:
+            table.to_csv(temporary, index=False)
+        written.append(target / name)
+    write_recording_report(target, summary_of(found))
+    written += [target / "recording.html", target / "recording.pdf"]
+    write_json(target / RECORD, _plain(_record(found)))
+    return [*written, target / RECORD]
+
+
+def _cycle_table(found: Import) -> pd.DataFrame:
+    rows = []
+    for walk in found.trials:
+        for side in SIDES:
+            for cycle in walk.cycles[side]:
+                row = asdict(cycle) | {"trial": walk.name}
+                rows.append(row | {"reasons": "; ".join(cycle.reasons)})
+    return pd.DataFrame(rows)
+
+
+def _curve_table(found: Import) -> pd.DataFrame:
+    """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle."""
+    columns: dict[str, Array] = {"percent": 100.0 * PHASE}
+    for kind, curves in (("angle", found.angles), ("moment", found.moments)):
+        for name, curve in curves.items():
+            columns[f"{kind}_{name}_mean"] = curve.mean
+            columns[f"{kind}_{name}_sd"] = curve.deviation
+    for side, force in found.forces.items():
+        for axis, direction in enumerate(("forward", "left", "up")):
+            columns[f"force_{direction}_{side[0]}_mean"] = force.mean[:, axis]
+            columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
+    return pd.DataFrame(columns)
+
+
+def _record(found: Import) -> dict[str, Any]:
+    """What `import.json` holds."""
+    request, body = found.request, found.body
+    return {
+        "schema_version": 1,
+        "versions": versions(),
+        "inputs": [asdict(file) for file in input_files(found)],
+        "person": {
+            "identifier": request.identifier,
+            "sex": request.sex,
+            "mass_kg": request.mass_kg,
+            "height_m": request.height_m,
+        },
+        "processing": found.processing.model_dump(mode="json"),
+        "marker_set": found.session.marker_set.name,
+        "axes": found.session.axes.option,
+        "decisions": [list(decision) for decision in found.decisions],
+        "lengths_m": [asdict(length) for length in body.fit.lengths],
+        "measurements": body.chosen.to_dict(),
+        "factors": {factor.name: factor.factor for factor in body.factors},
+        "model": value_hash(_model_figures(body.model)),
+        "weight_ratio": found.weight_ratio,
+        "walking_speed_m_s": speed(found),
+        "verdicts": [
+            {
+                "id": verdict.tolerance.id,
+                "target": verdict.target,
+                "value": verdict.value,
+                "limit": verdict.tolerance.value,
+                "unit": verdict.tolerance.unit,
+                "passed": verdict.passed,
+            }
+            for verdict in verdicts(found)
+        ],
+        "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
+        "trials": [_trial_record(walk) for walk in found.trials],
+    }
+
+
+def _trial_record(walk: Trial) -> dict[str, Any]:
+    record: dict[str, Any] = {
+        "trial": walk.name,
+        "belt_speed_m_s": walk.belt,
+        "marker_errors_m": {
+            method: {
+                "rms": errors.whole_rms,
+                "largest": errors.whole_largest,
+                "worst": errors.worst_marker,
+                "by_marker": dict(zip(errors.names, errors.rms.tolist(), strict=True)),
+            }
+            for method, errors in (
+                ("joint fit", marker_errors(walk.kinematics)),
+                ("marker pairs", marker_errors(walk.compared)),
+            )
+        },
+        "anchoring": {
+            name: getattr(walk.anchoring, name)
+            for name in (
+                "sliding_before",
+                "sliding_after",
+                "largest_before",
+                "largest_after",
+                "marker_rms_before",
+                "marker_rms_after",
+            )
+        },
+        "frames_not_converged": int((~walk.kinematics.converged).sum()),
+        "gait": {side: walk.gait[side].summary() for side in SIDES},
+        "findings": [str(finding) for finding in walk.findings],
+        "residuals": {target or "recorded": asdict(left) for target, left in trial_residuals(walk)},
+    }
+    if walk.consistent is not None:
+        record["consistent"] = {
+            "coordinate_change": dict(walk.consistent.coordinate_change),
+            "marker_change_rms_m": walk.consistent.marker_change_rms,
+            "marker_change_max_m": walk.consistent.marker_change_max,
+            "mass_factors": dict(walk.consistent.mass_factors),
+            "trunk_offset_m": walk.consistent.trunk_offset.tolist(),
+        }
+    return record
+
+
+def _model_figures(model: BodyModel) -> list[list[float]]:
+    return [
+        [segment.mass, *segment.joint_position, *segment.centre_of_mass, *segment.inertia.ravel()]
+        for segment in model.segments
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """For JSON: numbers of NumPy as Python's, NaN as null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

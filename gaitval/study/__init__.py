@@ -1,0 +1,1 @@
+"""A subject's run: its stages, Algorithm 1, stored baselines."""

@@ -1,0 +1,118 @@
+"""What a finished run leaves to be compared with, and the walk of it again."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.configuration import load_configuration
+from gaitval.errors import ArtefactError
+from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
+from gaitval.study.stage import Observer, open_run, run_stage
+from gaitval.study.stages import (
+    metrics_of,
+    push_stage,
+    reference_stage,
+    scale_stage,
+    simulate_stage,
+    validate_stage,
+)
+
+STORED_FILES = (
+    "subject.toml",
+    "configuration.toml",
+    *(f"policy/{name}" for name in POLICY_FILES),
+    "identification.json",
+    "correction.json",
+    "metrics.json",
+)
+"""What a baseline keeps of a run folder; enough to walk the policy again."""
+
+
+TIMES = "times.json"
+"""Wall times of the runs that a baseline came of, by what they started from (`start_kind`)."""
+
+
+def store_baseline(folder: Path, target: Path) -> None:
+    """Keep the policy, mu and metrics of a finished run, for `check` and as a start.
+
+    Its wall times go into `TIMES`, beside those of runs that started otherwise.
+    """
+    missing = [name for name in STORED_FILES if not (folder / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{folder}: {', '.join(missing)} missing, so this is not a finished run. "
+            "Run `gaitval subject` for it first."
+        )
+    copy_files(folder, target, STORED_FILES)
+    path = target / TIMES
+    earlier = read_json(path) if path.exists() else {}
+    write_json(path, {**earlier, start_kind(folder): _times(folder)})
+
+
+def _times(folder: Path) -> dict[str, Any]:
+    """Wall times of a finished run: seconds of each stage of it, and their sum.
+
+    A stage that was interrupted counts its last part only.
+    """
+    rounds = len(read_json(folder / "identification.json")["rounds"])
+    stages = {
+        name: times["seconds"]
+        for name, times in read_json(folder / "provenance.json")["stages"].items()
+        if int(name.partition("-")[2] or 1) <= rounds
+    }
+    return {
+        "seconds": round(sum(stages.values()), 1),
+        "stages": stages,
+        "processors": processors(),
+    }
+
+
+def processors() -> int:
+    """Processors that this process may use; where that is not told, those of the machine."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:
+    """Metrics of a stored policy, simulated and validated anew with the present code.
+
+    Parameters
+    ----------
+    quick : only the walks that are compared with the record, in seconds. How far the policy walks
+        and which pushes it survives is then not measured (`regression.LONG_MEASURES`).
+    """
+    from gaitval.datasets.subject import load_subject
+
+    missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{baseline}: {', '.join(missing)} missing. A baseline is a whole folder, as "
+            "`gaitval baseline SUBJECT` writes it; give --baseline the metrics.json in it."
+        )
+    subject = load_subject(str(baseline / "subject.toml"))
+    configuration = load_configuration(baseline / "configuration.toml")
+    if quick:
+        settings = configuration.validation
+        short = {
+            "start_phases": settings.start_phases[:1],
+            "consecutive_cycles": settings.cycles + 2,
+        }
+        configuration = configuration.model_copy(
+            update={"validation": settings.model_copy(update=short)}
+        )
+    with (
+        tempfile.TemporaryDirectory(prefix="gaitval-check-") as temporary,
+        open_run(subject, configuration, Path(temporary), observer) as run,
+    ):
+        copy_files(baseline, run.folder, STORED_FILES[2:-1])
+        for stage in (scale_stage, reference_stage, simulate_stage):
+            run_stage(stage(run), run.folder, observer=observer)
+        if quick:
+            return metrics_of(run, pushes=None)
+        for stage in (push_stage, validate_stage):
+            run_stage(stage(run), run.folder, observer=observer)
+        metrics: dict[str, Any] = read_json(run.folder / "metrics.json")
+    return metrics

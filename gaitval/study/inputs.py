@@ -1,0 +1,98 @@
+"""What stages read from a run folder."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.artefacts import (
+    read_json,
+    replacing,
+)
+
+if TYPE_CHECKING:
+    from gaitval.policy.storage import Policy
+    from gaitval.simulation.walker import WalkingTask
+
+from gaitval.study.stage import Run
+
+POLICY_FILES = ("policy.safetensors", "policy.json")
+"""A stored policy: weights, and everything else about it."""
+
+
+def start_kind(folder: Path) -> str:
+    """What round 1 of a run starts from: `scratch`, or `general` or `warm`, this body's own."""
+    about = folder / "start" / POLICY_FILES[1]
+    if not about.exists():
+        return "scratch"
+    return "general" if read_json(about).get("general") else "warm"
+
+
+def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
+    """Copy files from one folder to another, each whole or not at all."""
+    for name in names:
+        with replacing(target / name) as temporary:
+            shutil.copyfile(source / name, temporary)
+
+
+ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
+"""The compared walk with each mu, as far as it is compared."""
+WALKS = "rollouts/walks.json"
+"""How far the walk from each start phase went."""
+
+
+def stored_policy(run: Run, folder: Path) -> "Policy":
+    """The policy in `folder`, refused where it is not for the body and settings of this run."""
+    from gaitval.model.urdf import model_hash, read_urdf
+    from gaitval.policy.storage import load_policy
+
+    return load_policy(
+        folder,
+        model_hash=model_hash(read_urdf(run.folder / "model.urdf")),
+        environment=run.configuration.environment,
+    )
+
+
+def start_policy(run: Run, folder: Path) -> "Policy":
+    """The policy in `folder` to train from: general, or of the body of this run."""
+    from gaitval.model.urdf import model_hash, read_urdf
+    from gaitval.policy.storage import load_start
+
+    body = model_hash(read_urdf(run.folder / "model.urdf"))
+    return load_start(
+        folder,
+        run.configuration.environment,
+        model_hash=body,
+        hidden_units=run.configuration.training.hidden_units,
+    )
+
+
+def walking_task(run: Run) -> "WalkingTask":
+    """The walking task that training, identification and correction share."""
+    from gaitval.model.urdf import read_urdf
+    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.simulation.walker import WalkingTask
+
+    return WalkingTask(
+        model=read_urdf(run.folder / "model.urdf"),
+        record=run.subject.record(),
+        reference=ReferenceMotion.load(run.folder / "reference.npz"),
+        configuration=run.configuration,
+    )
+
+
+def corrected_task(run: Run) -> "WalkingTask":
+    """The task with the corrected reference, for the walks that are judged."""
+    from gaitval.reference.adjustment import Adjustment, adjusted
+
+    task, path = walking_task(run), run.folder / "correction.json"
+    correction = Adjustment.from_dict(read_json(path), str(path))
+    return replace(task, reference=adjusted(task.reference, task.model, correction))
+
+
+def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
+    """Mu, (14,), from a file of an identification."""
+    return np.array(read_json(identification)[which], dtype=float)

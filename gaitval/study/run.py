@@ -1,0 +1,200 @@
+"""Runs the stages of a subject in order, each only when what it reads has changed.
+
+A stage is a function that reads and writes files of one run folder. `stages.json` there keeps,
+for every stage, the hashes of all it depended on and of all it wrote; a stage whose hashes
+still hold is skipped. `provenance.json` keeps versions, seed, hashes and wall times. Only
+`provenance.json` holds times, so that equal runs give equal files.
+
+Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
+round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is then copied to
+`policy/` and `identification.json`, where the later stages read it.
+"""
+
+import shutil
+from pathlib import Path
+
+from gaitval.errors import ArtefactError, PolicyError
+from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
+from gaitval.study.stage import INTERRUPTED, Run, Stage, run_stage, why_run
+from gaitval.study.stages import (
+    choose_stage,
+    correct_stage,
+    evaluate_stage,
+    identify_stage,
+    push_stage,
+    reference_stage,
+    report_stage,
+    round_epsilon,
+    scale_stage,
+    simulate_stage,
+    train_stage,
+    validate_stage,
+)
+
+GENERAL = "general"
+"""Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
+
+FOLLOWING = ("evaluate", "choose")
+"""Short stages without a command: they run by themselves after `identify`."""
+
+
+def stored_baseline(folder: Path, identifier: str) -> Path | None:
+    """Stored policy, mu and metrics for a run folder: its own, the checkout's, the package's."""
+    package = Path(__file__).parents[1]
+    for candidate in (
+        folder / "baseline",
+        package.parent / "reports" / identifier / "baseline",
+        package / "baselines" / identifier,
+    ):
+        if (candidate / "metrics.json").is_file():
+            return candidate
+    return None
+
+
+def general_policy() -> Path | None:
+    """The stored policy of several people that trainings of anybody may start from."""
+    package = Path(__file__).parents[1]
+    for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
+        if (candidate / POLICY_FILES[0]).is_file():
+            return candidate
+    return None
+
+
+def choose_start(run: Run, *, scratch: bool) -> None:
+    """Put the policy that round 1 starts from into `start/`, or none with `scratch`: the stored
+    one of this body, else the general one.
+
+    A training that is done or under way keeps its start, so that a later call resumes or
+    skips instead of training again from a baseline that was rewritten since.
+    """
+    start = run.folder / "start"
+    if not scratch and why_run(train_stage(run, 1), run.folder) in (None, INTERRUPTED):
+        return
+    shutil.rmtree(start, ignore_errors=True)
+    if scratch:
+        return
+    baseline = stored_baseline(run.folder, run.subject.identifier)
+    stored = [baseline / "policy"] if baseline else []
+    general = general_policy()
+    for source in (*stored, *([general] if general else [])):
+        try:
+            start_policy(run, source)
+        except PolicyError as error:
+            run.observer.say(f"A stored policy is not used: {error}")
+            continue
+        copy_files(source, start, POLICY_FILES)
+        kind = "general policy" if source == general else "stored policy of this body"
+        run.observer.say(f"Training starts from the {kind} in {source} (--scratch: not).")
+        return
+    run.observer.say("No stored policy to start from: training from nothing.")
+
+
+def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
+    """All stages in order, with this number of rounds of Algorithm 1."""
+    pairs = [
+        stage(run, number)
+        for number in range(1, rounds + 1)
+        for stage in (train_stage, identify_stage, evaluate_stage)
+    ]
+    return (
+        scale_stage(run),
+        reference_stage(run),
+        *pairs,
+        choose_stage(run, rounds),
+        correct_stage(run),
+        simulate_stage(run),
+        push_stage(run),
+        validate_stage(run),
+        report_stage(run),
+    )
+
+
+def finished_rounds(run: Run) -> int:
+    """Number of rounds whose training and identification are up to date."""
+    count = 0
+    while (run.folder / f"rounds/{count + 1}").exists() and not any(
+        why_run(stage(run, count + 1), run.folder) for stage in (train_stage, identify_stage)
+    ):
+        count += 1
+    return count
+
+
+def run_one(
+    run: Run, name: str, *, round_number: int = 1, scratch: bool = False, force: bool = False
+) -> None:
+    """Run one stage; those before it must be up to date.
+
+    Parameters
+    ----------
+    name : `scale`, `reference`, `train`, `identify`, `correct`, `simulate`, `push`, `validate`
+        or `report`.
+    round_number : round of Algorithm 1, for `train` and `identify`.
+    scratch : for `train`: from nothing even where there is a stored policy for this body.
+    force : run it though it is up to date.
+
+    Raises
+    ------
+    ArtefactError : an earlier stage has not run, or ran on other inputs or settings.
+    """
+    repeated = name in ("train", "identify")
+    wanted = f"{name}-{round_number}" if repeated else name
+    reached = False
+    for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
+        if stage.name == wanted:
+            if wanted == "train-1":
+                choose_start(run, scratch=scratch)
+                stage = train_stage(run, 1)
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+            reached = True
+        elif stage.name.partition("-")[0] in FOLLOWING:
+            run_stage(stage, run.folder, observer=run.observer)
+        elif reached:
+            return
+        else:
+            _require(run, stage, name)
+
+
+def _require(run: Run, stage: Stage, name: str) -> None:
+    """Raise ArtefactError unless `stage`, which `name` builds on, is up to date."""
+    reason = why_run(stage, run.folder)
+    if reason is not None:
+        subject = run.subject.identifier
+        raise ArtefactError(
+            f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: {reason}. "
+            f"First run `{stage.command(subject)}` with the same options, or "
+            f"`gaitval subject {subject}`, which does all stages."
+        )
+
+
+def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None:
+    """The main job: every stage that is not up to date, with the loop of Algorithm 1.
+
+    Parameters
+    ----------
+    scratch : train from nothing even where there is a stored policy for this body.
+    force : run every stage, up to date or not.
+    """
+
+    def perform(stage: Stage) -> None:
+        run_stage(stage, run.folder, force=force, observer=run.observer)
+
+    settings = run.configuration.identification
+    perform(scale_stage(run))
+    perform(reference_stage(run))
+    choose_start(run, scratch=scratch)
+    rounds = 0
+    epsilon = float("inf")
+    while rounds < settings.rounds and epsilon >= settings.kappa:
+        rounds += 1
+        perform(train_stage(run, rounds))
+        perform(identify_stage(run, rounds))
+        perform(evaluate_stage(run, rounds))
+        epsilon = round_epsilon(run, rounds)
+        shown = "the walk fell early" if epsilon == float("inf") else f"epsilon {epsilon:.3f}"
+        run.observer.say(f"Round {rounds} of Algorithm 1: {shown}, kappa {settings.kappa:g}.")
+    perform(choose_stage(run, rounds))
+    perform(correct_stage(run))
+    perform(simulate_stage(run))
+    perform(push_stage(run))
+    perform(validate_stage(run))
+    perform(report_stage(run))

@@ -1,0 +1,238 @@
+"""What a stage is: its files, its fingerprint, and the records of a run folder."""
+
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import filelock
+import tomli_w
+
+from gaitval import __version__
+from gaitval.artefacts import file_hash, read_json, value_hash, versions, write_json, write_text
+from gaitval.configuration import Configuration
+from gaitval.errors import ArtefactError
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
+
+INTERRUPTED = "was interrupted"
+"""The reason to run a stage that can resume."""
+
+
+class Observer:
+    """Hears what the pipeline does. This one stays silent; the command line's prints."""
+
+    def say(self, message: str) -> None:
+        """One line for the user."""
+
+    def skipped(self, stage: str) -> None:
+        """`stage` was up to date."""
+
+    def started(self, stage: str, reason: str) -> None:
+        """`stage` runs now, because of `reason`."""
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """How far the running stage is: what its `on_progress` gets."""
+
+    def finished(self, stage: str, seconds: float) -> None:
+        """`stage` is done."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a run.
+
+    Attributes
+    ----------
+    name : as in `stages.json`: `scale`, `train-1`.
+    run : writes `outputs`; each of them whole or not at all (`artefacts.replacing`).
+    inputs : files that it reads, relative to the run folder.
+    outputs : files that it writes, relative to the run folder.
+    values : further JSON-able values that it depends on, such as sections of the configuration.
+    workspace : a folder of its own, with what an unfinished run resumes from; emptied before
+        a run with other inputs, which must not resume from it.
+    """
+
+    name: str
+    run: Callable[[], object]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    values: Mapping[str, Any] = field(default_factory=dict)
+    workspace: str | None = None
+
+    def command(self, subject: str) -> str:
+        """The command line that runs this stage for `subject`."""
+        name, _, round_number = self.name.partition("-")
+        return f"gaitval {name} {subject}" + (f" --round {round_number}" if round_number else "")
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder with the subject and the configuration that its stages work on."""
+
+    folder: Path
+    subject: "Subject"
+    configuration: Configuration
+    observer: Observer = field(default_factory=Observer)
+
+    def sections(self, *names: str) -> dict[str, Any]:
+        """Values of some sections of the configuration, for `Stage.values`."""
+        values: dict[str, Any] = self.configuration.model_dump(mode="json", include=set(names))
+        return values
+
+
+def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
+    """Hash of everything that a stage depends on, by name."""
+    hashes = {"gaitval": value_hash(__version__)}
+    hashes |= {name: value_hash(value) for name, value in stage.values.items()}
+    for name in stage.inputs:
+        try:
+            hashes[name] = file_hash(folder / name)
+        except FileNotFoundError:
+            raise ArtefactError(
+                f"{folder / name}: no such file, and {stage.name} reads it. "
+                "Run the stage that writes it first, or `gaitval subject` for all of them."
+            ) from None
+    return hashes
+
+
+def why_run(stage: Stage, folder: Path) -> str | None:
+    """Why a stage has to run; None when its files stand as it wrote them from these inputs."""
+    record = _records(folder).get(stage.name)
+    if record is None:
+        return "not run yet"
+    before, now = record["inputs"], fingerprint(stage, folder)
+    changed = [name for name in sorted(before | now) if before.get(name) != now.get(name)]
+    if changed:
+        return f"{', '.join(changed)} changed"
+    if record["outputs"] is None:
+        return INTERRUPTED
+    for name in stage.outputs:
+        if not (folder / name).is_file():
+            return f"{name} is missing"
+        if file_hash(folder / name) != record["outputs"].get(name):
+            return f"{name} was changed or damaged"
+    return None
+
+
+def run_stage(
+    stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
+) -> bool:
+    """Run a stage unless it is up to date; True when it ran.
+
+    After a kill at any moment the next call finds either the finished stage or an unfinished
+    one, which resumes from its workspace where its inputs are still the same.
+    """
+    observer = observer or Observer()
+    reason = "asked for" if force else why_run(stage, folder)
+    if reason is None:
+        observer.skipped(stage.name)
+        return False
+    records = _records(folder)
+    inputs = fingerprint(stage, folder)
+    same_inputs = records.get(stage.name, {}).get("inputs") == inputs
+    if stage.workspace and (force or not same_inputs):
+        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+    records[stage.name] = {"inputs": inputs, "outputs": None}
+    write_json(folder / "stages.json", records)
+
+    observer.started(stage.name, reason)
+    started, clock = datetime.now(UTC), monotonic()
+    stage.run()
+    seconds = monotonic() - clock
+
+    records[stage.name]["outputs"] = {name: file_hash(folder / name) for name in stage.outputs}
+    write_json(folder / "stages.json", records)
+    _add_provenance(
+        folder,
+        stage.name,
+        {
+            "started": started.isoformat(timespec="seconds"),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            "seconds": round(seconds, 1),
+            "inputs": inputs,
+        },
+    )
+    observer.finished(stage.name, seconds)
+    return True
+
+
+def _records(folder: Path) -> dict[str, Any]:
+    path = folder / "stages.json"
+    records: dict[str, Any] = read_json(path) if path.exists() else {}
+    return records
+
+
+def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
+    path = folder / "provenance.json"
+    provenance = read_json(path)
+    provenance["versions"] = versions()
+    provenance["stages"][stage] = times
+    write_json(path, provenance)
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """The folder held by this process alone, until the block or the process ends."""
+    # The process is named in a file of its own: Windows lets nobody read a file that is locked.
+    lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
+    try:
+        lock.acquire(blocking=False)
+    except filelock.Timeout:
+        process = f" (process {holder.read_text()})" if holder.exists() else ""
+        raise ArtefactError(
+            f"{folder}: another gaitval{process} works in this folder. Wait for it to end, or "
+            "give this run a folder of its own with --out."
+        ) from None
+    except OSError as error:
+        raise ArtefactError(
+            f"{folder / '.lock'}: cannot be locked ({error.strerror}); it must be a plain file "
+            "that you may write to. Delete it, or give another folder with --out."
+        ) from None
+    try:
+        write_text(holder, str(os.getpid()))
+        yield
+    finally:
+        holder.unlink(missing_ok=True)
+        lock.release()
+
+
+@contextmanager
+def open_run(
+    subject: "Subject", configuration: Configuration, folder: Path, observer: Observer
+) -> Iterator[Run]:
+    """A run folder, held by this process alone, with the subject and configuration stored."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ArtefactError(
+            f"{folder}: is a file, or lies below one. Give a folder with --out."
+        ) from None
+    except PermissionError as error:
+        raise ArtefactError(
+            f"{error.filename}: may not be written to. Give another folder with --out."
+        ) from None
+    with held(folder):
+        write_text(folder / "subject.toml", subject.to_toml())
+        write_text(
+            folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
+        )
+        path = folder / "provenance.json"
+        stages = read_json(path)["stages"] if path.exists() else {}
+        write_json(
+            path,
+            {
+                "versions": versions(),
+                "seed": configuration.seed,
+                "configuration": file_hash(folder / "configuration.toml"),
+                "subject": file_hash(folder / "subject.toml"),
+                "stages": stages,
+            },
+        )
+        yield Run(folder, subject, configuration, observer)

@@ -1,0 +1,457 @@
+"""The stages of a run, from scaling to the report, each as a `Stage`."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from gaitval.artefacts import read_json, replacing, write_json
+from gaitval.study.inputs import (
+    POLICY_FILES,
+    ROLLOUTS,
+    WALKS,
+    body_parameters,
+    copy_files,
+    corrected_task,
+    start_kind,
+    start_policy,
+    stored_policy,
+    walking_task,
+)
+from gaitval.study.stage import Run, Stage
+
+SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
+LEARNING_SECTIONS = (*SIMULATION_SECTIONS, "reward", "randomisation")
+
+
+def scale_stage(run: Run) -> Stage:
+    """Subject → body model."""
+
+    def scale() -> None:
+        from gaitval.model.urdf import write_urdf
+        from gaitval.scaling.scaling import scale_subject
+
+        body = scale_subject(run.subject)
+        write_urdf(body.model, run.folder / "model.urdf")
+        with replacing(run.folder / "scaling.csv") as temporary:
+            body.frame().to_csv(temporary, index=False)
+
+    return Stage("scale", scale, inputs=("subject.toml",), outputs=("model.urdf", "scaling.csv"))
+
+
+def reference_stage(run: Run) -> Stage:
+    """Recorded gait and body model → reference motion."""
+
+    def build() -> None:
+        from gaitval.model.urdf import read_urdf
+        from gaitval.reference.dynamic_fit import consistent_reference
+
+        model = read_urdf(run.folder / "model.urdf")
+        contact = run.configuration.contact
+        consistent_reference(run.subject.record(), model, contact).save(
+            run.folder / "reference.npz"
+        )
+
+    return Stage(
+        "reference",
+        build,
+        inputs=("subject.toml", "model.urdf"),
+        outputs=("reference.npz",),
+        values=run.sections("contact"),
+    )
+
+
+def train_stage(run: Run, round_number: int) -> Stage:
+    """One training of Algorithm 1; round 1 starts from `start/` or nothing."""
+    training = run.configuration.training
+    here = f"rounds/{round_number}/policy"
+    before = f"rounds/{round_number - 1}"
+    start = f"{before}/policy" if round_number > 1 else "start"
+    has_start = round_number > 1 or (run.folder / start).exists()
+    earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
+    samples = {
+        "scratch": training.samples,
+        "general": training.transfer_samples,
+        "warm": training.refinement_samples,
+    }[start_kind(run.folder) if round_number == 1 else "warm"]
+
+    def train() -> None:
+        from gaitval.policy.storage import save_policy
+        from gaitval.policy.training import train
+
+        policy = train(
+            walking_task(run),
+            run.folder / here,
+            samples=samples,
+            start=start_policy(run, run.folder / start) if has_start else None,
+            subject=run.subject.identifier,
+            on_progress=run.observer.progress,
+        )
+        save_policy(policy, run.folder / here)
+
+    return Stage(
+        f"train-{round_number}",
+        train,
+        inputs=("model.urdf", "reference.npz", *earlier),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
+        workspace=here,
+    )
+
+
+def identify_stage(run: Run, round_number: int) -> Stage:
+    """One identification of Algorithm 1, of the policy of the same round."""
+    here = f"rounds/{round_number}/identification"
+    policy = f"rounds/{round_number}/policy"
+    before = f"rounds/{round_number - 1}/identification/identification.json"
+    values = run.sections(*LEARNING_SECTIONS, "identification")
+    # More rounds, or another threshold, do not change what one round finds.
+    for name in ("rounds", "kappa"):
+        del values["identification"][name]
+
+    def identify() -> None:
+        from gaitval.identification.identify import identify
+
+        found = identify(
+            walking_task(run),
+            stored_policy(run, run.folder / policy),
+            run.folder / here,
+            start=body_parameters(run.folder / before) if round_number > 1 else None,
+            on_progress=run.observer.progress,
+        )
+        write_json(run.folder / here / "identification.json", found.as_dict())
+
+    return Stage(
+        f"identify-{round_number}",
+        identify,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            *(f"{policy}/{name}" for name in POLICY_FILES),
+            *([before] if round_number > 1 else []),
+        ),
+        outputs=(f"{here}/identification.json",),
+        values=values,
+        workspace=here,
+    )
+
+
+def evaluate_stage(run: Run, round_number: int) -> Stage:
+    """Epsilon of a round's policy with the nominal and with the identified body."""
+    here = f"rounds/{round_number}"
+    identification = f"{here}/identification/identification.json"
+    validation = run.configuration.validation
+    values = run.sections(*SIMULATION_SECTIONS, "validation")
+    # How far other walks go does not change the cycles that are compared.
+    del values["validation"]["consecutive_cycles"]
+
+    def evaluate() -> None:
+        from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
+        from gaitval.metrics.cycles import find_cycles
+        from gaitval.metrics.epsilon import epsilon
+        from gaitval.policy.rollouts import roll_out
+
+        task = walking_task(run)
+        policy = stored_policy(run, run.folder / here / "policy")
+        errors = {}
+        for which in ("nominal", "identified"):
+            rollout = roll_out(
+                task,
+                policy,
+                mu=body_parameters(run.folder / identification, which),
+                start_phase=validation.start_phases[0],
+                cycles=validation.settling_cycles + validation.cycles,
+            )
+            curves = simulated_curves(
+                rollout,
+                find_cycles(rollout, run.configuration).first(validation.cycles),
+                mass=task.model.mass,
+                filters=low_pass_of(task.record, validation.filter_frequency),
+            )
+            error = epsilon(curves, recorded_curves(task.record))
+            errors[which] = None if error is None else error.as_dict()
+        write_json(run.folder / here / "epsilon.json", errors)
+
+    return Stage(
+        f"evaluate-{round_number}",
+        evaluate,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            identification,
+            *(f"{here}/policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=(f"{here}/epsilon.json",),
+        values=values,
+    )
+
+
+def choose_stage(run: Run, rounds: int) -> Stage:
+    """The round with the smallest epsilon, copied to where later stages read it."""
+    numbers = range(1, rounds + 1)
+
+    def choose() -> None:
+        errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
+        best = min(numbers, key=lambda number: round_epsilon(run, number))
+        source = run.folder / f"rounds/{best}"
+        copy_files(source / "policy", run.folder / "policy", POLICY_FILES)
+        _join_logs(
+            [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
+            run.folder / "policy" / "training.csv",
+        )
+        write_json(
+            run.folder / "identification.json",
+            {
+                **read_json(source / "identification" / "identification.json"),
+                "chosen_round": best,
+                "epsilon_nominal": errors[best - 1]["nominal"],
+                "epsilon_identified": errors[best - 1]["identified"],
+                "rounds": [
+                    {"round": number, "epsilon": error["identified"]}
+                    for number, error in zip(numbers, errors, strict=True)
+                ],
+            },
+        )
+
+    return Stage(
+        "choose",
+        choose,
+        inputs=tuple(
+            f"rounds/{number}/{name}"
+            for number in numbers
+            for name in (
+                *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
+                "identification/identification.json",
+                "epsilon.json",
+            )
+        ),
+        outputs=(
+            *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
+            "identification.json",
+        ),
+    )
+
+
+def _join_logs(logs: Sequence[Path], target: Path) -> None:
+    """One log of several trainings that went on from each other."""
+    import pandas as pd
+
+    parts = [pd.read_csv(log) for log in logs]
+    for before, part in pairwise(parts):
+        for name in ("samples", "wall_seconds"):
+            part[name] += before[name].iloc[-1]
+    with replacing(target) as temporary:
+        pd.concat(parts).to_csv(temporary, index=False)
+
+
+def round_epsilon(run: Run, round_number: int) -> float:
+    """Normalised error epsilon at mu* of a finished round; infinite where the walk fell early."""
+    error = read_json(run.folder / f"rounds/{round_number}/epsilon.json")["identified"]
+    return float("inf") if error is None else float(error["total"])
+
+
+def correct_stage(run: Run) -> Stage:
+    """Policy and mu → the change of the reference with which they walk the record."""
+
+    def correct() -> None:
+        from gaitval.learning_control.correct import correct
+
+        result = correct(
+            walking_task(run),
+            stored_policy(run, run.folder / "policy"),
+            body_parameters(run.folder / "identification.json"),
+            on_progress=run.observer.progress,
+        )
+        write_json(run.folder / "correction.json", result.as_dict())
+
+    validation = run.configuration.validation
+    return Stage(
+        "correct",
+        correct,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=("correction.json",),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "correction"),
+            # How far other walks go does not change the cycles that are compared.
+            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        },
+    )
+
+
+def simulate_stage(run: Run) -> Stage:
+    """Policy, mu and correction → walks without pushes, of the deterministic policy.
+
+    The identified body with the corrected reference walks from every start phase. The nominal one
+    with the reference as it was, which is there to be compared with it, walks from the first, as
+    far as it is compared.
+    """
+    validation = run.configuration.validation
+
+    def simulate() -> None:
+        from gaitval.metrics.rollouts import roll_out_from
+        from gaitval.policy.rollouts import RolloutPool
+
+        policy = stored_policy(run, run.folder / "policy")
+        planned = {
+            "nominal": (walking_task(run), validation.start_phases[:1], validation.cycles + 2),
+            "identified": (
+                corrected_task(run),
+                validation.start_phases,
+                validation.consecutive_cycles,
+            ),
+        }
+        starts = {}
+        workers = run.configuration.training.workers
+        for which, (task, phases, cycles) in planned.items():
+            mu = body_parameters(run.folder / "identification.json", which)
+            with RolloutPool(task, workers=min(workers, len(phases)), engine="dart") as pool:
+                walks = roll_out_from(
+                    pool, policy, mu, phases, cycles=validation.settling_cycles + cycles
+                )
+            walks.compared.save(run.folder / ROLLOUTS[which])
+            starts[which] = [went.as_dict() for went in walks.starts]
+        write_json(run.folder / WALKS, starts)
+
+    return Stage(
+        "simulate",
+        simulate,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            "correction.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=(*ROLLOUTS.values(), WALKS),
+        values={
+            **run.sections(*SIMULATION_SECTIONS),
+            "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
+        },
+    )
+
+
+def push_stage(run: Run) -> Stage:
+    """Policy and mu → which pushes the identified body survives."""
+    validation = run.configuration.validation
+
+    def push() -> None:
+        from gaitval.metrics.push_recovery import push_recovery
+
+        recovery, traces = push_recovery(
+            corrected_task(run),
+            stored_policy(run, run.folder / "policy"),
+            body_parameters(run.folder / "identification.json"),
+            on_progress=run.observer.progress,
+        )
+        write_json(
+            run.folder / "push.json",
+            {"recovery": recovery.as_dict(), "traces": [trace.as_dict() for trace in traces]},
+        )
+
+    return Stage(
+        "push",
+        push,
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            "identification.json",
+            "correction.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=("push.json",),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "pushes"),
+            "settling_cycles": validation.settling_cycles,
+        },
+    )
+
+
+def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The walks of the run folder against the record and the tolerances."""
+    from gaitval.metrics.rollouts import Endurance, Rollouts
+    from gaitval.metrics.validation import validate
+    from gaitval.model.urdf import read_urdf
+    from gaitval.simulation.rollout import Rollout
+
+    starts = read_json(run.folder / WALKS)
+    nominal, identified = (
+        Rollouts(
+            Rollout.load(run.folder / name),
+            tuple(Endurance.from_dict(start) for start in starts[which]),
+        )
+        for which, name in ROLLOUTS.items()
+    )
+    return validate(
+        run.subject,
+        run.subject.record(),
+        read_urdf(run.folder / "model.urdf"),
+        nominal,
+        identified,
+        run.configuration,
+        identification=read_json(run.folder / "identification.json"),
+        correction=read_json(run.folder / "correction.json"),
+        pushes=pushes,
+    )
+
+
+def validate_stage(run: Run) -> Stage:
+    """Walks and pushes against the record and the tolerances → metrics.json."""
+    from gaitval.metrics.validation import SCHEMA_VERSION
+
+    def validate() -> None:
+        pushes = read_json(run.folder / "push.json")["recovery"]
+        write_json(run.folder / "metrics.json", metrics_of(run, pushes=pushes))
+
+    return Stage(
+        "validate",
+        validate,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "identification.json",
+            "correction.json",
+            *ROLLOUTS.values(),
+            WALKS,
+            "push.json",
+        ),
+        outputs=("metrics.json",),
+        values={
+            **run.sections("seed", "contact", "validation"),
+            # metrics of an earlier version are not read, so they are written again
+            "schema_version": SCHEMA_VERSION,
+        },
+    )
+
+
+def report_stage(run: Run) -> Stage:
+    """Everything in the run folder → report.html and report.pdf."""
+
+    def report() -> None:
+        from gaitval.reporting.report import write_report
+
+        write_report(run.folder)
+
+    return Stage(
+        "report",
+        report,
+        inputs=(
+            "subject.toml",
+            "configuration.toml",
+            "model.urdf",
+            "scaling.csv",
+            "reference.npz",
+            "policy/training.csv",
+            "identification.json",
+            "metrics.json",
+            "push.json",
+            *ROLLOUTS.values(),
+        ),
+        outputs=("report.html", "report.pdf"),
+    )

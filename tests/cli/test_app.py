@@ -1,0 +1,437 @@
+"""The command line: help that teaches, errors without a traceback, exit codes, progress."""
+
+import io
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from gaitval import __version__
+from gaitval.artefacts import write_json
+from gaitval.cli import app as cli
+from gaitval.datasets import archive
+from gaitval.errors import ArtefactError
+from gaitval.metrics import regression
+from gaitval.study.baseline import STORED_FILES
+
+STAGES = (
+    "scale",
+    "reference",
+    "train",
+    "identify",
+    "correct",
+    "simulate",
+    "push",
+    "validate",
+    "report",
+)
+COMMANDS = ("subjects", "import", *STAGES, "subject", "baseline", "check")
+
+
+@pytest.fixture(autouse=True)
+def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
+    """Messages as text without colours, in one place."""
+    text = io.StringIO()
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setattr(cli, "messages", Console(file=text, width=200))
+    # Where GITHUB_ACTIONS is set, typer colours its help for a terminal, though there is none.
+    monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)
+    return text  # type: ignore[return-value]
+
+
+def gaitval(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, arguments)
+
+
+def test_help_lists_every_command() -> None:
+    result = gaitval("--help")
+    assert result.exit_code == 0
+    for command in COMMANDS:
+        assert re.search(rf"^\W*{command}\b", result.output, re.MULTILINE), command
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_has_examples(command: str) -> None:
+    result = gaitval(command, "--help")
+    assert result.exit_code == 0
+    assert "Examples:" in result.output
+    assert f"gaitval {command}" in result.output
+
+
+def test_data_lists_what_can_be_fetched_and_what_is_here(tmp_path: Path) -> None:
+    for command in ("list", "fetch"):
+        assert f"gaitval data {command}" in gaitval("data", command, "--help").output
+    result = gaitval("data", "list", "--folder", str(tmp_path))
+    assert result.exit_code == 0
+    assert "10.6084/m9.figshare.5722711" in result.output
+    assert "missing: WBDSascii.zip, WBDSc3d.zip" in result.output
+
+
+def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.StringIO) -> None:
+    result = gaitval("data", "fetch", "wbsd", "--folder", str(tmp_path))
+    assert result.exit_code == 2
+    assert "no such data set. There are: wbds" in plain_messages.getvalue()
+    assert not list(tmp_path.iterdir())
+
+
+def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fetch(name: str, folder: Path, *, on_progress: archive.Progress) -> list[archive.Fetched]:
+        on_progress("walks.zip", 5, 10)
+        file = archive.Fetched(folder / "walks.zip", None, 10, "ab12", "registry", True, 4_000_000)
+        return [file]
+
+    monkeypatch.setattr(archive, "fetch", fetch)
+    output = " ".join(gaitval("data", "fetch", "wbds", "--folder", str(tmp_path)).output.split())
+    assert "downloaded, continued from 4 MB; MD5 ab12 as stated by the registry" in output
+
+
+@pytest.mark.parametrize(
+    ("values", "hint"),
+    [
+        (("--mass", "172.5", "--height", "74.3"), "the columns look swapped"),
+        (("--mass", "74.3", "--height", "172.5"), "this looks like centimetres"),
+        (("--mass", "163.8", "--height", "1.725"), "this looks like pounds"),
+    ],
+)
+def test_import_refuses_an_impossible_body_before_it_reads(
+    values: tuple[str, ...], hint: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    files = ("--static", "no.c3d", "--trial", "no.c3d", "--sex", "M")
+    result = gaitval("import", *files, *values, "--out", str(tmp_path / "mine"))
+    assert result.exit_code == 2
+    assert hint in plain_messages.getvalue()
+    assert not (tmp_path / "mine").exists()
+
+
+def test_version() -> None:
+    assert gaitval("--version").output == f"gaitval {__version__}\n"
+
+
+def test_help_does_not_wait_for_heavy_libraries() -> None:
+    code = (
+        "import sys, gaitval.cli; "
+        "print({'torch', 'dartpy', 'numba', 'pandas', 'matplotlib'} & set(sys.modules))"
+    )
+    output = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
+    assert output == "set()\n"
+
+
+def test_subjects_lists_the_ten() -> None:
+    output = gaitval("subjects").output
+    assert all(f"S{number:02d}" in output for number in range(1, 11))
+    assert "WBDS14 T05" in output
+    assert "64.95" in output
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject", "baseline"])
+def test_an_unknown_subject_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "44", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "'44': no such subject. Built in are S01 (WBDS01)" in plain_messages.getvalue()
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject"])
+def test_an_unknown_setting_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--set", "training.sample=1")
+    assert result.exit_code == 2
+    assert "training.sample: unknown; known here are samples" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("command", [*STAGES, "subject"])
+def test_a_missing_configuration_file_is_refused(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    missing = str(tmp_path / "none.toml")
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--config", missing)
+    assert result.exit_code == 2
+    assert f"{missing}: no such configuration file" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("command", STAGES[1:])
+def test_a_stage_without_the_earlier_ones_says_what_to_run(
+    command: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval(command, "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "`gaitval scale S05`" in plain_messages.getvalue()
+
+
+def test_swapped_columns_of_a_users_subject_are_refused(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    from gaitval.datasets.subject import load_subject
+
+    text = load_subject("5").to_toml()
+    text = text.replace("mass_kg = 64.95", "mass_kg = 153").replace(
+        "height_m = 1.53", "height_m = 0.64"
+    )
+    (tmp_path / "me.toml").write_text(text)
+    result = gaitval("scale", str(tmp_path / "me.toml"), "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "swapped" in plain_messages.getvalue()
+
+
+def test_a_file_where_the_run_folder_should_be_is_refused(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    (tmp_path / "run").write_text("")
+    result = gaitval("scale", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert "run: is a file, or lies below one" in plain_messages.getvalue()
+
+
+def test_wrong_usage_has_exit_code_2() -> None:
+    assert gaitval("scale").exit_code == 2
+    assert gaitval("walk", "5").exit_code == 2
+    assert gaitval("train", "5", "--round", "0").exit_code == 2
+    assert gaitval("check").exit_code == 2
+
+
+def test_ctrl_c_says_that_the_same_command_resumes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+) -> None:
+    def stop(*arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "run_subject", stop)
+    result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 130
+    assert "interrupted; the same command resumes" in plain_messages.getvalue()
+
+
+def test_a_fault_of_ours_shows_no_traceback(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise ZeroDivisionError("in the middle")
+
+    monkeypatch.setattr(cli, "run_subject", fail)
+    monkeypatch.setattr(sys, "argv", ["gaitval", "subject", "5", "--out", str(tmp_path / "run")])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 70
+    assert "ZeroDivisionError: in the middle" in plain_messages.getvalue()
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.out + captured.err
+
+
+def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seeds = []
+    monkeypatch.setattr(
+        cli, "run_subject", lambda run, **options: seeds.append(run.configuration.seed)
+    )
+    monkeypatch.setattr(
+        cli, "run_one", lambda run, name, **options: seeds.append(run.configuration.seed)
+    )
+    monkeypatch.setattr(cli, "_print_tolerances", lambda metrics: None)
+    folder = tmp_path / "run"
+    out = ("--out", str(folder))
+    gaitval("train", "5", *out, "--set", "seed=3")
+    gaitval("identify", "5", *out)
+    gaitval("identify", "5", *out, "--set", "seed=4")
+    write_json(folder / "metrics.json", {})
+    gaitval("subject", "5", *out)
+    assert seeds == [3, 3, 4, 0]
+
+
+# --- check -------------------------------------------------------------------------------
+
+
+def row(change: regression.Outcome, current: float | None) -> regression.Row:
+    return regression.Row("angle_rmse", "knee_angle_r", "deg", 4.0, current, 0.5, change)
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    for name in STORED_FILES:
+        write_json(tmp_path / "baseline" / name, {})
+    return tmp_path / "baseline" / "metrics.json"
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_check_passes_where_nothing_was_lost(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool
+) -> None:
+    """A quick check does not ask for what a short walk does not show."""
+
+    def compare(*_: object, leave_out: tuple[str, ...]) -> list[regression.Row]:
+        assert leave_out == (regression.LONG_MEASURES if quick else ())
+        return [row("kept", 4.1)]
+
+    monkeypatch.setattr(cli, "walk_again", lambda *_, **options: asserted(options, quick=quick))
+    monkeypatch.setattr(regression, "compare", compare)
+    result = gaitval("check", "--baseline", str(stored), *(["--quick"] if quick else []))
+    assert result.exit_code == 0
+    assert "1 measures within their margins" in result.output.replace("\n", " ")
+
+
+def asserted(options: dict[str, object], **expected: object) -> dict[str, object]:
+    assert options == expected
+    return {}
+
+
+def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    monkeypatch.setattr(cli, "walk_again", lambda *_, **__: {})
+    rows = [row("kept", 4.1), row("lost", 5.25), row("lost", None)]
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: rows)
+    junit = tmp_path / "accuracy.xml"
+    result = gaitval("check", "--baseline", str(stored), "--junit", str(junit))
+    assert result.exit_code == 1
+    assert "5.25" in result.output
+    assert "4.1" not in result.output
+    assert "2 of 3 measures are worse" in plain_messages.getvalue()
+    assert junit.read_text().count("<failure") == 2
+
+
+def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.StringIO) -> None:
+    (stored.parent / "identification.json").unlink()
+    assert gaitval("check", "--baseline", str(stored)).exit_code == 2
+    assert "identification.json missing" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize("content", [None, "", "[1"])
+def test_check_refuses_a_missing_or_damaged_file(
+    tmp_path: Path, content: str | None, plain_messages: io.StringIO
+) -> None:
+    file = tmp_path / "metrics.json"
+    if content is not None:
+        file.write_text(content)
+    assert gaitval("check", "--baseline", str(file)).exit_code == 2
+    assert "metrics.json: no" in plain_messages.getvalue()
+
+
+# --- progress ----------------------------------------------------------------------------
+
+
+def observed(*, terminal: bool) -> tuple[Any, io.StringIO]:
+    text = io.StringIO()
+    return cli._Live(Console(file=text, force_terminal=terminal, width=160)), text
+
+
+def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:
+    live, text = observed(terminal=True)
+    live.started("train-1", "not run yet")
+    live.progress({"samples": 0, "total": 3_000_000, "reward": 0.1, "cycles": 0.4})
+    live.progress({"samples": 1_500_000, "total": 3_000_000, "reward": 7.25, "cycles": 2.5})
+    live.finished("train-1", 61.0)
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.getvalue())
+    assert "1,500,000 samples" in shown
+    assert "reward 7.25" in shown
+    assert "cycles walked 2.5" in shown
+    assert "50%" in shown
+    assert "train-1: done in 1 min 01 s" in shown
+
+
+def test_progress_elsewhere_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(cli, "monotonic", lambda: now[0])
+    live, text = observed(terminal=False)
+    live.started("train-1", "was interrupted")
+    for second in range(0, 100, 5):
+        now[0] = float(second)
+        live.progress({"samples": 1000 * second, "total": 200_000, "reward": 1.0})
+    lines = text.getvalue().splitlines()
+    assert lines[0] == "train-1: resumes (was interrupted)"
+    assert len(lines) == 4
+    assert lines[1].startswith("train-1: 30,000 of 200,000 samples  reward 1")
+    assert lines[1].endswith("2 min 50 s left")
+
+
+def test_output_that_is_not_a_terminal_has_no_control_characters(tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-m", "gaitval.cli", "--version"], capture_output=True, check=False
+    )
+    assert b"\x1b" not in ended.stdout + ended.stderr
+
+
+def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "output", Console(width=200))
+    with cli.output.capture() as captured:
+        cli._print_tolerances(
+            {
+                "subject": {"identifier": "S05"},
+                "tolerances": [
+                    {
+                        "measure": "angle_rmse",
+                        "target": name,
+                        "value": value,
+                        "limit": "at_most",
+                        "tolerance": 5.0,
+                        "goal": goal,
+                        "unit": "deg",
+                        "status": "published",
+                        "passed": passed,
+                        "reached": reached,
+                    }
+                    for name, value, goal, passed, reached in (
+                        ("hip_flexion_r", 3.0, 3.5, True, True),
+                        ("hip_flexion_l", 4.0, None, True, None),
+                        ("knee", None, 3.5, False, False),
+                    )
+                ],
+            }
+        )
+    text = captured.get()
+    verdicts = [line.split()[-2] for line in text.splitlines() if "published" in line]
+    assert verdicts == ["goal", "pass", "fail"]
+    assert "not measured" in text
+    assert "S05" in text
+
+
+def test_push_table_names_phases_and_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "output", Console(width=200))
+    with cli.output.capture() as captured:
+        cli._print_pushes(
+            {"phases": [0.0, 0.25], "directions": [0.0, -90.0], "largest": [[625, 200], [50, 475]]}
+        )
+    rows = [line.split("│") for line in captured.get().splitlines() if "│" in line]
+    assert [[cell.strip() for cell in row[1:-1]] for row in rows] == [
+        ["0", "625", "200"],
+        ["0.25", "50", "475"],
+    ]
+
+
+@pytest.mark.parametrize(("refused", "code"), [(0, 0), (2, 1)])
+def test_validate_exits_with_1_where_a_tolerance_is_failed(
+    refused: int,
+    code: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+) -> None:
+    summary = {"accepted": 9 - refused, "refused": refused}
+    metrics = {"subject": {"identifier": "S05"}, "tolerances": [], "summary": summary}
+    write_json(tmp_path / "metrics.json", metrics)
+    monkeypatch.setattr(cli, "_stage", lambda *_: tmp_path)
+    ended = gaitval("validate", "5")
+    assert ended.exit_code == code
+    assert ("2 of 9 acceptance tolerances are failed" in plain_messages.getvalue()) == bool(code)
+
+
+def test_error_types_have_the_documented_exit_codes() -> None:
+    from gaitval import errors
+
+    for error in vars(errors).values():
+        if isinstance(error, type) and issubclass(error, errors.GaitvalError):
+            assert error.exit_code == (1 if error is errors.ToleranceError else 2)
+    assert ArtefactError.exit_code == 2

@@ -1,0 +1,260 @@
+"""Subjects: the built-in table, the round trip, and every refusal with its hint."""
+
+import math
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gaitval.datasets.subject import (
+    BUILTIN,
+    Subject,
+    builtin_subjects,
+    load_subject,
+    make_subject,
+    parse_subject,
+)
+from gaitval.errors import SubjectError
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES, LowPass
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.measurements import with_fitted_lengths
+from gaitval.scaling.scaling import scale_subject
+
+TEXT = load_subject("S05").to_toml()
+
+
+def changed(**values):
+    """The tables of S05 with some keys replaced; None removes a key."""
+    tables = tomllib.loads(TEXT) | values
+    return {key: value for key, value in tables.items() if value is not None}
+
+
+def refusal(tables):
+    with pytest.raises(SubjectError) as error:
+        make_subject(tables, "mine.toml")
+    assert str(error.value).startswith("mine.toml: ")
+    return str(error.value)
+
+
+def test_the_ten_subjects():
+    subjects = builtin_subjects()
+    assert [subject.identifier for subject in subjects] == list(BUILTIN)
+    assert [subject.source for subject in subjects] == list(BUILTIN.values())
+    assert "".join(subject.sex for subject in subjects) == "MFFMFMFMFM"
+    five = subjects[4]
+    assert (five.mass_kg, five.height_m, five.leg_length_m) == (64.95, 1.53, 0.8)
+    assert (five.walking_speed_m_s, five.stride_time_s) == (1.12, 1.05)
+    assert five.paper is not None
+    assert (five.paper.mass_kg, five.paper.height_m) == (153, 0.64)
+    assert all(subject.licence == "CC BY 4.0" for subject in subjects)
+
+
+@pytest.mark.parametrize("name", [5, "5", "05", "S05", "s5", "WBDS14", "wbds14"])
+def test_names_of_a_built_in_subject(name):
+    assert load_subject(name).identifier == "S05"
+
+
+def test_a_subject_from_a_path(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT)
+    assert load_subject(path) == load_subject(str(path)) == load_subject(5)
+
+
+@pytest.mark.parametrize("name", ["11", "S00", "14", "WBDS03", "five", ""])
+def test_unknown_names_list_the_valid_ones(name):
+    with pytest.raises(SubjectError, match=r"S05 \(WBDS14\)"):
+        load_subject(name)
+
+
+def test_record_has_every_curve_of_the_convention():
+    record = load_subject(5).record()
+    assert set(record.angles) == set(ANGLE_NAMES)
+    assert set(record.moments) == set(MOMENT_NAMES)
+    assert record.ground_reaction("left", np.linspace(0, 1, 7)).shape == (7, 3)
+    assert record.speed == 1.12
+    assert record.stance_fraction["right"] == pytest.approx(0.608, abs=1e-3)
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda subject: subject.identifier)
+def test_toml_round_trip(subject):
+    text = subject.to_toml()
+    assert parse_subject(text, "again") == subject
+    assert parse_subject(text, "again").to_toml() == text
+    assert len(text) < 40_000
+
+
+def test_markers_and_the_paper_s_values_may_be_absent():
+    subject = make_subject(changed(markers=None, paper=None), "mine")
+    assert subject.markers == {}
+    assert parse_subject(subject.to_toml(), "again") == subject
+
+
+def test_the_paper_s_swapped_mass_and_height():
+    message = refusal(changed(mass_kg=153, height_m=0.64))
+    assert "columns look swapped" in message
+    assert "mass_kg = 64 and height_m = 1.53" in message
+
+
+@pytest.mark.parametrize(
+    ("values", "hints"),
+    [
+        ({"mass_kg": 1.53, "height_m": 64.95}, ["columns look swapped"]),
+        ({"mass_kg": 153, "height_m": 64.95}, ["columns look swapped", "height_m = 1.53"]),
+        ({"height_m": 153}, ["height_m = 153: this looks like centimetres", "height_m = 1.53"]),
+        ({"mass_kg": 143.2}, ["mass_kg = 143.2", "looks like pounds", "mass_kg = 65.0"]),
+        ({"height_m": 5.02}, ["height_m = 5.02: this looks like feet", "1.530"]),
+        ({"mass_kg": 28}, ["body mass index is 12.0", "outside 13-45"]),
+        ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside 25-200 kg"]),
+        ({"mass_kg": 0, "height_m": 0}, ["mass_kg = 0: outside", "height_m = 0: outside"]),
+        ({"leg_length_m": 80}, ["leg_length_m = 80: this looks like centimetres"]),
+        ({"leg_length_m": 1.2}, ["0.78 of height_m = 1.53, outside 0.42-0.6"]),
+        ({"age_years": 372}, ["age_years = 372: this looks like months", "age_years = 31"]),
+        ({"age_years": 7}, ["age_years = 7: outside the plausible 16-105 years"]),
+        ({"walking_speed_m_s": 4.03}, ["this looks like km/h"]),
+        ({"stride_time_s": 1050}, ["this looks like milliseconds"]),
+        ({"left_phase": 49.9}, ["this looks like per cent"]),
+        ({"left_phase": 0.0}, ["left_phase = 0: outside"]),
+        ({"mean_vertical_force": 9.42}, ["this looks like N/kg"]),
+        ({"stance_fraction": {"right": 60.8, "left": 0.61}}, ["stance_fraction.right = 60.8"]),
+        ({"mass_kg": math.nan}, ["mass_kg = nan: Input should be a finite number"]),
+        ({"mass_kg": "64.95"}, ["mass_kg = '64.95': Input should be a valid number"]),
+        ({"sex": "female"}, ["sex = 'female': Input should be 'F' or 'M'"]),
+        ({"identifier": "../S05"}, ["identifier = '../S05'"]),
+        ({"leg_length_m": None, "leg_lenght_m": 0.8}, ["missing", "did you mean leg_length_m"]),
+        ({"colour": "blue"}, ["colour: unknown key. Remove it"]),
+        ({"gait": None}, ["gait: missing"]),
+    ],
+)
+def test_refused_with_a_hint(values, hints):
+    message = refusal(changed(**values))
+    for hint in hints:
+        assert hint in message
+
+
+def test_every_problem_is_listed():
+    message = refusal(
+        changed(height_m=153, sex="x", leg_length_m=None, wieght=3, walking_speed_m_s=4.03)
+    )
+    assert "5 problems" in message
+    for part in ("height_m = 153", "sex = 'x'", "leg_length_m: missing", "wieght", "km/h"):
+        assert part in message
+
+
+def edited(change):
+    tables = tomllib.loads(TEXT)
+    change(tables)
+    return tables
+
+
+def in_millimetres(tables):
+    tables["markers"] = {k: [1000 * x for x in v] for k, v in tables["markers"].items()}
+
+
+def in_isb_axes(tables):
+    tables["markers"] = {k: [x, z, -y] for k, (x, y, z) in tables["markers"].items()}
+
+
+def with_sides_exchanged(tables):
+    tables["markers"] = {k: [x, -y, z] for k, (x, y, z) in tables["markers"].items()}
+
+
+def scaled(curve, factor):
+    curve["mean"] *= factor
+    for part in ("cosine", "sine"):
+        curve[part] = [factor * x for x in curve[part]]
+
+
+@pytest.mark.parametrize(
+    ("change", "hint"),
+    [
+        (in_millimetres, "this looks like millimetres"),
+        (in_isb_axes, "ISB axes"),
+        (with_sides_exchanged, "L.ASIS .* is not to the left of R.ASIS"),
+        (lambda t: t["markers"].update({"R.ASSI": [0, 0, 0]}), "R.ASSI.*did you mean R.ASIS"),
+        (lambda t: t["markers"].update({"R.ASIS": [0, 0]}), r"markers.R.ASIS.2: missing"),
+        (lambda t: scaled(t["gait"]["angles"]["knee_angle_r"], 57.3), "looks like degrees"),
+        (lambda t: scaled(t["gait"]["moments"]["ankle_angle_l"], 65), "looks like Nm"),
+        (lambda t: scaled(t["gait"]["forces"]["right"]["up"], 9.8), "looks like N or N/kg"),
+        (lambda t: scaled(t["gait"]["forces"]["left"]["up"], -1), "Change its sign"),
+        (lambda t: t["gait"]["angles"].pop("knee_angle_r"), "gait.angles: missing: knee_angle_r"),
+        (lambda t: t["gait"]["moments"].pop("knee_angle_r"), "gait.moments: missing: knee_angle_r"),
+        (
+            lambda t: t["gait"]["angles"]["knee_angle_r"]["sine"].pop(),
+            r"gait.angles.knee_angle_r: \d+ cosine and \d+ sine coefficients",
+        ),
+        (
+            lambda t: t["gait"]["angles"].update(
+                {"knee_angel_r": t["gait"]["angles"].pop("knee_angle_r")}
+            ),
+            "knee_angel_r: unknown key, did you mean knee_angle_r",
+        ),
+    ],
+)
+def test_markers_and_curves_are_refused_with_a_hint(change, hint):
+    assert re.search(hint, refusal(edited(change)))
+
+
+def test_construction_in_python_is_checked_too():
+    with pytest.raises(ValidationError, match="columns look swapped"):
+        Subject.model_validate(changed(mass_kg=153, height_m=0.64))
+
+
+def test_files_that_are_not_there_or_not_toml(tmp_path):
+    with pytest.raises(SubjectError, match="no such file"):
+        load_subject(tmp_path / "nobody.toml")
+    with pytest.raises(SubjectError, match="is a folder"):
+        load_subject(tmp_path)
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT[:-100])
+    with pytest.raises(SubjectError, match=r"not valid TOML: .*line \d+|end of document"):
+        load_subject(path)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(SubjectError, match="not UTF-8"):
+        load_subject(path)
+
+
+def test_what_a_laboratory_does_not_measure_may_be_left_out(tmp_path):
+    gait = tomllib.loads(TEXT)["gait"]
+    for name in set(gait["angles"]) - set(REQUIRED_ANGLES):
+        del gait["angles"][name]
+    subject = make_subject(changed(gait=gait, age_years=None), "mine.toml")
+    file = tmp_path / "mine.toml"
+    file.write_text(subject.to_toml())
+    assert load_subject(file) == subject
+    assert set(subject.record().angles) == set(REQUIRED_ANGLES)
+    del gait["angles"]["knee_angle_l"]
+    assert "missing: knee_angle_l" in refusal(changed(gait=gait))
+
+
+def test_the_filter_of_the_record_is_kept(tmp_path):
+    assert load_subject(5).record().low_pass is None
+    filters = {"moments_hz": 8.0, "forces_hz": 20.0}
+    file = tmp_path / "mine.toml"
+    file.write_text(make_subject(changed(low_pass=filters), "mine.toml").to_toml())
+    assert load_subject(file).record().low_pass == LowPass(8.0, 20.0)
+    assert "moments_hz" in refusal(changed(low_pass=filters | {"moments_hz": 0.0}))
+
+
+def test_lengths_by_tape_measure_scale_a_subject_without_markers(tmp_path):
+    taped = changed(markers=None, tape={"thigh": 0.40, "shank": 0.37})
+    file = tmp_path / "taped.toml"
+    file.write_text(make_subject(taped, "taped.toml").to_toml())
+    body = scale_subject(load_subject(file))
+    assert body.model["shank_r"].joint_position[2] == pytest.approx(-0.40)
+    assert body.model["foot_l"].joint_position[2] == pytest.approx(-0.37)
+    rows = {row.segment: row.source for row in body.table}
+    assert rows["thigh"].startswith("tape")
+    assert rows["foot"].startswith("stature")
+    assert "did you mean shank?" in refusal(changed(markers=None, tape={"shnk": 0.37}))
+
+
+def test_stored_measurements_count_more_than_markers(tmp_path):
+    five = load_subject(5)
+    measured = with_fitted_lengths(measure(five.markers), {"thigh": 0.40}, "joint fit")
+    file = tmp_path / "fitted.toml"
+    file.write_text(make_subject(changed(measurements=measured.to_dict()), "fitted.toml").to_toml())
+    body = scale_subject(load_subject(file))
+    assert body.model["shank_l"].joint_position[2] == pytest.approx(-0.40)
+    assert {row.segment: row.source for row in body.table}["thigh"].startswith("joint fit")

@@ -1,0 +1,325 @@
+"""The dataset's files: units, codings, seams and what is refused."""
+
+import re
+
+import numpy as np
+import pytest
+
+from gaitval.coordinates import SIDES
+from gaitval.datasets import wbds
+from gaitval.datasets.subject import BUILTIN, builtin_subjects, load_subject
+from gaitval.errors import RecordError
+from gaitval.gait import mean_curves
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
+
+HEADERS = {
+    "ang": ["Time", *(side + name for side in "RL" for name in wbds._ANGLES)],
+    "knt": [
+        "Time",
+        *(side + name for side in "RL" for name in (*wbds._MOMENTS, "GRFX", "GRFY", "GRFZ")),
+    ],
+}
+
+
+def synthetic(kind):
+    """A file's columns: curves of the right size and timing, in the dataset's units."""
+    percent = np.arange(101.0)
+    columns = {name: np.zeros(101) for name in HEADERS[kind]}
+    columns["Time"] = percent
+    for side in "RL":
+        if kind == "ang":
+            columns[f"{side}KneeAngleZ"] = 60 * np.exp(-(((percent - 72) / 10) ** 2))
+            columns[f"{side}HipAngleZ"] = 12 + 20 * np.cos(2 * np.pi * (percent + 5) / 100)
+            columns[f"{side}PelvisAngleX"] = 5 * np.sin(2 * np.pi * percent / 100)
+        else:
+            stance = percent < 62
+            columns[f"{side}AnkleMomentZ"] = 1.5 * np.exp(-(((percent - 50) / 8) ** 2))
+            columns[f"{side}GRFY"] = np.where(
+                stance, 10 * np.abs(np.sin(np.pi * percent / 62)) ** 0.5, 0.0
+            )
+            columns[f"{side}GRFX"] = np.where(stance, -np.sin(2 * np.pi * percent / 62), 0.0)
+            columns[f"{side}GRFZ"] = np.where(stance, 0.5, 0.0)
+    return columns
+
+
+def write(folder, kind, columns):
+    path = folder / f"WBDS99walkT05{kind}.txt"
+    rows = np.stack(list(columns.values()), axis=1)
+    lines = ["\t".join(columns), *("\t".join(f"{x:.6g}" for x in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def read(path):
+    return wbds.read_angles(path) if "ang" in path.name else wbds.read_kinetics(path)
+
+
+def test_angles_become_radians_with_the_project_s_names(tmp_path):
+    columns = synthetic("ang")
+    columns["RFootAngleY"] = np.full(101, 7.0)
+    angles = read(write(tmp_path, "ang", columns))
+    assert sorted(angles) == sorted(ANGLE_NAMES)
+    assert angles["knee_angle_l"].max() == pytest.approx(np.radians(60))
+    # Toes out in the dataset, towards the midline in the project.
+    assert angles["foot_progression_r"][0] == pytest.approx(-np.radians(7))
+
+
+def test_moments_change_sign_where_the_coordinate_does(tmp_path):
+    columns = synthetic("knt")
+    columns["RHipMomentX"] += 0.9
+    columns["LHipMomentZ"] -= 0.8
+    columns["LKneeMomentZ"] += 0.4
+    moments = read(write(tmp_path, "knt", columns)).moments
+    assert sorted(moments) == sorted(MOMENT_NAMES)
+    assert moments["ankle_angle_r"].min() == pytest.approx(-1.5)
+    assert moments["hip_adduction_r"][0] == pytest.approx(-0.9)
+    assert moments["hip_flexion_l"][0] == pytest.approx(-0.8)
+    assert moments["knee_angle_l"][0] == pytest.approx(-0.4)
+
+
+def test_forces_become_body_weights_in_world_axes(tmp_path):
+    forces = read(write(tmp_path, "knt", synthetic("knt"))).forces
+    assert forces["right"].shape == (101, 3)
+    assert forces["right"][:, 2].max() == pytest.approx(10 / 9.80665)
+    assert forces["right"][20, 0] < 0  # brakes
+    # Medial is to the left on the right foot and to the right on the left foot.
+    assert forces["right"][20, 1] == pytest.approx(0.5 / 9.80665)
+    assert forces["left"][20, 1] == pytest.approx(-0.5 / 9.80665)
+
+
+def test_both_codings_of_swing_read_the_same(tmp_path):
+    zero = synthetic("knt")
+    nan = {
+        name: np.where(np.arange(101) >= 62, np.nan, column) if "GRF" in name else column
+        for name, column in zero.items()
+    }
+    expected = read(write(tmp_path, "knt", zero)).forces
+    seen = read(write(tmp_path, "knt", nan)).forces
+    for side in SIDES:
+        np.testing.assert_array_equal(seen[side], expected[side])
+
+
+def test_stance_ends_between_rows():
+    vertical = np.zeros(101)
+    vertical[:61] = 1.0
+    vertical[60], vertical[61] = 0.05, 0.01
+    vertical[100] = 0.08  # the next heel strike
+    assert mean_curves.stance_fraction(vertical) == pytest.approx(0.605)
+
+
+def rename(columns):
+    return {("RKneeFlexionZ" if k == "RKneeAngleZ" else k): v for k, v in columns.items()}
+
+
+def drop(columns):
+    return {k: v for k, v in columns.items() if k != "LHipAngleZ"}
+
+
+def exchange_hip_and_knee(columns):
+    return columns | {
+        "RHipAngleZ": columns["RKneeAngleZ"],
+        "RKneeAngleZ": columns["RHipAngleZ"],
+    }
+
+
+def scaled(word, factor):
+    return lambda columns: {k: v * factor if word in k else v for k, v in columns.items()}
+
+
+def with_an_offset(columns):
+    return columns | {"LGRFY": columns["LGRFY"] + 0.5}
+
+
+def gap(name, row):
+    def apply(columns):
+        return columns | {name: np.where(np.arange(101) == row, np.nan, columns[name])}
+
+    return apply
+
+
+BAD = [
+    ("ang", rename, r"row 1: column RKneeAngleZ is missing; was it renamed to RKneeFlexionZ"),
+    ("ang", drop, r"row 1: column LHipAngleZ is missing"),
+    ("ang", exchange_hip_and_knee, r"column RKneeAngleZ: largest at .* exchanged"),
+    ("ang", scaled("KneeAngleZ", -1), r"column RKneeAngleZ: largest at"),
+    ("ang", scaled("HipAngleZ", -1), r"column RHipAngleZ: smallest at"),
+    ("ang", scaled("Angle", np.pi / 180), r"looks like radians"),
+    ("ang", gap("LAnkleAngleX", 30), r"row 32, column LAnkleAngleX: nan"),
+    ("knt", gap("RHipMomentX", 10), r"row 12, column RHipMomentX: nan"),
+    ("knt", gap("LGRFY", 20), r"row 22, column LGRFY: NaN in stance"),
+    ("knt", scaled("Moment", 65.0), r"column RAnkleMomentZ: reaches 97.5; this looks like Nm"),
+    ("knt", scaled("AnkleMomentZ", -1), r"plantarflexion is positive"),
+    ("knt", scaled("GRF", 65.0), r"column RGRFY: its largest value is 650; .* looks like N;"),
+    ("knt", scaled("GRF", 1 / 9.80665), r"looks like body weights"),
+    ("knt", with_an_offset, r"column LGRFY: the foot is still on the ground"),
+]
+
+
+@pytest.mark.parametrize(("kind", "damage", "message"), BAD)
+def test_refused(tmp_path, kind, damage, message):
+    path = write(tmp_path, kind, damage(synthetic(kind)))
+    with pytest.raises(RecordError, match=message) as error:
+        read(path)
+    assert str(path) in str(error.value)
+
+
+def test_refused_when_the_files_are_exchanged(tmp_path):
+    angles = write(tmp_path, "ang", synthetic("ang"))
+    moments = write(tmp_path, "knt", synthetic("knt"))
+    with pytest.raises(RecordError, match="ang and knt files look exchanged"):
+        wbds.read_angles(moments)
+    with pytest.raises(RecordError, match="ang and knt files look exchanged"):
+        wbds.read_kinetics(angles)
+
+
+def test_refused_when_truncated_between_or_within_rows(tmp_path):
+    path = write(tmp_path, "ang", synthetic("ang"))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:50]))
+    with pytest.raises(RecordError, match=r"49 rows of data, 101 expected"):
+        read(path)
+    path.write_text("\n".join([*lines[:-1], lines[-1][:20]]))
+    with pytest.raises(RecordError, match=r"row 102: \d+ fields, 31 columns"):
+        read(path)
+
+
+def test_refused_with_text_in_a_number_an_empty_file_or_no_file(tmp_path):
+    path = write(tmp_path, "ang", synthetic("ang"))
+    path.write_text(re.sub(r"\t0\t", "\to\t", path.read_text(), count=1))
+    with pytest.raises(RecordError, match=r"row 2, column \w+: 'o' is not a number"):
+        read(path)
+    path.write_text("")
+    with pytest.raises(RecordError, match="column Time is missing"):
+        read(path)
+    path.unlink()
+    with pytest.raises(RecordError, match="no such file"):
+        read(path)
+
+
+# With the dataset itself ---------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def rebuilt(gait_data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("builtin")
+    wbds.build_subjects(gait_data / "wbds", folder)
+    return folder
+
+
+def test_shipped_subjects_are_the_dataset_s(rebuilt):
+    for shipped in builtin_subjects():
+        subject = load_subject(rebuilt / f"{shipped.identifier}.toml")
+        # Six significant digits are shipped; another linear algebra library may round the last.
+        expected = shipped.model_dump(exclude={"gait", "markers", "paper", "stance_fraction"})
+        for name, value in expected.items():
+            near = pytest.approx(value, rel=1e-5) if isinstance(value, float) else value
+            assert getattr(subject, name) == near, name
+        assert subject.paper == shipped.paper
+        assert subject.markers == shipped.markers
+        phase = np.linspace(0, 1, 37)
+        for group in ("angles", "moments"):
+            for name, curve in getattr(subject.gait, group).items():
+                expected = getattr(shipped.gait, group)[name]
+                assert len(curve.cosine) == len(expected.cosine)
+                np.testing.assert_allclose(
+                    curve.periodic()(phase), expected.periodic()(phase), atol=1e-5
+                )
+        for side in SIDES:
+            np.testing.assert_allclose(
+                subject.record().ground_reaction(side, phase),
+                shipped.record().ground_reaction(side, phase),
+                atol=1e-4,
+            )
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda subject: subject.identifier)
+def test_curves_reproduce_the_recorded_rows(gait_data, subject):
+    """0.3°, 0.02 Nm/kg and 1 % of body weight, plus the rounding of the shipped figures."""
+    person, trial = BUILTIN[subject.identifier].split()
+    stem = gait_data / "wbds" / "processed" / f"{person}walk{trial}"
+    record, phase = subject.record(), np.arange(101) / 100
+    for name, rows in wbds.read_angles(stem.with_name(stem.name + "ang.txt")).items():
+        assert np.degrees(np.abs(record.angles[name](phase) - rows).max()) < 0.301, name
+    kinetics = wbds.read_kinetics(stem.with_name(stem.name + "knt.txt"))
+    trusted = np.delete(np.arange(101), wbds.MOMENT_SEAM)
+    for name, rows in kinetics.moments.items():
+        difference = record.moments[name](phase[trusted]) - rows[trusted]
+        assert np.abs(difference).max() < 0.0201, name
+    for side in SIDES:
+        stance = np.arange(int(100 * subject.stance_fraction.model_dump()[side]) + 1)
+        difference = record.ground_reaction(side, phase[stance]) - kinetics.forces[side][stance]
+        assert np.abs(difference).max() < 0.0101
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda subject: subject.identifier)
+def test_curves_stay_calm_between_the_rows_and_across_the_seam(subject):
+    """Nothing overshoots between samples or where the moments' rows are left out."""
+    record, fine = subject.record(), np.linspace(0, 1, 2001)
+    for name, curve in record.moments.items():
+        rows = curve(np.delete(np.arange(101), wbds.MOMENT_SEAM) / 100)
+        assert curve(fine).max() < rows.max() + 0.06, name
+        assert curve(fine).min() > rows.min() - 0.06, name
+    for side in SIDES:
+        assert np.abs(record.ground_reaction(side, fine)).max() < 1.5
+
+
+def test_two_estimates_of_the_left_phase_agree():
+    """Within 0.3 % of the cycle, 3 ms."""
+    for subject in builtin_subjects():
+        assert subject.left_phase == pytest.approx(subject.left_phase_from_force, abs=0.003)
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda subject: subject.identifier)
+def test_one_pelvis(subject):
+    """List and rotation of the left cycle are the right one's, later and with the other sign."""
+    angles, phase = subject.record().angles, np.linspace(0, 1, 50)
+    for name, sign in (("pelvis_tilt", 1), ("pelvis_list", -1), ("pelvis_rotation", -1)):
+        right = angles[f"{name}_r"](phase)
+        left = sign * angles[f"{name}_l"](phase - subject.left_phase)
+        assert np.degrees(np.abs(right - left).max()) < 0.8, name
+
+
+def test_static_markers_are_metres_with_left_to_the_left(gait_data):
+    path = gait_data / "wbds" / "static_markers_10subjects.csv"
+    markers = wbds.read_static_markers(path, "WBDS14")
+    assert len(markers) == 28
+    assert markers["R.ASIS"] == pytest.approx((0.773, -1.356, 0.824), abs=1e-3)
+    with pytest.raises(RecordError, match="no row for WBDS99"):
+        wbds.read_static_markers(path, "WBDS99")
+
+
+def test_markers_in_metres_are_refused(gait_data, tmp_path):
+    lines = (gait_data / "wbds" / "static_markers_10subjects.csv").read_text().splitlines()
+    name, *numbers = lines[1].split(",")
+    path = tmp_path / "markers.csv"
+    path.write_text(
+        lines[0] + "\n" + ",".join([name, *(str(float(n) / 1000) for n in numbers)]) + "\n"
+    )
+    with pytest.raises(RecordError, match="looks like metres"):
+        wbds.read_static_markers(path, name)
+
+
+def test_pelvis_of_another_sign_is_refused(gait_data, tmp_path):
+    source = gait_data / "wbds"
+    for file in source.glob("*.csv"):
+        (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "processed").mkdir()
+    for kind in ("ang", "knt"):
+        name = f"processed/WBDS14walkT05{kind}.txt"
+        (tmp_path / name).write_text((source / name).read_text())
+    path = tmp_path / "processed" / "WBDS14walkT05ang.txt"
+    header, *rows = [line.split("\t") for line in path.read_text().splitlines()]
+    column = header.index("LPelvisAngleX")
+    for row in rows:
+        row[column] = str(-float(row[column]))
+    path.write_text("\n".join("\t".join(row) for row in [header, *rows]))
+    with pytest.raises(RecordError, match="pelvis curves of right and left differ"):
+        wbds.read_trial(tmp_path, "S05", "WBDS14", "T05")
+
+
+def test_stride_times_are_those_of_the_cadence(gait_data):
+    """Two steps a stride; checks that the table's columns mean what we read."""
+    rows = wbds._rows(gait_data / "wbds" / "stride_times.csv", ["cadence_steps_min"])
+    for row in rows:
+        stride_time = 120 / float(row["cadence_steps_min"])
+        assert float(row["stride_time_s"]) == pytest.approx(stride_time, rel=1e-3)

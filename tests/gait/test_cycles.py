@@ -1,0 +1,294 @@
+"""Gait cycles, curves over them and spatiotemporal parameters."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_recording import (
+    LANDMARKS,
+    SPEED,
+    STANCE,
+    STRIDE,
+    WIDTH,
+    strikes,
+    toe_offs,
+    walk,
+)
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.cycles import (
+    GaitCycle,
+    average,
+    belt_speed,
+    cut_cycles,
+    normalise,
+    spatiotemporal,
+)
+from gaitval.gait.events import find_events
+from gaitval.gait.foot_forces import assign_forces, zero_plates
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.motion_text import read_wbds_markers
+from gaitval.mocap.recording import Event, FootForces
+
+PROCESSING = ProcessingSettings()
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def true_events(duration: float = 6.0) -> list[Event]:
+    events = []
+    for side in SIDES:
+        events += [Event(float(time), side, "heel_strike") for time in strikes(side, duration)]
+        events += [Event(float(time), side, "toe_off") for time in toe_offs(side, duration)]
+    return sorted(events, key=lambda event: event.time)
+
+
+def shown(duration: float = 6.0) -> FootForces:
+    nothing = np.zeros((int(duration * 500), 2, 3))
+    valid = np.ones(nothing.shape[:2], dtype=bool)
+    return FootForces(500.0, 0.0, nothing, nothing, nothing, valid)
+
+
+# -- cycles ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_cycles_go_from_strike_to_strike(side: Side) -> None:
+    cycles = cut_cycles(true_events(), side, forces=shown())
+    expected = strikes(side, 6.0)
+    assert [cycle.start for cycle in cycles] == pytest.approx(expected[:-1])
+    assert [cycle.end for cycle in cycles] == pytest.approx(expected[1:])
+    for cycle in cycles:
+        assert cycle.side == side
+        assert cycle.duration == pytest.approx(STRIDE)
+        assert cycle.toe_off - cycle.start == pytest.approx(STANCE * STRIDE)
+        assert cycle.opposite_strike - cycle.start == pytest.approx(0.5 * STRIDE)
+        assert cycle.opposite_toe_off - cycle.start == pytest.approx((STANCE - 0.5) * STRIDE)
+        assert cycle.kinematics_valid
+        assert cycle.kinetics_valid
+        assert cycle.reasons == ()
+
+
+def test_without_plates_cycles_are_for_kinematics_only() -> None:
+    cycles = cut_cycles(true_events(), "right")
+    assert len(cycles) == 5
+    assert all(cycle.kinematics_valid and not cycle.kinetics_valid for cycle in cycles)
+    assert all("no force plates" in cycle.reasons[0] for cycle in cycles)
+
+
+def test_a_cycle_whose_force_is_not_shown_keeps_its_kinematics() -> None:
+    forces = shown()
+    forces.valid[750:760, 0] = False  # 1.5 s: in the second right cycle
+    right = cut_cycles(true_events(), "right", forces=forces)
+    assert [cycle.kinetics_valid for cycle in right] == [True, False, True, True, True]
+    assert all(cycle.kinematics_valid for cycle in right)
+    assert "right foot alone at 1.500-1.518 s" in right[1].reasons[0]
+    left = cut_cycles(true_events(), "left", forces=forces)
+    assert left
+    assert all(cycle.kinetics_valid for cycle in left)
+
+
+def test_forces_that_end_early_leave_the_last_cycles_without_kinetics() -> None:
+    cycles = cut_cycles(true_events(), "right", forces=shown(3.0))
+    assert [cycle.kinetics_valid for cycle in cycles] == [True, True, False, False, False]
+    assert "not within the time of the forces" in cycles[-1].reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("dropped", "reason"),
+    [
+        (("right", "toe_off", 1), "no right toe-off"),
+        (("left", "toe_off", 1), "no left toe-off"),
+        (("left", "heel_strike", 1), "no left heel strike"),
+        (("right", "heel_strike", 2), "more than 20 % from the trial's median 1.10 s"),
+    ],
+)
+def test_an_event_that_is_missing_is_named(dropped: tuple[Side, str, int], reason: str) -> None:
+    events = true_events()
+    side, kind, number = dropped
+    events.remove([event for event in events if (event.side, event.kind) == (side, kind)][number])
+    cycles = cut_cycles(events, "right", forces=shown())
+    out = [cycle for cycle in cycles if not cycle.kinematics_valid]
+    assert len(out) == 1
+    assert not out[0].kinetics_valid
+    assert any(reason in why for why in out[0].reasons)
+    assert str(out[0]).startswith("right cycle ")
+
+
+def test_running_is_not_cut_as_walking() -> None:
+    events = [
+        replace(event, time=event.time - 0.25) if event.kind == "toe_off" else event
+        for event in true_events()
+    ]
+    with pytest.raises(RecordError, match="is it running"):
+        cut_cycles(events, "right")
+
+
+def test_too_few_cycles_are_refused_with_the_reasons_of_the_others() -> None:
+    with pytest.raises(RecordError, match="no complete right gait cycle in the trial"):
+        cut_cycles([], "right")
+    events = [event for event in true_events() if (event.side, event.kind) != ("left", "toe_off")]
+    with pytest.raises(RecordError, match=r"(?s)at least 4 times.*no left toe-off in it"):
+        cut_cycles(events, "right", fewest=3)
+
+
+# -- curves ---------------------------------------------------------------------------------------
+
+CYCLE = GaitCycle("right", 1.003, 1.7, 2.107, 1.1, 1.5, True, True)
+
+
+def test_a_curve_has_101_points_of_the_cycle() -> None:
+    time = np.arange(0.0, 3.0, 0.01)
+    curve = normalise(time, np.stack([3.0 * time, -time], axis=1), CYCLE)
+    assert curve.shape == (101, 2)
+    # straight lines are interpolated exactly
+    np.testing.assert_allclose(curve[:, 0], 3.0 * np.linspace(1.003, 2.107, 101), atol=1e-12)
+
+
+def test_samples_that_are_missing_stay_missing_and_no_others() -> None:
+    time = np.arange(0.0, 3.0, 0.01)
+    values = np.ones(len(time))
+    values[150] = np.nan
+    curve = normalise(time, values, CYCLE)
+    at = np.linspace(1.003, 2.107, 101)
+    np.testing.assert_array_equal(np.isnan(curve), np.abs(at - 1.5) < 0.01 - 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("time", "values", "said"),
+    [
+        (np.arange(0.0, 2.0, 0.01), np.zeros(200), "is not within the values"),
+        (np.arange(1.1, 3.0, 0.01), np.zeros(190), "is not within the values"),
+        (np.arange(0.0, 3.0, 0.01), np.zeros(299), "Values at 299 times cannot be cut by 300"),
+    ],
+)
+def test_values_of_another_trial_are_refused(
+    time: np.ndarray, values: np.ndarray, said: str
+) -> None:
+    with pytest.raises(RecordError, match=said):
+        normalise(time, values, CYCLE)
+
+
+def test_mean_and_standard_deviation_over_cycles() -> None:
+    time = np.arange(0.0, 6.0, 0.01)
+    cycles = cut_cycles(true_events(), "right")[:3]
+    # in cycle k the curve is the phase times k: mean 2, standard deviation 1 of the phase
+    strides = np.floor((time - 0.3) / STRIDE) + 1.0
+    values = strides * (((time - 0.3) / STRIDE) % 1.0)
+    result = average([(time, values, cycles)])
+    assert result is not None
+    phase = np.linspace(0.0, 1.0, 101)
+    inside = slice(2, 98)  # the jump at the strike is between two samples
+    np.testing.assert_allclose(result.mean[inside], 2.0 * phase[inside], atol=1e-9)
+    np.testing.assert_allclose(result.deviation[inside], phase[inside], atol=1e-9)
+    assert result.curves.shape == (3, 101)
+    single = average([(time, values, cycles[:1])])
+    assert single is not None
+    assert np.isnan(single.deviation).all()
+
+
+def test_cycles_of_several_trials_are_averaged_together() -> None:
+    time = np.arange(0.0, 6.0, 0.01)
+    cycles = cut_cycles(true_events(), "right")[:3]
+    result = average([(time, np.ones(600), cycles), (time, np.full(600, 4.0), cycles[:1])])
+    assert result is not None
+    np.testing.assert_allclose(result.mean, 1.75)
+    np.testing.assert_allclose(result.deviation, 1.5)
+
+
+def test_no_cycles_have_no_average() -> None:
+    assert average([(np.arange(10.0), np.zeros(10), [])]) is None
+
+
+# -- spatiotemporal parameters --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("belt", [0.0, SPEED, 0.5 * SPEED])
+@pytest.mark.parametrize("side", SIDES)
+def test_parameters_are_those_of_the_walk_on_belt_and_ground(
+    side: Side, belt: float, backwards: bool
+) -> None:
+    recording = walk(8.0, belt=belt)
+    if backwards:
+        turned = recording.markers * np.array([-1.0, -1.0, 1.0])
+        recording = recording.with_markers(recording.names, turned)
+    events = true_events(8.0)
+    assert belt_speed(recording, events, landmarks=LANDMARKS) == pytest.approx(belt, abs=1e-6)
+    cycles = cut_cycles(events, side)
+    result = spatiotemporal(recording, events, cycles, landmarks=LANDMARKS)
+    expected = {
+        "stride_time": STRIDE,
+        "step_time": 0.5 * STRIDE,
+        "cadence": 120.0 / STRIDE,
+        "stride_length": SPEED * STRIDE,
+        "step_length": 0.5 * SPEED * STRIDE,
+        "step_width": 2.0 * WIDTH,
+        "stance_fraction": STANCE,
+        "double_support_fraction": 2.0 * STANCE - 1.0,
+        "speed": SPEED,
+        "walk_ratio": 0.5 * SPEED * STRIDE / (120.0 / STRIDE),
+    }
+    summary = result.summary()
+    assert set(summary) == set(expected)
+    for name, value in expected.items():
+        assert summary[name][0] == pytest.approx(value, rel=2e-3), name
+        assert summary[name][1] == pytest.approx(0.0, abs=2e-3 * value), name
+
+
+def test_a_place_that_is_not_seen_is_not_made_up() -> None:
+    recording = walk()
+    markers = recording.markers.copy()
+    markers[140:200, recording.names.index("R.Heel")] = np.nan  # its stance from 1.4 s on
+    gap = recording.with_markers(recording.names, markers)
+    cycles = cut_cycles(true_events(), "right")
+    result = spatiotemporal(gap, true_events(), cycles, landmarks=LANDMARKS)
+    assert np.isnan(result.stride_length[:2]).all()
+    assert np.isfinite(result.stride_length[2:4]).all()
+    assert np.isfinite(result.stride_time).all()
+
+
+def test_no_stance_means_no_belt_speed_and_no_cycle_no_parameters() -> None:
+    strikes_only = [event for event in true_events() if event.kind == "heel_strike"]
+    with pytest.raises(RecordError, match="speed of the belt is not known"):
+        belt_speed(walk(), strikes_only, landmarks=LANDMARKS)
+    with pytest.raises(RecordError, match="no valid gait cycle"):
+        spatiotemporal(walk(), true_events(), [], landmarks=LANDMARKS)
+
+
+def test_wbds01_t01_walks_as_its_authors_say(gait_data: Path) -> None:
+    """Speed set on the treadmill (WBDS), cadence and mean step length of this trial as published
+    by the dataset's authors in h2a_allspeeds_43subs.csv, V1.
+    """
+    recording = read_c3d(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d").turned(Y_UP)
+    landmarks = {name: name for name in recording.names}
+    recording, _ = zero_plates(recording, landmarks=landmarks)
+    forces, _ = assign_forces(recording, PROCESSING, landmarks=landmarks)
+    events = find_events(recording, forces, PROCESSING, landmarks=landmarks)
+    speed = belt_speed(recording, events, landmarks=landmarks)
+    assert speed == pytest.approx(0.49, abs=0.005)
+    cadence, step = [], []
+    for side in SIDES:
+        cycles = cut_cycles(events, side, forces=forces, fewest=15)
+        assert all(cycle.kinetics_valid for cycle in cycles)
+        result = spatiotemporal(recording, events, cycles, landmarks=landmarks)
+        cadence.append(np.nanmean(result.cadence))
+        step.append(np.nanmean(result.step_length))
+    assert np.mean(cadence) == pytest.approx(67.797, rel=0.01)
+    assert np.mean(step) == pytest.approx(0.4341, rel=0.01)
+
+
+def test_wbds01_over_ground_walks_at_its_speed(gait_data: Path) -> None:
+    # 1.26 m/s: README of the data
+    path = gait_data / "wbds" / "raw" / "WBDS01walkO01Cmkr.txt"
+    recording = read_wbds_markers(path).turned(Y_UP)
+    landmarks = {name: name for name in recording.names}
+    events = find_events(recording, None, PROCESSING, landmarks=landmarks)
+    assert belt_speed(recording, events, landmarks=landmarks) == 0.0
+    speeds = []
+    for side in SIDES:
+        cycles = cut_cycles(events, side)
+        speeds.append(spatiotemporal(recording, events, cycles, landmarks=landmarks).speed)
+    assert np.mean(speeds) == pytest.approx(1.26, rel=0.02)

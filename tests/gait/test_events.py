@@ -1,0 +1,282 @@
+"""Heel strikes and toe-offs from force and from markers."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_recording import (
+    BELTS,
+    LANDMARKS,
+    SPEED,
+    STANCE,
+    Rectangle,
+    strikes,
+    toe_offs,
+    walk,
+)
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.events import (
+    find_events,
+    foot_contacts,
+    force_events,
+    marker_events,
+    marker_stance,
+)
+from gaitval.gait.foot_forces import assign_forces, zero_plates
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.motion_text import read_trc
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
+
+PROCESSING = ProcessingSettings()
+KINDS: tuple[EventKind, ...] = ("heel_strike", "toe_off")
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def of(events: tuple[Event, ...], side: Side, kind: EventKind) -> np.ndarray:
+    return np.array([event.time for event in events if (event.side, event.kind) == (side, kind)])
+
+
+def true_events(side: Side, kind: EventKind, duration: float) -> np.ndarray:
+    return strikes(side, duration) if kind == "heel_strike" else toe_offs(side, duration)
+
+
+def foot_forces(vertical: np.ndarray, *, rate: float = 1000.0) -> FootForces:
+    """Only the right foot is loaded."""
+    force = np.zeros((len(vertical), 2, 3))
+    force[:, 0, 2] = np.where(vertical > PROCESSING.force_threshold_n, vertical, 0.0)
+    nothing = np.zeros_like(force)
+    return FootForces(rate, 5.0, force, nothing, nothing, np.ones((len(vertical), 2), dtype=bool))
+
+
+def differences(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """ms, from each expected event to the one found; none may be missing or too many."""
+    assert len(found) == len(expected)
+    return 1000.0 * (found - expected)
+
+
+# -- from force -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_the_crossing_of_the_threshold_is_found_between_samples(rate: float) -> None:
+    time = np.arange(0.0, 2.0, 1.0 / rate)
+    # 1 N per ms from 0.5043 s on: 20 N at 0.5243 s; back the same way, 20 N at 1.2777 s
+    vertical = np.clip(1000.0 * np.minimum(time - 0.5043, 1.2977 - time), 0.0, 400.0)
+    events = force_events(foot_forces(vertical, rate=rate), PROCESSING)
+    assert [(event.side, event.kind) for event in events] == [
+        ("right", "heel_strike"),
+        ("right", "toe_off"),
+    ]
+    # the clock of the trial begins at 5 s
+    assert [event.time for event in events] == pytest.approx([5.5243, 6.2777], abs=1e-9)
+
+
+def test_bounces_are_closed_and_brushes_dropped() -> None:
+    loaded = np.zeros(3000, dtype=bool)
+    loaded[500:1100] = True
+    loaded[700:740] = False  # 40 ms in the air
+    loaded[1600:1680] = True  # 80 ms on the ground
+    begins, ends = foot_contacts(loaded, rate=1000.0)
+    assert (begins.tolist(), ends.tolist()) == ([500], [1100])
+
+
+def test_a_trial_that_begins_and_ends_on_the_ground_has_no_events_there() -> None:
+    assert force_events(foot_forces(np.full(1000, 500.0)), PROCESSING) == ()
+
+
+def test_contacts_that_the_plates_do_not_show_whole_give_no_events() -> None:
+    vertical = np.zeros(2000)
+    vertical[500:1100] = 400.0
+    forces = foot_forces(vertical)
+    forces.valid[800, 0] = False
+    assert force_events(forces, PROCESSING) == ()
+
+
+def test_events_of_a_walk_on_plates_are_within_two_milliseconds() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    forces, _ = assign_forces(recording, PROCESSING, landmarks=LANDMARKS)
+    events = force_events(forces, PROCESSING)
+    for side in SIDES:
+        for kind in KINDS:
+            missed = differences(of(events, side, kind), true_events(side, kind, 6.0))
+            # 20 of 700 N are passed 1 ms within the contact; the low-pass rounds the corner
+            assert np.abs(missed).max() < 3.0
+
+
+# -- from markers ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("belt", [0.0, SPEED])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_markers_give_every_event_once_on_belt_and_ground_either_way(
+    belt: float, backwards: bool
+) -> None:
+    recording = walk(belt=belt)
+    if backwards:
+        turned = recording.markers * np.array([-1.0, -1.0, 1.0])
+        recording = recording.with_markers(recording.names, turned)
+    events = marker_events(recording, landmarks=LANDMARKS)
+    for side in SIDES:
+        for kind in KINDS:
+            expected = true_events(side, kind, 5.9)  # a swing must be seen to begin
+            # made-up feet land and leave in their own way: an event is near, not exact
+            assert np.abs(differences(of(events, side, kind), expected)).max() < 60.0
+
+
+def test_markers_do_not_depend_on_the_rate_or_a_gap_elsewhere() -> None:
+    slow = marker_events(walk(marker_rate=100.0), landmarks=LANDMARKS)
+    fast = marker_events(walk(marker_rate=300.0), landmarks=LANDMARKS)
+    assert [event.kind for event in slow] == [event.kind for event in fast]
+    assert [e.time for e in slow] == pytest.approx([e.time for e in fast], abs=0.004)
+
+
+def test_events_in_a_gap_are_not_made_up() -> None:
+    recording = walk()
+    markers = recording.markers.copy()
+    gap = slice(125, 150)  # the right foot strikes at 1.4 s
+    markers[gap, recording.names.index("R.Heel")] = np.nan
+    events = marker_events(recording.with_markers(recording.names, markers), landmarks=LANDMARKS)
+    assert not [e for e in events if e.side == "right" and 1.25 <= e.time < 1.5]
+    assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
+
+
+def test_somebody_who_stands_has_no_events() -> None:
+    recording = walk()
+    standing = np.repeat(recording.markers[:1], 300, axis=0)
+    sway = 0.005 * np.sin(np.arange(300) / 30.0)[:, None, None]
+    still = recording.with_markers(recording.names, standing + sway)
+    assert marker_events(still, landmarks=LANDMARKS) == ()
+    assert marker_stance(still, landmarks=LANDMARKS).all()
+
+
+def test_stance_from_markers() -> None:
+    stance = marker_stance(walk(), landmarks=LANDMARKS)
+    assert stance.mean() == pytest.approx(STANCE, abs=0.1)
+    assert stance.any(axis=1).all()  # one foot is always down
+
+
+@pytest.mark.parametrize(
+    ("without", "said"),
+    [
+        (("R.Heel",), "right heel"),
+        (("L.MT1", "L.MT5"), r"left forefoot \(MT1, MT2, MT5\)"),
+        (("R.PSIS", "L.PSIS", "R.ASIS"), "no pair of markers on the pelvis"),
+    ],
+)
+def test_lacking_markers_are_named(without: tuple[str, ...], said: str) -> None:
+    landmarks = {name: name for name in LANDMARKS if name not in without}
+    with pytest.raises(RecordError, match=said):
+        marker_events(walk(), landmarks=landmarks)
+
+
+# -- both -----------------------------------------------------------------------------------------
+
+
+def test_over_ground_force_gives_the_events_on_plates_and_markers_the_others() -> None:
+    recording = walk(plates=(Rectangle(x=(0.1, 0.6), y=(-0.3, 0.0)),))
+    forces, _ = assign_forces(recording, PROCESSING, landmarks=LANDMARKS)
+    from_markers = marker_events(recording, landmarks=LANDMARKS)
+    from_force = force_events(forces, PROCESSING)
+    assert len(from_force) == 2
+    events = find_events(recording, forces, PROCESSING, landmarks=LANDMARKS)
+    assert len(events) == len(from_markers)
+    assert set(from_force) <= set(events)
+    assert find_events(recording, None, PROCESSING, landmarks=LANDMARKS) == from_markers
+
+
+def test_an_event_from_markers_that_breaks_the_order_gives_way_to_force() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    forces, _ = assign_forces(recording, PROCESSING, landmarks=LANDMARKS)
+    # markers 0.2 s late, as when cameras and plates were started apart
+    late = np.roll(recording.markers, 20, axis=0)
+    late[:20] = late[20]
+    moved = replace(recording, markers=late)
+    events = find_events(moved, forces, PROCESSING, landmarks=LANDMARKS)
+    assert set(force_events(forces, PROCESSING)) <= set(events)
+    for side in SIDES:
+        kinds = [event.kind for event in events if event.side == side]
+        assert len(kinds) > 2
+        assert all(first != second for first, second in pairwise(kinds))
+
+
+# -- recorded walks -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def t01(gait_data: Path) -> Recording:
+    return read_c3d(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d").turned(Y_UP)
+
+
+def own_landmarks(recording: Recording) -> dict[str, str]:
+    return {name: name for name in recording.names}
+
+
+def test_force_and_markers_agree_within_20_ms_on_average_on_wbds01(t01: Recording) -> None:
+    landmarks = own_landmarks(t01)
+    zeroed, _ = zero_plates(t01, landmarks=landmarks)
+    forces, _ = assign_forces(zeroed, PROCESSING, landmarks=landmarks)
+    from_force = force_events(forces, PROCESSING)
+    from_markers = marker_events(t01, landmarks=landmarks)
+    for side in SIDES:
+        for kind in KINDS:
+            apart = differences(of(from_markers, side, kind), of(from_force, side, kind))
+            assert len(apart) >= 16
+            assert abs(apart.mean()) < 20.0  # ms, three frames of the cameras
+            assert apart.std() < 10.0
+            assert np.abs(apart).max() < 35.0
+
+
+@pytest.mark.parametrize("zero", [False, True])
+def test_force_agrees_with_the_events_stored_in_wbds01(t01: Recording, zero: bool) -> None:
+    """The authors' events are those of plates that were not zeroed; zeroing the right plate's
+    −34 N makes its toe-off 30 ms later, away from theirs and towards the markers'.
+    """
+    landmarks = own_landmarks(t01)
+    trial = zero_plates(t01, landmarks=landmarks)[0] if zero else t01
+    forces, _ = assign_forces(trial, PROCESSING, landmarks=landmarks)
+    found = force_events(forces, PROCESSING)
+    apart = {}
+    for side in SIDES:
+        for kind in KINDS:
+            ours, stored = of(found, side, kind), of(t01.events, side, kind)
+            assert len(stored) >= 15
+            nearest = ours[np.abs(ours[:, None] - stored).argmin(axis=0)]
+            apart[side, kind] = np.abs(nearest - stored).mean() * 1000.0
+    assert np.mean(list(apart.values())) < 20.0
+    unzeroed_toe_off = zero and ("right", "toe_off")
+    assert all(value < 20.0 for key, value in apart.items() if key != unzeroed_toe_off)
+
+
+def test_force_and_markers_agree_over_ground(gait_data: Path) -> None:
+    folder = gait_data / "opensim_rajagopal" / "ExpData"
+    recording = read_recording(
+        folder / "motion_capture_walk.trc", forces=folder / "grf_walk.mot"
+    ).turned(Y_UP)
+    landmarks = own_landmarks(recording)
+    forces, _ = assign_forces(recording, PROCESSING, landmarks=landmarks)
+    from_force = force_events(forces, PROCESSING)
+    assert len(from_force) == 6
+    from_markers = marker_events(recording, landmarks=landmarks)
+    for event in from_force:
+        others = of(from_markers, event.side, event.kind)
+        assert np.abs(others - event.time).min() < 0.030
+
+
+def test_markers_of_the_walk_alone_need_no_plates(gait_data: Path) -> None:
+    path = gait_data / "opensim_rajagopal" / "ExpData" / "motion_capture_walk.trc"
+    recording = read_trc(path).turned(Y_UP)
+    events = find_events(recording, None, PROCESSING, landmarks=own_landmarks(recording))
+    kinds = [(event.side, event.kind) for event in events]
+    cycle = [
+        ("right", "heel_strike"),
+        ("left", "toe_off"),
+        ("left", "heel_strike"),
+        ("right", "toe_off"),
+    ]
+    assert kinds == cycle + cycle

@@ -1,0 +1,370 @@
+"""Ground reaction of each foot from plates: offsets, assignment, doubtful contacts, filter."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_recording import (
+    BELTS,
+    FREE_MOMENT,
+    LANDMARKS,
+    SPEED,
+    STANCE,
+    STRIDE,
+    WEIGHT,
+    Rectangle,
+    centre_of_pressure,
+    strikes,
+    vertical_force,
+    walk,
+)
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES
+from gaitval.errors import RecordError
+from gaitval.gait.foot_forces import assign_forces, resample_forces, zero_plates
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.cleaning import Finding, low_pass
+from gaitval.mocap.foot_markers import foot_markers
+from gaitval.mocap.recording import FootForces, Plate, Recording
+
+PROCESSING = ProcessingSettings()
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+WALKWAY = (
+    Rectangle(x=(0.1, 0.55), y=(-0.3, 0.3)),
+    Rectangle(x=(0.75, 1.25), y=(-0.3, 0.3)),
+)
+"""The right foot strikes the first plate at 0.3 s, the left foot the second one 0.55 s later."""
+
+
+def assigned(recording: Recording, **settings: float) -> tuple[FootForces, tuple[Finding, ...]]:
+    return assign_forces(recording, PROCESSING, landmarks=LANDMARKS, **settings)
+
+
+def times(forces: FootForces) -> np.ndarray:
+    return forces.start + np.arange(len(forces.force)) / forces.rate
+
+
+def with_offset(recording: Recording, plate: int, **change: np.ndarray) -> Recording:
+    plates = list(recording.plates)
+    plates[plate] = replace(plates[plate], **change)
+    return replace(recording, plates=tuple(plates))
+
+
+def without_moments(recording: Recording) -> Recording:
+    plates = tuple(replace(plate, moment=None) for plate in recording.plates)
+    return replace(recording, plates=plates)
+
+
+# -- assignment -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("moments", [True, False])
+def test_split_belt_forces_go_to_the_foot_on_the_belt(moments: bool) -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    forces, findings = assigned(recording if moments else without_moments(recording))
+    assert findings == ()
+    assert forces.valid.all()
+    for column, side in enumerate(SIDES):
+        vertical = vertical_force(side, times(forces))
+        expected = low_pass(vertical, rate=forces.rate, cutoff_hz=PROCESSING.force_cutoff_hz)
+        on = forces.force[:, column, 2] > 0.0
+        np.testing.assert_allclose(forces.force[on, column, 2], expected[on], atol=1.0)
+        assert expected[~on].max() < PROCESSING.force_threshold_n + 1.0
+        loaded = vertical > 0.5 * WEIGHT
+        point = centre_of_pressure(side, times(forces), SPEED)
+        np.testing.assert_allclose(
+            forces.centre_of_pressure[loaded, column], point[loaded], atol=2e-3
+        )
+        plateau = vertical == WEIGHT
+        free = FREE_MOMENT if side == "right" else -FREE_MOMENT
+        assert np.median(forces.free_moment[plateau, column, 2]) == pytest.approx(free, rel=1e-3)
+
+
+def test_air_has_no_force_and_no_centre_of_pressure() -> None:
+    forces, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    air = forces.force[:, :, 2] == 0.0
+    assert air.any()
+    assert (forces.force[air] == 0.0).all()
+    assert (forces.free_moment[air] == 0.0).all()
+    assert np.isnan(forces.centre_of_pressure[air]).all()
+    assert np.isfinite(forces.centre_of_pressure[~air]).all()
+    assert forces.force[~air][:, 2].min() > PROCESSING.force_threshold_n
+
+
+def test_swapped_belts_are_no_matter() -> None:
+    there, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    back, _ = assigned(walk(belt=SPEED, plates=BELTS[::-1]))
+    np.testing.assert_allclose(there.force, back.force, atol=1e-9)
+
+
+def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> None:
+    forces, findings = assigned(walk(plates=WALKWAY))
+    for column, side in enumerate(SIDES):
+        first = strikes(side, 6.0)[0]
+        middle = (times(forces) > first + 0.05) & (times(forces) < first + STANCE * STRIDE - 0.05)
+        np.testing.assert_allclose(forces.force[middle, column, 2], WEIGHT, rtol=0.1)
+        assert forces.valid[middle, column].all()
+        later = (times(forces) > first + STRIDE + 0.1) & (times(forces) < first + 1.5 * STRIDE)
+        assert middle.any()
+        assert later.any()
+        assert (forces.force[later, column] == 0.0).all()
+        assert not forces.valid[later, column].any()
+    assert {finding.kind for finding in findings} == {"contact"}
+    assert all("stands on no plate" in finding.action for finding in findings)
+
+
+def test_two_plates_under_one_foot_are_added() -> None:
+    whole, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    halves = (
+        Rectangle(x=(-1.0, 0.3), y=(-0.5, 0.0)),
+        Rectangle(x=(0.3, 1.0), y=(-0.5, 0.0)),
+        BELTS[1],
+    )
+    split, findings = assigned(walk(belt=SPEED, plates=halves))
+    assert findings == ()
+    np.testing.assert_allclose(split.force, whole.force, atol=25.0)
+    loaded = whole.force[:, 0, 2] > 0.9 * WEIGHT
+    np.testing.assert_allclose(
+        split.centre_of_pressure[loaded, 0], whole.centre_of_pressure[loaded, 0], atol=5e-3
+    )
+
+
+def test_both_feet_on_one_plate_are_not_used_and_said() -> None:
+    forces, findings = assigned(walk(belt=SPEED, plates=(Rectangle((-1.0, 1.0), (-0.5, 0.5)),)))
+    both = (vertical_force("right", times(forces)) > 100.0) & (
+        vertical_force("left", times(forces)) > 100.0
+    )
+    assert both.any()
+    assert not forces.valid[both].any()
+    assert findings
+    assert all("both feet on this plate" in finding.action for finding in findings)
+    # in single support the plate shows one foot, and which one
+    alone = (vertical_force("right", times(forces)) == WEIGHT) & (
+        vertical_force("left", times(forces)) == 0.0
+    )
+    middle = alone & np.roll(alone, 50) & np.roll(alone, -50)
+    assert middle.any()
+    assert forces.valid[middle].all()
+    np.testing.assert_allclose(forces.force[middle, 0, 2], WEIGHT, rtol=0.05)
+
+
+def test_a_foot_over_the_gap_of_the_belts_is_a_crossing() -> None:
+    narrow = (
+        Rectangle(x=(-1.0, 1.0), y=(-0.5, 0.10)),  # the left MT1 marker is at 0.08
+        Rectangle(x=(-1.0, 1.0), y=(0.10, 0.5)),
+    )
+    forces, findings = assigned(walk(belt=SPEED, plates=narrow))
+    crossings = [finding for finding in findings if "crosses onto this plate" in finding.action]
+    assert crossings
+    assert all("the left foot crosses" in finding.action for finding in crossings)
+    assert all(finding.names[0] == "plate 1" for finding in crossings)
+    for finding in crossings:
+        assert not forces.valid[finding.first : finding.last + 1].any()
+
+
+def test_a_foot_partly_beside_the_plate_is_not_used() -> None:
+    short = (Rectangle(x=(0.25, 0.75), y=(-0.3, 0.3)),)  # its heel, at 0.2 m, is beside it
+    forces, findings = assigned(walk(plates=short))
+    beside = [finding for finding in findings if "beside the plates" in finding.action]
+    assert [finding.names for finding in beside] == [("plate 1", "right foot")]
+    assert not forces.valid[beside[0].first : beside[0].last + 1, 0].any()
+
+
+def test_a_centre_of_pressure_outside_both_feet_is_not_used() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    shift = np.array([0.25, 0.0, 0.0])  # corners off by a quarter of a metre
+    plate = recording.plates[0]
+    assert plate.moment is not None
+    moved = with_offset(
+        recording,
+        0,
+        corners=plate.corners + shift,
+        centre_of_pressure=plate.centre_of_pressure + shift,
+        moment=plate.moment + np.cross(shift, plate.force),
+    )
+    forces, findings = assigned(moved)
+    assert findings
+    assert {finding.names for finding in findings} == {("plate 1", "right foot")}
+    assert all("outside the foot" in finding.action for finding in findings)
+    assert forces.valid[:, 1].all()
+
+
+# -- refused --------------------------------------------------------------------------------------
+
+
+def test_a_trial_without_plates_says_what_to_do() -> None:
+    with pytest.raises(RecordError, match=r"no force plates.*--forces"):
+        assigned(walk())
+
+
+def test_forces_of_another_length_are_refused() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    cut = tuple(
+        Plate(
+            plate.name,
+            plate.corners,
+            plate.force[:2000],
+            plate.centre_of_pressure[:2000],
+            plate.free_moment[:2000],
+        )
+        for plate in recording.plates
+    )
+    with pytest.raises(RecordError, match=r"markers of 6.000 s.*forces of 4.000 s"):
+        assigned(replace(recording, plates=cut))
+
+
+def test_plates_that_nobody_stands_on_are_refused() -> None:
+    with pytest.raises(RecordError, match="no foot is on the 1 force plate"):
+        assigned(walk(plates=(Rectangle((20.0, 20.5), (-0.3, 0.3)),)))
+
+
+def test_feet_without_markers_are_refused() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    landmarks = {name: name for name in LANDMARKS if name != "L.Heel"}
+    with pytest.raises(RecordError, match="no marker on the left heel"):
+        assign_forces(recording, PROCESSING, landmarks=landmarks)
+
+
+# -- offset ---------------------------------------------------------------------------------------
+
+
+def _drifting(time: np.ndarray) -> np.ndarray:
+    """Offset with a drift, N and Nm about the origin."""
+    still = np.array([2.0, -10.0, -34.0, 5.0, 18.0, 12.0])
+    return still + np.outer(time, [0.0, 0.0, 2.0, 0.0, -1.0, 0.0])
+
+
+def test_an_offset_is_found_where_no_foot_is_and_taken_away_with_its_drift() -> None:
+    true, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    shown = walk(belt=SPEED, plates=BELTS, offset=_drifting)
+    zeroed, findings = zero_plates(shown, landmarks=LANDMARKS)
+    assert [finding.names for finding in findings] == [("plate 1",), ("plate 2",)]
+    assert all("taken away" in finding.action for finding in findings)
+    forces, _ = assigned(zeroed)
+    # what is left: the offset before the first phase without a foot is taken as constant
+    np.testing.assert_allclose(forces.force, true.force, atol=21.0)  # threshold at the edges
+    loaded = (true.force[:, :, 2] > 100.0) & (forces.force[:, :, 2] > 100.0)
+    np.testing.assert_allclose(
+        forces.centre_of_pressure[loaded], true.centre_of_pressure[loaded], atol=0.02
+    )
+    middle = loaded.copy()
+    middle[(times(true) < 1.5) | (times(true) > 4.5)] = False
+    np.testing.assert_allclose(forces.force[middle], true.force[middle], atol=0.1)
+    np.testing.assert_allclose(
+        forces.centre_of_pressure[middle], true.centre_of_pressure[middle], atol=1e-3
+    )
+
+
+def test_zeroed_plates_are_left_as_they_are() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    zeroed, findings = zero_plates(recording, landmarks=LANDMARKS)
+    assert findings == ()
+    for plate, before in zip(zeroed.plates, recording.plates, strict=True):
+        assert plate is before
+
+
+def test_an_offset_without_moments_is_reported_and_left() -> None:
+    recording = without_moments(walk(belt=SPEED, plates=BELTS, offset=_drifting))
+    zeroed, findings = zero_plates(recording, landmarks=LANDMARKS)
+    assert len(findings) == 2
+    assert all("left as it is" in finding.action for finding in findings)
+    assert zeroed.plates[0] is recording.plates[0]
+
+
+def test_a_plate_that_is_pushed_without_a_foot_is_not_zeroed() -> None:
+    def pushed(time: np.ndarray) -> np.ndarray:
+        return np.outer(60.0 * np.sin(2.0 * np.pi * 4.0 * time), [0, 0, 1, 0, 0, 0])
+
+    recording = walk(belt=SPEED, plates=BELTS, offset=pushed)
+    zeroed, findings = zero_plates(recording, landmarks=LANDMARKS)
+    assert zeroed.plates[0] is recording.plates[0]
+    assert "something else" in findings[0].action
+
+
+def test_trials_without_plates_have_nothing_to_zero() -> None:
+    recording = walk()
+    assert zero_plates(recording, landmarks=LANDMARKS) == (recording, ())
+
+
+# -- filter and sample rate -----------------------------------------------------------------------
+
+
+def test_the_centre_of_pressure_is_that_of_the_filtered_wrench() -> None:
+    """Filtering the wrench keeps force and moment consistent at every cut-off: the impulse and
+    the impulse of the moment over a step do not depend on it.
+    """
+    recording = walk(belt=SPEED, plates=BELTS)
+    impulses = []
+    for cutoff in (20.0, 6.0):
+        forces, _ = assigned(recording, cutoff_hz=cutoff)
+        moment = np.cross(np.nan_to_num(forces.centre_of_pressure), forces.force)
+        step = (times(forces) > 0.9) & (times(forces) < 2.3)
+        total = np.concatenate([forces.force, moment + forces.free_moment], axis=2)[step, 0]
+        impulses.append(total.sum(axis=0) / forces.rate)
+    np.testing.assert_allclose(impulses[0], impulses[1], rtol=0.01, atol=0.05)
+
+
+@pytest.mark.parametrize("rate", [100.0, 250.0, 500.0, 1000.0])
+def test_resampled_forces_are_those_of_the_same_times(rate: float) -> None:
+    forces, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    wanted = np.arange(0.0, 5.99, 1.0 / rate)
+    there = resample_forces(forces, wanted)
+    assert (there.rate, there.start) == (pytest.approx(rate), 0.0)
+    vertical = np.interp(wanted, times(forces), forces.force[:, 0, 2])
+    # the low-pass against aliasing rounds the 20 N at which contact begins
+    np.testing.assert_allclose(there.force[:, 0, 2], vertical, atol=21.0)
+    loaded = vertical > 100.0
+    np.testing.assert_allclose(there.force[loaded, 0, 2], vertical[loaded], atol=7.0)
+    point = np.interp(wanted, times(forces), forces.centre_of_pressure[:, 0, 0])
+    np.testing.assert_allclose(there.centre_of_pressure[loaded, 0, 0], point[loaded], atol=5e-3)
+    assert there.valid.all()
+
+
+def test_resampling_keeps_what_is_not_valid() -> None:
+    forces, _ = assigned(walk(plates=WALKWAY))
+    there = resample_forces(forces, np.arange(0.0, 5.99, 0.01))
+    exact = forces.valid[np.rint(np.arange(0.0, 5.99, 0.01) * 500.0).astype(int)]
+    np.testing.assert_array_equal(there.valid, exact)
+
+
+def test_forces_are_not_given_at_times_of_another_trial() -> None:
+    forces, _ = assigned(walk(belt=SPEED, plates=BELTS))
+    with pytest.raises(RecordError, match="of another trial or of another length"):
+        resample_forces(forces, np.arange(0.0, 7.0, 0.01))
+
+
+# -- WBDS01 T01 -----------------------------------------------------------------------------------
+
+
+def test_zeroing_brings_the_centre_of_pressure_of_wbds01_into_the_feet(gait_data: Path) -> None:
+    """The right plate shows −34 N in swing. Unzeroed, the centre of pressure is outside the foot
+    in a third of the time under a light load (50 to 150 N), and the plates carry 3.6 % less of the
+    body's weight; zeroed, it is outside in a twentieth, at the tip of the shoe in push-off.
+    """
+    recording = read_c3d(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d").turned(Y_UP)
+    landmarks = {name: name for name in recording.names}
+    feet = foot_markers(recording, landmarks)
+    zeroed, findings = zero_plates(recording, landmarks=landmarks)
+    assert "-33." in findings[1].action
+    weight, reach = [], []
+    for trial in (recording, zeroed):
+        forces, _ = assign_forces(trial, PROCESSING, landmarks=landmarks)
+        at_frames = resample_forces(forces, recording.time)
+        weight.append(at_frames.force[300:4200, :, 2].sum(axis=1).mean())
+        share = []
+        for column, side in enumerate(SIDES):
+            point = at_frames.centre_of_pressure[:, column, 0]
+            behind = feet[side].heel[:, 0] - 0.03
+            ahead = feet[side].front[:, 0] + 0.07  # the toes
+            vertical = at_frames.force[:, column, 2]
+            light = (vertical > 50.0) & (vertical < 150.0)
+            share.append(((point > behind) & (point < ahead))[light])
+        reach.append(np.concatenate(share).mean())
+    assert reach[0] < 0.70
+    assert reach[1] > 0.93
+    body_weight = 74.3 * 9.80665
+    assert weight[0] / body_weight == pytest.approx(0.926, abs=0.005)
+    assert weight[1] / body_weight == pytest.approx(0.962, abs=0.005)

@@ -1,0 +1,184 @@
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
+from gaitval.datasets.subject import load_subject
+from gaitval.gait.record import LowPass
+from gaitval.metrics.comparison import (
+    Curves,
+    compare_curve,
+    low_pass_of,
+    recorded_curves,
+    simulated_curves,
+)
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.epsilon import epsilon
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.skeleton import HumanSkeleton
+
+RECORD = synthetic_record()
+RECORDED = recorded_curves(RECORD)
+WALK = perfect_walk(RECORD)
+KINDS = tuple(field.name for field in fields(Curves))
+
+
+def _simulated(walk: Rollout) -> Curves:
+    return simulated_curves(
+        walk, find_cycles(walk, sharp_filter()), mass=MASS, filters=LowPass(100.0, 100.0)
+    )
+
+
+def _rmse(walk: Rollout, kind: str) -> dict[str, float]:
+    simulated, recorded = getattr(_simulated(walk), kind), getattr(RECORDED, kind)
+    return {name: compare_curve(simulated[name], recorded[name]).rmse for name in recorded}
+
+
+def test_moments_and_forces_pass_the_filter_that_the_record_passed():
+    known = replace(RECORD, low_pass=LowPass(moments_hz=3.0, forces_hz=20.0))
+    assert low_pass_of(known, 10.0) == LowPass(3.0, 20.0)
+    assert low_pass_of(RECORD, 10.0) == LowPass(10.0, 10.0)
+    cycles = find_cycles(WALK, sharp_filter())
+    sharp, slow = (
+        simulated_curves(WALK, cycles, mass=MASS, filters=LowPass(moments, 100.0))
+        for moments in (100.0, 1.0)
+    )
+    for name, force in sharp.forces.items():
+        np.testing.assert_array_equal(slow.forces[name], force)
+    assert np.ptp(slow.moments["ankle_angle_r"]) < 0.9 * np.ptp(sharp.moments["ankle_angle_r"])
+
+
+def test_a_body_weight_is_that_of_the_simulation():
+    body = HumanSkeleton(scale_subject(load_subject("S05")).model, physics_step=0.001)
+    np.testing.assert_array_equal(body.world.getGravity(), [0.0, 0.0, -GRAVITY])
+
+
+def test_a_perfect_walk_has_no_error():
+    assert max(_rmse(WALK, "angles").values()) < 1e-9
+    # the filter leaves 1e-6 of the third harmonic, and rounds the 26 N step of a heel strike
+    assert max(_rmse(WALK, "moments").values()) < 1e-5
+    assert max(_rmse(WALK, "forces").values()) < 0.005
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+@pytest.mark.parametrize("name", ["hip_flexion", "knee_angle", "subtalar_angle"])
+def test_an_offset_of_three_degrees_is_an_error_of_three_degrees(name, side):
+    offset = np.deg2rad(-3.0)
+    positions = WALK.positions.copy()
+    positions[:, COORDINATES.index(f"{name}_{side}")] += offset
+    simulated = _simulated(replace(WALK, positions=positions)).angles[f"{name}_{side}"]
+    error = compare_curve(simulated, RECORDED.angles[f"{name}_{side}"])
+    assert np.rad2deg(error.rmse) == pytest.approx(3.0)
+    assert np.rad2deg(error.bias) == pytest.approx(-3.0)
+    assert np.rad2deg(error.peak_error) == pytest.approx(-3.0)
+    assert error.correlation == pytest.approx(1.0)
+    others = _rmse(replace(WALK, positions=positions), "angles")
+    assert sum(value > 1e-9 for value in others.values()) == 1
+
+
+def test_a_planted_peak_is_found_at_its_place():
+    recorded = np.sin(np.linspace(0, 2 * np.pi, 101))
+    simulated = np.tile(recorded, (4, 1))
+    simulated[:, 37] -= 0.4
+    error = compare_curve(simulated, recorded)
+    assert (error.peak_error, error.peak_percent) == (pytest.approx(-0.4), 37)
+
+
+def test_exchanged_sides_are_detected_in_every_kind_of_curve():
+    columns = [COORDINATES.index(mirrored(name)) for name in COORDINATES]
+    joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
+    swapped = replace(
+        WALK,
+        positions=WALK.positions[:, columns],
+        moments=WALK.moments[:, joints],
+        ground_reaction=WALK.ground_reaction[:, ::-1] * [1.0, -1.0, 1.0],
+    )
+    joint_errors = {
+        name: value for name, value in _rmse(swapped, "angles").items() if "pelvis" not in name
+    }
+    assert min(joint_errors.values()) > np.deg2rad(5)
+    assert min(_rmse(swapped, "moments").values()) > 0.1
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_medial_force_is_positive_towards_the_midline_on_both_feet(column):
+    ground = np.zeros_like(WALK.ground_reaction)
+    ground[..., 2] = WALK.ground_reaction[..., 2]
+    ground[:, column, 1] = MASS * GRAVITY * (0.1 if column == 0 else -0.1)
+    simulated = _simulated(replace(WALK, ground_reaction=ground)).forces
+    inner = simulated[f"medial_{'rl'[column]}"][:, 20:80]
+    np.testing.assert_allclose(inner, 0.1, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("axis", "angle", "name"),
+    [
+        ((0.0, 1.0, 0.0), "pelvis_tilt", "r"),
+        ((-1.0, 0.0, 0.0), "pelvis_list", "r"),  # right side up: backwards about x
+        ((1.0, 0.0, 0.0), "pelvis_list", "l"),
+        ((0.0, 0.0, 1.0), "pelvis_rotation", "r"),  # right side forward: to the left about z
+        ((0.0, 0.0, -1.0), "pelvis_rotation", "l"),
+    ],
+)
+def test_a_turned_pelvis_has_the_signs_of_the_record(axis, angle, name):
+    positions = WALK.positions.copy()
+    positions[:, :3] = 0.1 * np.array(axis)
+    simulated = _simulated(replace(WALK, positions=positions)).angles
+    np.testing.assert_allclose(simulated[f"{angle}_{name}"], 0.1, atol=1e-12)
+
+
+def test_a_constant_curve_has_no_correlation():
+    assert compare_curve(np.ones((3, 101)), np.linspace(0, 1, 101)).correlation is None
+
+
+def test_without_cycles_there_is_nothing_to_compare():
+    walk = perfect_walk(RECORD, cycles=0.4)
+    simulated = _simulated(walk)
+    for kind in KINDS:
+        for name, curve in getattr(simulated, kind).items():
+            assert curve.shape == (0, 101)
+            assert compare_curve(curve, getattr(RECORDED, kind)[name]) is None
+    assert epsilon(simulated, RECORDED) is None
+
+
+def test_epsilon_of_a_perfect_walk_is_almost_zero_and_its_parts_add_up():
+    found = epsilon(_simulated(WALK), RECORDED)
+    assert found.total < 0.02  # the filtered step of the heel strikes
+    assert found.total == pytest.approx(found.angles + found.moments + found.forces)
+
+
+def test_epsilon_of_lying_still_is_the_record_itself():
+    nothing = Curves(
+        *({name: np.zeros((2, 101)) for name in getattr(RECORDED, kind)} for kind in KINDS)
+    )
+    found = epsilon(nothing, RECORDED)
+    # the mean of a norm is at most its root mean square
+    for part in (found.angles, found.moments, found.forces):
+        assert 0.6 < part <= 1.0
+
+
+def test_epsilon_of_one_offset_follows_the_equation():
+    simulated = Curves(
+        *(
+            {name: np.tile(curve, (3, 1)) for name, curve in getattr(RECORDED, kind).items()}
+            for kind in KINDS
+        )
+    )
+    simulated.angles["knee_angle_r"] = simulated.angles["knee_angle_r"] + 0.3
+    simulated.angles["knee_angle_l"] = simulated.angles["knee_angle_l"] - 0.4
+    found = epsilon(simulated, RECORDED)
+    assert found.angles_rad == pytest.approx(0.5)
+    assert found.moments == found.forces == 0.0
+
+
+def test_epsilon_pairs_the_cycles_of_feet_with_one_cycle_less():
+    simulated = _simulated(WALK)
+    full = epsilon(simulated, RECORDED)
+    for name in list(simulated.angles):
+        if name.endswith("_l"):
+            simulated.angles[name] = simulated.angles[name][:-1]
+    assert epsilon(simulated, RECORDED).angles == pytest.approx(full.angles, abs=1e-9)

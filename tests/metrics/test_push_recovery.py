@@ -1,0 +1,168 @@
+"""The largest push survived, and what counts as surviving one."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulation_fixtures import changed, random_policy
+
+from gaitval.metrics import push_recovery as module
+from gaitval.metrics.push_recovery import Push, evenly_spaced, largest_survived, push_recovery
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import score_rollout
+
+MU = nominal_parameters()
+
+
+def _scan(stands, *, step=100.0, resolution=25.0, ceiling=1200.0, cases=((0.0,), (0.0,))):
+    """Result of the scan and all pushes that it tested."""
+    tested: list[Push] = []
+
+    def survived(pushes):
+        tested.extend(pushes)
+        return [stands(push) for push in pushes]
+
+    found = largest_survived(survived, *cases, step=step, resolution=resolution, ceiling=ceiling)
+    return found, tested
+
+
+@pytest.mark.parametrize("limit", [0.0, 24.9, 25.0, 99.0, 100.0, 310.0, 574.9, 1199.0, 1200.0, 9e9])
+def test_a_threshold_is_found_to_the_resolution_from_below(limit):
+    found, tested = _scan(lambda push: push.force <= limit)
+    assert found == min(1200.0, 25.0 * math.floor(limit / 25.0))
+    assert max(push.force for push in tested) <= 1200.0
+
+
+def test_every_tested_push_up_to_the_result_was_survived():
+    """A walker that stands 500 N but not 400 N survives what is below 400 N."""
+    falls = {400.0, 350.0}
+    found, tested = _scan(lambda push: push.force not in falls)
+    assert found == 325.0
+    assert {push.force for push in tested} == {100.0, 200.0, 300.0, 400.0, 325.0, 350.0}
+
+
+def test_each_phase_and_direction_has_its_own_limit():
+    phases, directions = (0.0, 0.5), (0.0, 1.0, -1.0)
+    limit = {
+        (phase, direction): 75.0 + 150.0 * i
+        for i, (phase, direction) in enumerate((p, d) for p in phases for d in directions)
+    }
+    found, tested = _scan(
+        lambda push: push.force <= limit[push.phase, push.direction], cases=(phases, directions)
+    )
+    np.testing.assert_array_equal(found.ravel(), list(limit.values()))
+    assert len(tested) == len(set(tested))  # nothing is walked twice
+
+
+def test_directions_go_round_from_straight_ahead_to_the_left():
+    degrees = np.rad2deg(evenly_spaced(12))
+    np.testing.assert_allclose(
+        degrees, [0, 30, 60, 90, 120, 150, 180, -150, -120, -90, -60, -30], atol=1e-9
+    )
+
+
+class LocalPool:
+    """What `RolloutPool` does, in this process."""
+
+    def __init__(self, task, *, workers, engine):
+        assert engine == "dart"  # results do not hang on the engine of learning
+        self.environment = WalkingEnvironment(task, engine=engine)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def map(self, function, items):
+        return [function(self.environment, item) for item in items]
+
+
+@pytest.fixture(scope="module")
+def tried(task):
+    """Two phases and four directions of a policy that does nothing, for less than a step."""
+    small = changed(
+        task,
+        pushes={
+            "phases": (0.0, 0.1),
+            "directions": 4,
+            "step": 2000.0,
+            "resolution": 500.0,
+            "largest": 4000.0,
+            "force": 100.0,
+            "cycles": 0.4,
+        },
+        validation={"settling_cycles": 0},
+        environment={"drift_tolerance": 100.0},
+    )
+    policy = random_policy(small, scale=0.0)
+    heard: list[dict[str, float]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "RolloutPool", LocalPool)
+        found = push_recovery(small, policy, MU, on_progress=heard.append)
+    return small, policy, found, heard
+
+
+def test_the_table_is_what_single_walks_show(tried):
+    small, policy, (recovery, _), heard = tried
+    assert recovery.largest.shape == (2, 4)
+    assert recovery.survived.shape == (2, 3)
+    assert heard[-1] == {"pushes": 8, "total": 8}
+    environment = WalkingEnvironment(small, engine="dart")
+    stride, walked = small.reference.stride_time, set()
+    for i, phase in enumerate(recovery.phases):
+        for j, direction in enumerate(recovery.directions):
+            largest = recovery.largest[i, j]
+            for force in (largest, largest + recovery.resolution):
+                if 0.0 < force <= recovery.ceiling:
+                    score = score_rollout(
+                        environment,
+                        policy,
+                        mu=MU,
+                        start_phase=0.0,
+                        seconds=(phase + recovery.cycles) * stride,
+                        push=(phase, force, direction),
+                    )
+                    assert score.fell == (force > largest)
+                    walked.add(score.fell)
+    assert walked == {False, True}
+    assert len(np.unique(recovery.largest)) > 1
+
+
+def test_a_trace_shows_the_velocity_that_the_push_gives(tried):
+    small, _, (recovery, traces), _ = tried
+    assert [(t.push.phase, t.push.direction) for t in traces] == [
+        (0.0, 0.0),
+        (0.1, 0.0),
+        (0.0, 0.5 * math.pi),
+        (0.1, 0.5 * math.pi),
+    ]
+    for trace in traces:
+        assert trace.push.force == recovery.force
+        assert trace.cycles[0] >= -1.0
+        assert trace.cycles[-1] == pytest.approx(recovery.cycles, abs=0.05)
+        assert trace.velocity[0, 0] == pytest.approx(small.record.speed, abs=0.4)
+
+
+def test_being_displaced_is_no_fall(task):
+    """The same walk ends by drift in a training episode, and goes on in a test of pushes."""
+    narrow = changed(task, environment={"drift_tolerance": 1e-4})
+    policy = random_policy(task, scale=0.0)
+
+    def fell(which):
+        environment = WalkingEnvironment(which, engine="dart")
+        return score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=0.15).fell
+
+    assert fell(narrow)
+    assert not fell(module.without_drift(narrow))
+
+
+def test_the_table_can_be_written(tried):
+    _, _, (recovery, traces), _ = tried
+    written = recovery.as_dict()
+    assert written["directions"] == [0.0, 90.0, 180.0, -90.0]
+    assert written["criterion_directions"] == [0.0, 90.0, -90.0]
+    assert replace(recovery).as_dict() == written
+    assert len(traces[0].as_dict()["velocity"]) == len(traces[0].cycles)

@@ -1,0 +1,124 @@
+import copy
+from xml.etree import ElementTree
+
+import pytest
+from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
+
+from gaitval.datasets.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
+from gaitval.metrics.tolerances import load_registry
+from gaitval.metrics.validation import validate
+
+
+@pytest.fixture(scope="module")
+def metrics():
+    record = synthetic_record()
+    configuration = sharp_filter()
+    walks = walks_of([perfect_walk(record, cycles=6)], configuration)
+    pushes = {
+        "seconds": 0.05,
+        "cycles": 5.0,
+        "resolution": 25.0,
+        "ceiling": 1200.0,
+        "phases": [0.5],
+        "directions": [0.0, 180.0],
+        "largest": [[300.0, 300.0]],
+        "force": 300.0,
+        "criterion_directions": [0.0],
+        "survived": [[True]],
+    }
+    return validate(load_subject("S05"), record, MODEL, walks, None, configuration, pushes=pushes)
+
+
+def _changed(metrics, measure: str, target: str, by: float | None):
+    changed = copy.deepcopy(metrics)
+    for row in changed["measures"]:
+        if (row["measure"], row["target"]) == (measure, target):
+            row["value"] = None if by is None else row["value"] + by
+    return changed
+
+
+def _row(rows, measure: str, target: str):
+    (row,) = [row for row in rows if (row.measure, row.target) == (measure, target)]
+    return row
+
+
+def test_a_run_against_itself_loses_nothing(metrics):
+    rows = compare(metrics, metrics)
+    assert len(rows) == len(metrics["measures"])
+    assert {row.change for row in rows} == {"kept"}
+
+
+MARGINS = (
+    ("angle_rmse", "knee_angle_r", 0.29, 0.31),
+    ("moment_rmse", "hip_flexion_l", 0.019, 0.021),
+    ("force_rmse", "vertical_r", 0.99, 1.01),
+    ("speed_error", "walk", 0.99, 1.01),
+    ("stance_fraction_error", "left", 0.49, 0.51),
+    ("step_length_error", "right", 0.49, 0.51),
+    ("stride_time_error", "walk", 0.99, 1.01),
+    ("epsilon", "walk", 0.029, 0.031),
+    ("consecutive_cycles", "start phase 0", 0.0, -1.0),
+    ("falls", "walk", 0.0, 1.0),
+    ("push_survival", "phase 0.5", -14.9, -15.1),
+)
+"""Of each measure, a change for the worse that its margin allows and one that it does not."""
+
+
+def test_every_margin_is_tried():
+    tried = [row[0] for row in MARGINS]
+    assert sorted(tried) == sorted(margin.measure for margin in load_registry().margin)
+
+
+@pytest.mark.parametrize(("measure", "target", "within", "beyond"), MARGINS)
+def test_a_loss_beyond_the_margin_fails_and_its_reverse_is_a_gain(
+    metrics, measure, target, within, beyond
+):
+    kept = compare(metrics, _changed(metrics, measure, target, within))
+    assert lost(kept) == []
+    worse = _changed(metrics, measure, target, beyond)
+    assert lost(compare(metrics, worse)) == [_row(compare(metrics, worse), measure, target)]
+    assert _row(compare(worse, metrics), measure, target).change == "improved"
+
+
+def test_what_can_no_longer_be_measured_is_lost(metrics):
+    unmeasured = _changed(metrics, "angle_rmse", "knee_angle_r", None)
+    assert [row.target for row in lost(compare(metrics, unmeasured))] == ["knee_angle_r"]
+    assert lost(compare(unmeasured, metrics)) == []
+    missing = copy.deepcopy(metrics)
+    del missing["measures"][0]
+    assert len(lost(compare(metrics, missing))) == 1
+
+
+def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
+    shorter = _changed(metrics, "consecutive_cycles", "start phase 0", -1.0)
+    assert len(lost(compare(metrics, shorter))) == 1
+    rows = compare(metrics, shorter, leave_out=LONG_MEASURES)
+    assert lost(rows) == []
+    assert "consecutive_cycles" not in {row.measure for row in rows}
+
+
+def test_another_subject_is_refused(metrics):
+    other = copy.deepcopy(metrics)
+    other["subject"]["identifier"] = "S01"
+    with pytest.raises(ArtefactError, match="of subject S01 and the run of subject S05"):
+        compare(other, metrics)
+
+
+def test_a_damaged_baseline_is_refused(metrics):
+    with pytest.raises(ArtefactError, match="the baseline: not of the schema"):
+        compare({}, metrics)
+
+
+def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
+    worse = _changed(metrics, "angle_rmse", "knee_angle_r", 1.0)
+    rows = compare(metrics, worse)
+    write_junit(rows, tmp_path / "junit.xml")
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
+    assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")
+    cases = suite.findall("testcase")
+    assert len(cases) == len(rows)
+    (failed,) = [case for case in cases if case.find("failure") is not None]
+    assert (failed.get("classname"), failed.get("name")) == ("gaitval.angle_rmse", "knee_angle_r")
+    assert "margin 0.3 deg" in failed.find("failure").get("message")

@@ -1,0 +1,65 @@
+"""Walks that are held against the record: what is kept of a long one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulation_fixtures import changed, random_policy
+from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.errors import ArtefactError
+from gaitval.metrics.rollouts import Endurance, compared_part, endurance, roll_out_from
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import roll_out
+
+RECORD = synthetic_record()
+MU = nominal_parameters()
+
+
+def test_endurance_tells_of_the_whole_walk():
+    rollout = perfect_walk(RECORD, cycles=30)
+    found = endurance(rollout, sharp_filter())
+    # the first strike is that of phase 1, the first cycle settles, the last one ends at phase 30
+    assert found.cycles["right"] == 28
+    assert not found.fell
+    assert found.walking_speed == pytest.approx(SPEED)
+    assert found.seconds == pytest.approx(30 * RECORD.stride_time)
+    assert Endurance.from_dict(found.as_dict()) == found
+
+
+@pytest.mark.parametrize("column", range(6))
+def test_a_pushed_walk_is_refused(column):
+    rollout = perfect_walk(RECORD, cycles=5)
+    load = rollout.root_force.copy()
+    load[700:705, column] = 1e-12
+    with pytest.raises(ArtefactError, match=r"from phase 0 is pushed at the pelvis at 0\.7 s"):
+        endurance(replace(rollout, root_force=load), sharp_filter())
+
+
+def test_the_compared_part_has_all_its_cycles_and_no_more():
+    rollout = perfect_walk(RECORD, cycles=30, start_phase=0.25)
+    part = compared_part(rollout, sharp_filter(cycles=5))
+    assert part.phase[-1] == pytest.approx(0.25 + 1 + 5 + 2, abs=1e-3)
+    assert len(part.ground_reaction) == len(part.time)
+    np.testing.assert_array_equal(part.mu, rollout.mu)
+
+
+class LocalPool:
+    """What `RolloutPool` does, in this process."""
+
+    def __init__(self, task):
+        self.environment = WalkingEnvironment(task, engine="dart")
+
+    def map(self, function, items):
+        return [function(self.environment, item) for item in items]
+
+
+def test_walks_from_several_starts_are_single_walks(task):
+    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
+    policy = random_policy(short, scale=0.1)
+    phases = (0.3, 0.8)
+    found = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
+    alone = [roll_out(short, policy, mu=MU, start_phase=phase, cycles=1) for phase in phases]
+    np.testing.assert_array_equal(found.compared.positions, alone[0].positions)
+    assert found.starts == tuple(endurance(one, short.configuration) for one in alone)

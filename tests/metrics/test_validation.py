@@ -1,0 +1,228 @@
+import copy
+import json
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from synthetic_walk import (
+    LEFT_PHASE,
+    MODEL,
+    SPEED,
+    STRIDE_TIME,
+    perfect_walk,
+    sharp_filter,
+    synthetic_record,
+    walks_of,
+)
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.datasets.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.rollouts import Endurance, Rollouts
+from gaitval.metrics.validation import check_metrics, validate
+
+RECORD = synthetic_record()
+SUBJECT = load_subject("S05")
+CONFIGURATION = sharp_filter(cycles=20, start_phases=(0.0, 0.5))
+NOT_OF_A_MADE_UP_BODY = ("step-length",)
+"""The angles of the record are not those of legs that stand on the ground."""
+
+
+def _rollouts(cycles: float = 23.0):
+    return [perfect_walk(RECORD, cycles=cycles, start_phase=phase) for phase in (0.0, 0.5)]
+
+
+def _walks(rollouts):
+    return walks_of(rollouts, CONFIGURATION)
+
+
+def _validate(nominal, identified=None, **further):
+    return validate(SUBJECT, RECORD, MODEL, nominal, identified, CONFIGURATION, **further)
+
+
+@pytest.fixture(scope="module")
+def rollouts():
+    return _rollouts()
+
+
+@pytest.fixture(scope="module")
+def walks(rollouts):
+    return _walks(rollouts)
+
+
+@pytest.fixture(scope="module")
+def metrics(walks):
+    return _validate(walks)
+
+
+def _verdicts(metrics, tolerance):
+    return [row["passed"] for row in metrics["tolerances"] if row["id"] == tolerance]
+
+
+def _failed(metrics):
+    return {
+        row["id"]
+        for row in metrics["tolerances"]
+        if not row["passed"] and row["id"] not in NOT_OF_A_MADE_UP_BODY
+    }
+
+
+def test_a_perfect_walk_passes_every_tolerance_that_its_length_allows(metrics):
+    assert _failed(metrics) == {"consecutive-cycles"}
+    assert metrics["final"] == "nominal"
+    walk = metrics["walks"]["nominal"]
+    assert [start["cycles"]["right"] for start in walk["starts"]] == [21, 21]
+    assert walk["cycles"] == {"right": 20, "left": 20}
+    speed = walk["spatiotemporal"][0]
+    assert (speed["name"], speed["mean"], speed["recorded"]) == ("walking_speed", SPEED, SPEED)
+
+
+def test_a_perfect_walk_reaches_every_goal(metrics):
+    missed = {row["id"] for row in metrics["tolerances"] if row["reached"] is False}
+    assert missed - set(NOT_OF_A_MADE_UP_BODY) == {"consecutive-cycles"}
+    goals = [row["reached"] for row in metrics["tolerances"] if row["goal"] is not None]
+    assert metrics["summary"]["goals"] == len(goals)
+    assert metrics["summary"]["goals_reached"] == sum(goals)
+
+
+def test_the_recorded_steps_add_up_to_the_stride(metrics):
+    recorded = {
+        row["name"]: row["recorded"] for row in metrics["walks"]["nominal"]["spatiotemporal"]
+    }
+    stride = SPEED * STRIDE_TIME
+    assert recorded["step_length_left"] == pytest.approx(LEFT_PHASE * stride)
+    both = recorded["step_length_left"] + recorded["step_length_right"]
+    assert both == pytest.approx(stride)
+
+
+def test_only_the_compared_cycles_are_kept_of_a_long_walk(rollouts):
+    longer = [perfect_walk(RECORD, cycles=40, start_phase=phase) for phase in (0.0, 0.5)]
+    walks = _walks(longer)
+    assert walks.compared.phase[-1] == pytest.approx(1 + 20 + 2, abs=0.01)
+    assert len(walks.compared.positions) == len(walks.compared.time)
+    assert [start.cycles["right"] for start in walks.starts] == [38, 38]
+    ours, theirs = _validate(walks), _validate(_walks(rollouts))
+    error = theirs["walks"]["nominal"]["errors"]["moments"]["ankle_angle_r"]["rmse"]
+    assert ours["walks"]["nominal"]["errors"]["moments"]["ankle_angle_r"]["rmse"] == pytest.approx(
+        error, abs=1e-5
+    )
+
+
+def test_the_schema_is_a_schema_and_the_metrics_follow_it(metrics):
+    schema = json.loads(
+        resources.files("gaitval.metrics").joinpath("metrics.schema.json").read_text("utf-8")
+    )
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(metrics, schema)
+
+
+def test_equal_walks_give_equal_bytes(metrics, tmp_path):
+    again = _validate(_walks(_rollouts()))
+    write_json(tmp_path / "a.json", metrics)
+    write_json(tmp_path / "b.json", again)
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    assert read_json(tmp_path / "a.json") == metrics
+
+
+def test_a_stored_walk_gives_the_same_to_six_digits(walks, metrics, tmp_path):
+    walks.compared.save(tmp_path / "walk.npz")
+    stored = type(walks.compared).load(tmp_path / "walk.npz")
+    starts = tuple(Endurance.from_dict(start.as_dict()) for start in walks.starts)
+    assert starts == walks.starts
+    ours = _validate(Rollouts(stored, starts))
+    np.testing.assert_allclose(
+        ours["walks"]["nominal"]["curves"]["angles"]["knee_angle_r"]["mean"],
+        metrics["walks"]["nominal"]["curves"]["angles"]["knee_angle_r"]["mean"],
+        atol=1e-4,
+    )
+
+
+def test_a_fall_is_shown_as_failed(rollouts):
+    short = perfect_walk(RECORD, cycles=5.3, start_phase=0.5)
+    metrics = _validate(_walks([rollouts[0], replace(short, fell=np.array([1.0]))]))
+    assert _verdicts(metrics, "falls") == [False]
+    assert metrics["walks"]["nominal"]["starts"][1]["cycles"]["right"] == 3
+    assert _failed(metrics) == {"consecutive-cycles", "falls"}
+
+
+def test_a_walk_that_falls_at_once_is_reported_without_curves(rollouts):
+    fallen = [
+        replace(perfect_walk(RECORD, cycles=0.3, start_phase=phase), fell=np.array([1.0]))
+        for phase in (0.0, 0.5)
+    ]
+    metrics = _validate(_walks(rollouts[:1]), _walks(fallen))
+    identified = metrics["walks"]["identified"]
+    assert identified["curves"]["angles"]["knee_angle_r"] == {"mean": None, "sd": None}
+    assert identified["errors"]["forces"]["vertical_l"] is None
+    assert identified["epsilon"] is None
+    assert identified["foot_contact"]["left"]["path"]["along"] == {"mean": None, "sd": None}
+    assert metrics["final"] == "identified"
+    assert _verdicts(metrics, "sagittal-angles") == [False] * 6
+    assert _verdicts(metrics, "stance-fraction") == [False] * 2
+    assert metrics["walks"]["nominal"]["epsilon"]["total"] < 0.02
+
+
+def test_the_tolerances_judge_the_identified_body(rollouts, walks):
+    wrong = replace(rollouts[0], positions=rollouts[0].positions + np.deg2rad(8))
+    metrics = _validate(_walks([wrong]), walks)
+    assert _failed(metrics) == {"consecutive-cycles"}
+    assert metrics["walks"]["nominal"]["errors"]["angles"]["knee_angle_r"]["rmse"] == pytest.approx(
+        8
+    )
+
+
+def test_pushes_are_judged_phase_by_phase(walks):
+    pushes = {
+        "seconds": 0.05,
+        "cycles": 5.0,
+        "resolution": 25.0,
+        "ceiling": 1200.0,
+        "phases": [0.0, 0.5],
+        "directions": [0.0, 90.0, 180.0, -90.0],
+        "largest": [[700.0, 300.0, 500.0, 325.0], [400.0, 275.0, 900.0, 1200.0]],
+        "force": 300.0,
+        "criterion_directions": [0.0, 90.0, -90.0],
+        "survived": [[True, True, True], [True, False, True]],
+    }
+    metrics = _validate(walks, pushes=pushes)
+    rows = [row for row in metrics["tolerances"] if row["id"] == "push-survival"]
+    assert [row["target"] for row in rows] == ["phase 0", "phase 0.5"]
+    assert [row["value"] for row in rows] == [100.0, pytest.approx(200 / 3, rel=1e-5)]
+    assert [row["passed"] for row in rows] == [True, False]
+    assert metrics["push_recovery"] == pushes
+
+
+def test_the_test_that_the_metrics_name_for_the_external_load_exists(metrics):
+    path, name = metrics["method"]["external_load"].split()[-1].split("::")
+    assert f"\ndef {name}(" in (Path(__file__).parents[2] / path).read_text("utf-8")
+
+
+def test_walks_of_another_configuration_are_refused(rollouts, walks):
+    with pytest.raises(ArtefactError, match=r"start at the phases \[0.5, 0.0\]"):
+        _validate(_walks(rollouts[::-1]))
+    with pytest.raises(ArtefactError, match="nominal walks start at"):
+        _validate(_walks(rollouts[:1]))
+    with pytest.raises(ArtefactError, match="identified walks start at"):
+        _validate(_walks(rollouts[:1]), _walks(rollouts[:1]))
+    with pytest.raises(ArtefactError, match=r"the compared one at 0\.5"):
+        _validate(replace(walks, compared=rollouts[1]))
+
+
+def test_damaged_metrics_are_refused_with_the_place(metrics):
+    damaged = copy.deepcopy(metrics)
+    damaged["walks"]["nominal"]["starts"][1]["fell"] = "no"
+    with pytest.raises(ArtefactError, match=r"stored\.json: .* at walks/nominal/starts/1/fell"):
+        check_metrics(damaged, "stored.json")
+    with pytest.raises(ArtefactError, match="top level"):
+        check_metrics([], "stored.json")
+
+
+def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
+    older = copy.deepcopy(metrics)
+    older["schema_version"] -= 1
+    older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
+    with pytest.raises(ArtefactError, match=r"of version 3 .* reads version 4\. Write it anew"):
+        check_metrics(older, "stored.json")

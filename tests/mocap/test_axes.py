@@ -1,0 +1,324 @@
+"""The laboratory's axes are found from who stands and walks in it, or refused with a reason."""
+
+from itertools import permutations, product
+
+import numpy as np
+import pytest
+
+from gaitval.errors import RecordError
+from gaitval.mocap.axes import check_axes, detect_axes, parse_axes, turn_to_walking_direction
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Plate, Recording
+
+# A person of 1.75 m who stands in the project's axes, m.
+RIGHT = {
+    "ASIS": (0.10, -0.13, 0.98),
+    "PSIS": (-0.10, -0.05, 1.00),
+    "Knee": (0.02, -0.16, 0.50),
+    "Ankle": (-0.03, -0.15, 0.08),
+    "Heel": (-0.10, -0.12, 0.04),
+    "MT1": (0.12, -0.11, 0.04),
+    "MT5": (0.09, -0.20, 0.03),
+}
+PERSON = {f"R.{name}": np.array(place) for name, place in RIGHT.items()}
+PERSON |= {f"L.{name}": np.array((x, -y, z)) for name, (x, y, z) in RIGHT.items()}
+LANDMARKS = {name: name.replace(".", "_") for name in PERSON}
+
+# The 24 ways in which axes of a right-handed laboratory can lie.
+ROTATIONS = [
+    matrix
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+    if np.linalg.det(matrix := np.diag(signs)[list(order)]) > 0
+]
+
+
+def about_z(degrees: float) -> np.ndarray:
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+
+
+def about_y(degrees: float) -> np.ndarray:
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+
+
+def standing(
+    rotation: np.ndarray | None = None, points: dict = PERSON, scale: float = 1.0
+) -> Recording:
+    """The person as a laboratory records it whose axes `rotation` takes to the project's."""
+    places = np.array(list(points.values())) * scale @ (np.eye(3) if rotation is None else rotation)
+    markers = np.tile(places, (5, 1, 1))
+    names = tuple(LANDMARKS[name] for name in points)
+    return Recording("standing.c3d", "laboratory", names, markers, 100.0)
+
+
+def walking(speed: float, *, belt: bool, drift: float = 0.0) -> Recording:
+    """Ten seconds of a walk along +x in the project's axes: stance 60 %, swing 40 % of 1 s."""
+    time = np.arange(1000) / 100.0
+    markers = np.tile(np.array(list(PERSON.values())), (len(time), 1, 1))
+    for i, name in enumerate(PERSON):
+        if name[2:] in ("Heel", "MT1", "MT5", "Ankle"):
+            phase = (time + (0.5 if name[0] == "L" else 0.0)) % 1.0
+            swing = np.clip((phase - 0.6) / 0.4, 0, 1)
+            # On the ground it stays behind; in swing it catches up and is lifted.
+            behind = speed * (0.5 * (1 - np.cos(np.pi * swing)) - phase)
+            markers[:, i, 0] += behind + 0.3 * speed
+            markers[:, i, 2] += 0.12 * np.sin(np.pi * swing)
+    travel = (drift if belt else speed) * time
+    markers[:, :, 0] += travel[:, None]
+    names = tuple(LANDMARKS[name] for name in PERSON)
+    return Recording("walk.c3d", "project", names, markers, 100.0)
+
+
+def turned(recording: Recording, degrees: float) -> Recording:
+    return recording.turned(about_z(degrees))
+
+
+class TestDetect:
+    @pytest.mark.parametrize("rotation", ROTATIONS)
+    def test_any_laboratory(self, rotation):
+        axes = detect_axes(standing(rotation), LANDMARKS)
+        np.testing.assert_array_equal(axes.rotation, rotation)
+        np.testing.assert_array_equal(parse_axes(axes.option).rotation, rotation)
+        check_axes(axes, standing(rotation), LANDMARKS)
+
+    @pytest.mark.parametrize(
+        ("rotation", "words"), [(about_z(20), "20.0° off +x"), (about_y(10), "0.0° off +x")]
+    )
+    def test_turned_or_leaning_a_little(self, rotation, words):
+        axes = detect_axes(standing(rotation), LANDMARKS)
+        np.testing.assert_array_equal(axes.rotation, np.eye(3))
+        assert "+x forward, +y to the left, +z up" in axes.description
+        assert words in axes.description
+
+    def test_one_foot_and_few_markers_suffice(self):
+        few = {name: PERSON[name] for name in ("R.ASIS", "L.ASIS", "R.Ankle", "R.Heel", "R.MT5")}
+        np.testing.assert_array_equal(
+            detect_axes(standing(points=few), LANDMARKS).rotation, np.eye(3)
+        )
+
+    def test_gaps(self):
+        recording = standing()
+        recording.markers[1:] = np.nan
+        np.testing.assert_array_equal(detect_axes(recording, LANDMARKS).rotation, np.eye(3))
+
+    @pytest.mark.parametrize(
+        ("folder", "name", "option"),
+        [
+            ("wbds/raw", "WBDS01static1.c3d", "forward=+x up=+y"),
+            ("opensim_rajagopal/ExpData", "static_walk_1.trc", "forward=+z up=+y"),
+            ("opensim_rajagopal/ExpData", "static_walk_2.trc", "forward=+z up=+y"),
+        ],
+    )
+    def test_laboratories_of_which_we_have_data(self, gait_data, folder, name, option):
+        same = {landmark: landmark for landmark in PERSON} | {"R.Toe": "R.Toe", "L.Toe": "L.Toe"}
+        axes = detect_axes(read_recording(gait_data / folder / name), same)
+        assert axes.option == option
+
+    @pytest.mark.parametrize(
+        ("recording", "words"),
+        [
+            (standing(about_y(35)), "not a standing trial"),
+            (standing(about_z(40)), "40° off the nearest axis"),
+            (standing(scale=1e3), "wrong unit, by a factor of 0.001"),
+            (standing(scale=1e-3), "wrong unit, by a factor of 1000"),
+            (standing(scale=10.0), "wrong unit, by a factor of 0.1"),
+            (standing(scale=2.0), "names are wrong"),
+        ],
+        ids=["lying", "diagonal", "mm as m", "m as mm", "cm as mm", "giant"],
+    )
+    def test_refusals(self, recording, words):
+        with pytest.raises(RecordError) as caught:
+            detect_axes(recording, LANDMARKS)
+        assert "standing.c3d" in str(caught.value)
+        assert words in str(caught.value)
+
+    @pytest.mark.parametrize("name", ["ASIS", "Knee", "Heel", "MT5"])
+    def test_left_and_right_exchanged(self, name):
+        points = PERSON | {f"R.{name}": PERSON[f"L.{name}"], f"L.{name}": PERSON[f"R.{name}"]}
+        with pytest.raises(RecordError, match=rf"left and right are exchanged in {name}:"):
+            detect_axes(standing(points=points), LANDMARKS)
+
+    def test_a_mirrored_laboratory(self):
+        """Axes that are left-handed put every left marker on the right."""
+        with pytest.raises(RecordError, match=r"exchanged in ASIS, PSIS, Knee, .* mirrored"):
+            detect_axes(standing(np.diag([1.0, -1, 1])), LANDMARKS)
+
+    def test_front_and_rear_of_the_pelvis_exchanged(self):
+        points = dict(PERSON)
+        for side in "RL":
+            points[f"{side}.ASIS"], points[f"{side}.PSIS"] = (
+                PERSON[f"{side}.PSIS"],
+                PERSON[f"{side}.ASIS"],
+            )
+        with pytest.raises(RecordError, match="front and rear markers"):
+            detect_axes(standing(points=points), LANDMARKS)
+
+    @pytest.mark.parametrize(
+        ("lost", "words"),
+        [(("ASIS", "PSIS"), "pelvis"), (("Ankle",), "ankles"), (("MT1", "MT5"), "toes")],
+    )
+    def test_markers_that_are_needed(self, lost, words):
+        points = {name: place for name, place in PERSON.items() if name[2:] not in lost}
+        with pytest.raises(RecordError, match=f"no marker on the {words}"):
+            detect_axes(standing(points=points), LANDMARKS)
+
+
+class TestGiven:
+    @pytest.mark.parametrize(
+        ("text", "rotation"),
+        [
+            ("forward=+x up=+z", np.eye(3)),
+            ("up=z, forward=x", np.eye(3)),
+            ("Forward=+X Left=+Y", np.eye(3)),
+            ("left=y up=z", np.eye(3)),
+            ("right=-y down=-z", np.eye(3)),
+            ("forward=+x up=+y", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+            ("forward=x up=y right=z", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+            ("forward=-y up=z", [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
+        ],
+    )
+    def test_forms(self, text, rotation):
+        axes = parse_axes(text)
+        np.testing.assert_array_equal(axes.rotation, rotation)
+        np.testing.assert_array_equal(parse_axes(axes.option).rotation, rotation)
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("", "two directions are needed"),
+            ("forward=x", "two directions are needed"),
+            ("forward=+x up=+x", "at right angles"),
+            ("forward=+w up=+z", "'forward=+w' is not understood"),
+            ("ahead=+x up=+z", "'ahead=+x' is not understood"),
+            ("xyz", "'xyz' is not understood"),
+            ("up=+z down=-y", "up is said twice"),
+            ("forward=x left=z up=y", "left-handed"),
+        ],
+    )
+    def test_refusals_show_the_form(self, text, words):
+        with pytest.raises(RecordError) as caught:
+            parse_axes(text)
+        assert words in str(caught.value)
+        assert "forward=+x up=+y" in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("forward=+x up=+y", "up is +y"),
+            ("forward=+x up=-z", "up is -z"),
+            ("forward=-x up=+z", "forward is -x"),
+            ("forward=+y up=+z", "forward is +y"),
+        ],
+    )
+    def test_against_the_standing_trial(self, text, words):
+        with pytest.raises(RecordError) as caught:
+            check_axes(parse_axes(text), standing(), LANDMARKS)
+        assert words in str(caught.value)
+        assert "standing.c3d" in str(caught.value)
+
+    def test_a_person_who_stands_diagonally_needs_them(self):
+        recording = standing(about_z(40))
+        with pytest.raises(RecordError, match="--axes"):
+            detect_axes(recording, LANDMARKS)
+        check_axes(parse_axes("forward=+x up=+z"), recording, LANDMARKS)
+
+
+class TestWalkingDirection:
+    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
+    @pytest.mark.parametrize("quarter", [0, 90, 180, 270])
+    @pytest.mark.parametrize("off", [0.0, 6.0])
+    def test_multiples_of_a_right_angle(self, belt, quarter, off):
+        straight = turned(walking(1.2, belt=belt), off)
+        found, text = turn_to_walking_direction(turned(straight, quarter), LANDMARKS)
+        np.testing.assert_allclose(found.markers, straight.markers, atol=1e-12)
+        assert ("treadmill" if belt else "overground") in text
+        assert "1.2" in text
+
+    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
+    def test_a_path_across_the_axes(self, belt):
+        straight = walking(1.2, belt=belt)
+        found, _ = turn_to_walking_direction(turned(straight, 37.0), LANDMARKS)
+        np.testing.assert_allclose(found.markers, straight.markers, atol=1e-3)
+
+    @pytest.mark.parametrize("drift", [-0.15, 0.15])
+    def test_drifting_on_a_slow_treadmill(self, drift):
+        """1.5 m along the belt in ten seconds do not make it a walk overground."""
+        straight = walking(0.4, belt=True, drift=drift)
+        found, text = turn_to_walking_direction(turned(straight, 180), LANDMARKS)
+        np.testing.assert_allclose(found.markers, straight.markers, atol=1e-12)
+        assert "treadmill" in text
+
+    def test_forces_are_turned_too(self):
+        straight = walking(1.2, belt=False)
+        vectors = np.tile([1.0, 2.0, 3.0], (1000, 1))
+        plate = Plate("1", np.eye(4, 3), vectors, vectors, vectors, vectors)
+        recording = Recording(
+            "walk.c3d", "project", straight.names, straight.markers, 100.0, 0.0, (plate,), 100.0
+        )
+        found, _ = turn_to_walking_direction(turned(recording, 90), LANDMARKS)
+        np.testing.assert_allclose(found.plates[0].force, vectors, atol=1e-12)
+        np.testing.assert_allclose(found.plates[0].moment, vectors, atol=1e-12)
+
+    def test_gaps(self):
+        recording = walking(1.2, belt=True)
+        recording.markers[100:300, 0] = np.nan
+        recording.markers[:, 5] = np.nan
+        found, _ = turn_to_walking_direction(turned(recording, 90), LANDMARKS)
+        np.testing.assert_allclose(found.markers, recording.markers, atol=1e-12)
+
+    def test_walking_backwards(self):
+        with pytest.raises(RecordError, match="backwards"):
+            turn_to_walking_direction(walking(-1.2, belt=False), LANDMARKS)
+
+    def test_a_standing_trial(self):
+        with pytest.raises(RecordError, match="not a walking trial"):
+            turn_to_walking_direction(walking(0.0, belt=False), LANDMARKS)
+
+    @pytest.mark.parametrize("factor", [1e-3, 10.0])
+    def test_another_unit_than_the_standing_trial(self, factor):
+        recording = walking(1.2, belt=False)
+        other = recording.with_markers(recording.names, factor * recording.markers)
+        with pytest.raises(RecordError, match=f"wrong unit, by a factor of {1 / factor:g}"):
+            turn_to_walking_direction(other, LANDMARKS)
+
+    def test_other_axes_than_the_standing_trial(self):
+        upside_down = walking(1.2, belt=False).turned(np.diag([1.0, -1, -1]))
+        with pytest.raises(RecordError, match="other axes than the standing trial"):
+            turn_to_walking_direction(upside_down, LANDMARKS)
+
+    def test_still_in_the_laboratorys_axes(self):
+        with pytest.raises(RecordError, match="still in the laboratory's axes"):
+            turn_to_walking_direction(standing(), LANDMARKS)
+
+    @pytest.mark.parametrize(
+        ("folder", "static", "trial", "mode", "speed"),
+        [
+            ("wbds/raw", "WBDS01static1.c3d", "WBDS01walkT01.c3d", "treadmill", 0.49),
+            ("wbds/raw", "WBDS01static1.c3d", "WBDS01walkO01Cmkr.txt", "overground", 1.26),
+            (
+                "opensim_rajagopal/ExpData",
+                "static_walk_1.trc",
+                "motion_capture_walk.trc",
+                "overground",
+                1.26,
+            ),
+        ],
+    )
+    def test_recorded_trials(self, gait_data, folder, static, trial, mode, speed):
+        """Speeds of the two WBDS trials are those of the dataset; the third is the pelvis' travel
+        in the file over its time. Rajagopal's person stands across the walkway.
+        """
+        same = {landmark: landmark for landmark in PERSON} | {"R.Toe": "R.Toe", "L.Toe": "L.Toe"}
+        axes = detect_axes(read_recording(gait_data / folder / static), same)
+        recording = read_recording(gait_data / folder / trial).turned(axes.rotation)
+        found, text = turn_to_walking_direction(recording, same)
+        assert mode in text
+        shown = float(text.split(" m/s")[0].split()[-1])
+        assert shown == pytest.approx(speed, abs=0.015)
+        pelvis = found.marker("R.ASIS") - found.marker("R.PSIS")
+        assert np.nanmean(pelvis[:, 0]) > 0.1  # faces where it goes
+        sides = found.marker("L.ASIS") - found.marker("R.ASIS")
+        assert np.nanmean(sides[:, 1]) > 0.2  # left is left
+        assert np.nanmean(found.marker("R.ASIS")[:, 2]) > 0.8  # up is up

@@ -1,0 +1,574 @@
+"""C3D files: what a laboratory's program may write is read as meant, or refused with a reason."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import ezc3d
+import numpy as np
+import pytest
+from scipy.signal import butter, filtfilt
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap import c3d
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.motion_text import read_storage
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Event
+
+# A laboratory with y up; plates with z down, one turned by 180 degrees about the vertical.
+CORNERS = np.array([[1.6, 0, 0.3], [1.6, 0, 0.9], [1.0, 0, 0.9], [1.0, 0, 0.3]])
+ORIGIN = np.array([0.01, -0.02, -0.04])
+LOAD = np.array([45.0, 720.0, -30.0])
+POINT = np.array([1.42, 0.0, 0.51])
+TORQUE = np.array([0.0, 6.5, 0.0])
+
+
+@dataclass
+class Plate:
+    """A plate to write: its type, channels (T, n) as stored, and parameters in metres."""
+
+    kind: int
+    channels: Array
+    corners: Array = field(default_factory=lambda: CORNERS.copy())
+    origin: Array = field(default_factory=lambda: ORIGIN.copy())
+    calibration: Array | None = None
+    units: Sequence[str] = ("N",) * 3 + ("Nmm",) * 3
+
+
+def write(
+    path: Path,
+    *,
+    markers: Array | None = None,
+    names: Sequence[str] = ("R.ASIS", "L.ASIS", "R.Heel"),
+    residuals: Array | None = None,
+    unit: str | None = "mm",
+    rate: float = 100.0,
+    per_frame: int = 4,
+    plates: Sequence[Plate] = (),
+    first_frame: int = 0,
+    parameters: Mapping[tuple[str, str], Any] | None = None,
+) -> Path:
+    """Write a C3D file with ezc3d."""
+    if markers is None:
+        count = len(plates[0].channels) // per_frame if plates else 8
+        markers = np.tile(
+            1e3 * np.array([[1.2, 0.9, 0.4], [1.2, 0.9, 0.7], [1.3, 0.1, 0.5]]), (count, 1, 1)
+        )
+    file = ezc3d.c3d()
+    points = np.ones((4, markers.shape[1], len(markers)))
+    points[:3] = markers.transpose(2, 1, 0)
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
+    if unit is not None:
+        file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    file["data"]["points"] = points
+    if residuals is not None:
+        file["data"]["meta_points"]["residuals"] = residuals.T[None]
+    if plates:
+        channels = np.column_stack([plate.channels for plate in plates])
+        file["parameters"]["ANALOG"]["RATE"]["value"] = [rate * per_frame]
+        file["parameters"]["ANALOG"]["LABELS"]["value"] = [
+            f"C{i}" for i in range(channels.shape[1])
+        ]
+        file["parameters"]["ANALOG"]["UNITS"]["value"] = [u for p in plates for u in p.units]
+        file["data"]["analogs"] = channels.T[None]
+        widest = max(plate.channels.shape[1] for plate in plates)
+        listed = np.zeros((widest, len(plates)), dtype=int)
+        start = 1
+        for i, plate in enumerate(plates):
+            listed[: plate.channels.shape[1], i] = np.arange(plate.channels.shape[1]) + start
+            start += plate.channels.shape[1]
+        add = file.add_parameter
+        declared = file["parameters"]["FORCE_PLATFORM"]
+        declared["USED"]["value"] = np.array([len(plates)])
+        declared["TYPE"]["value"] = np.array([plate.kind for plate in plates])
+        declared["ZERO"]["value"] = np.array([0, 0])
+        declared["CHANNEL"]["value"] = listed
+        add("FORCE_PLATFORM", "CORNERS", 1e3 * np.stack([p.corners.T for p in plates], axis=2))
+        add("FORCE_PLATFORM", "ORIGIN", 1e3 * np.stack([p.origin for p in plates], axis=1))
+        matrices = [np.eye(6) if p.calibration is None else p.calibration for p in plates]
+        add("FORCE_PLATFORM", "CAL_MATRIX", np.stack(matrices, axis=2))
+    for (group, name), value in (parameters or {}).items():
+        file.add_parameter(group, name, value)
+    file["header"]["points"]["first_frame"] = first_frame
+    file.write(str(path))
+    return path
+
+
+def axes_of(corners: Array) -> Array:
+    """Axes of a plate as columns, from the definition of its corners by quadrants."""
+    x = (corners[0] + corners[3] - corners[1] - corners[2]) / 2
+    y = (corners[0] + corners[1] - corners[2] - corners[3]) / 2
+    x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+def wrench_in_plate(corners: Array) -> tuple[Array, Array]:
+    """LOAD at POINT with TORQUE, in the plate's axes about the middle of its surface."""
+    axes = axes_of(corners)
+    moment = np.cross(POINT - corners.mean(axis=0), LOAD) + TORQUE
+    return LOAD @ axes, moment @ axes
+
+
+def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) -> Plate:
+    """A plate of a type that carries LOAD at POINT with TORQUE, times `scale` over time."""
+    force, moment = wrench_in_plate(corners)
+    course = np.ones(32) if scale is None else scale
+    if kind == 1:
+        point = (POINT - corners.mean(axis=0)) @ axes_of(corners)
+        torque = TORQUE @ axes_of(corners)
+        channels = np.outer(course, np.r_[force, 0, 0, 1e3 * torque[2]])
+        channels[:, 3:5] = 1e3 * point[:2]
+        return Plate(1, channels, corners, units=("N", "N", "N", "mm", "mm", "Nmm"))
+    about_sensors = moment + np.cross(ORIGIN, force)
+    stored = np.r_[force, 1e3 * about_sensors]
+    if kind == 2:
+        return Plate(2, np.outer(course, stored), corners)
+    matrix = np.diag([500.0, 500, 1000, 8e5, 2.5e5, 4e5]) + np.arange(36).reshape(6, 6)
+    volts = np.linalg.solve(matrix, stored)
+    return Plate(4, np.outer(course, volts), corners, calibration=matrix, units=("V",) * 6)
+
+
+def assert_carries(plate: Any, factor: Array | float = 1.0) -> None:
+    """The plate shows LOAD at POINT with TORQUE. Values are stored as 32-bit floats."""
+    scale = np.broadcast_to(factor, len(plate.force))[:, None]
+    np.testing.assert_allclose(plate.force, scale * LOAD, atol=1e-3)
+    loaded = np.linalg.norm(plate.force, axis=1) > 50
+    np.testing.assert_allclose(
+        plate.centre_of_pressure[loaded], np.tile(POINT, (loaded.sum(), 1)), atol=1e-6
+    )
+    np.testing.assert_allclose(plate.free_moment[loaded], (scale * TORQUE)[loaded], atol=1e-4)
+    about_origin = np.cross(POINT, LOAD) + TORQUE
+    np.testing.assert_allclose(plate.moment, scale * about_origin, atol=2e-3)
+
+
+class TestMarkers:
+    @pytest.mark.parametrize(("unit", "metres"), [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)])
+    def test_units_become_metres(self, tmp_path, unit, metres):
+        places = np.arange(24.0).reshape(2, 4, 3) + 1
+        path = write(tmp_path / "a.c3d", markers=places / metres, names=list("abcd"), unit=unit)
+        recording = read_c3d(path)
+        np.testing.assert_allclose(recording.markers, places, rtol=1e-6)
+        assert recording.names == ("a", "b", "c", "d")
+        assert recording.axes == "laboratory"
+
+    def test_hidden_markers_are_nan(self, tmp_path):
+        markers = np.full((5, 3, 3), 700.0)
+        markers[2, 1] = 0.0
+        residuals = np.zeros((5, 3))
+        residuals[3, 0] = -1.0
+        recording = read_c3d(write(tmp_path / "a.c3d", markers=markers, residuals=residuals))
+        hidden = np.isnan(recording.markers).all(axis=2)
+        assert sorted(zip(*np.nonzero(hidden), strict=True)) == [(2, 1), (3, 0)]
+        assert np.isfinite(recording.markers[~hidden]).all()
+
+    def test_a_coordinate_of_zero_is_no_gap(self, tmp_path):
+        markers = np.full((5, 3, 3), 700.0)
+        markers[:, :, 1] = 0.0
+        assert np.isfinite(read_c3d(write(tmp_path / "a.c3d", markers=markers)).markers).all()
+
+    def test_angles_and_unlabelled_points_are_left_out_and_the_prefix_taken_off(self, tmp_path):
+        path = write(
+            tmp_path / "a.c3d",
+            markers=np.full((5, 5, 3), 700.0),
+            names=["Anna:LASI", "Anna:RASI", "*12", "Anna:LKneeAngles", "Anna:LHEE"],
+            parameters={("POINT", "ANGLES"): ["Anna:LKneeAngles"]},
+        )
+        assert read_c3d(path).names == ("LASI", "RASI", "LHEE")
+
+    def test_texts_that_end_in_nul(self, tmp_path):
+        path = write(tmp_path / "a.c3d", names=["Heel__", "R.ASIS", "L.ASIS"])
+        path.write_bytes(path.read_bytes().replace(b"Heel__", b"Heel\0\0"))
+        assert read_c3d(path).names == ("Heel", "R.ASIS", "L.ASIS")
+
+    def test_names_that_are_not_utf8(self, tmp_path):
+        path = write(tmp_path / "a.c3d", names=["Schaedel", "R.ASIS", "L.ASIS"])
+        path.write_bytes(path.read_bytes().replace(b"Schaedel", "Schädel ".encode("latin-1")))
+        assert read_c3d(path).names == ("Schädel", "R.ASIS", "L.ASIS")
+
+    def test_clock_starts_at_the_first_frame_that_was_kept(self, tmp_path):
+        recording = read_c3d(write(tmp_path / "a.c3d", first_frame=150))
+        assert recording.start == pytest.approx(1.5)
+        np.testing.assert_allclose(recording.time[:2], [1.5, 1.51])
+
+    def test_wbds_static_c3d_and_trc_agree(self, gait_data):
+        folder = gait_data / "wbds" / "raw"
+        first = read_recording(folder / "WBDS01static1.c3d")
+        second = read_recording(folder / "WBDS01static1.trc")
+        assert first.names == second.names
+        np.testing.assert_allclose(first.markers, second.markers, atol=1e-7)
+        assert first.plates == ()  # one is declared, without channels
+
+
+class TestPlates:
+    @pytest.mark.parametrize("kind", [1, 2, 4])
+    @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 3, 0, 1)], ids=["straight", "turned"])
+    def test_a_known_force_at_a_known_point(self, tmp_path, kind, order):
+        plate = plate_of(kind, CORNERS[list(order)])
+        recording = read_c3d(write(tmp_path / "a.c3d", plates=[plate]))
+        assert (recording.marker_rate, recording.force_rate) == (100.0, 400.0)
+        np.testing.assert_allclose(recording.plates[0].corners, plate.corners, atol=1e-6)
+        assert_carries(recording.plates[0])
+
+    @pytest.mark.parametrize("depth_sign", [-1, 1])
+    def test_four_sensors_of_type_3(self, tmp_path, depth_sign):
+        axes, centre, half_x, half_y, depth = (
+            axes_of(CORNERS),
+            CORNERS.mean(axis=0),
+            0.2,
+            0.17,
+            0.05,
+        )
+        upper, sides = np.array([-150.0, -260, -310, -180]), np.array([12.0, -40, 25, 8])
+        at = np.array([[half_x, half_y], [-half_x, half_y], [-half_x, -half_y], [half_x, -half_y]])
+        # Where each of the eight components acts, and along which axis of the plate.
+        parts = [
+            ((0.0, half_y), (sides[0], 0, 0)),
+            ((0.0, -half_y), (sides[1], 0, 0)),
+            ((half_x, 0.0), (0, sides[2], 0)),
+            ((-half_x, 0.0), (0, sides[3], 0)),
+            *[(tuple(place), (0, 0, value)) for place, value in zip(at, upper, strict=True)],
+        ]
+        force = np.sum([part for _, part in parts], axis=0)
+        moment = np.sum([np.cross((*place, depth), part) for place, part in parts], axis=0)
+        channels = np.tile(np.r_[sides, upper], (32, 1))
+        origin = np.array([half_x, half_y, depth_sign * depth])
+        plate = Plate(3, channels, origin=origin, units=("N",) * 8)
+        found = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0]
+        np.testing.assert_allclose(found.force[0], axes @ force, rtol=1e-6)
+        about_origin = axes @ moment + np.cross(centre, axes @ force)
+        np.testing.assert_allclose(found.moment[0], about_origin, atol=1e-3)
+        # The same wrench as a force at the centre of pressure with a vertical moment.
+        again = np.cross(found.centre_of_pressure[0], found.force[0]) + found.free_moment[0]
+        np.testing.assert_allclose(again, about_origin, atol=1e-3)
+        np.testing.assert_allclose(found.free_moment[0, [0, 2]], 0, atol=1e-12)
+        assert found.centre_of_pressure[0, 1] == pytest.approx(0, abs=1e-9)
+
+    def test_an_origin_below_the_surface_is_reversed(self, tmp_path):
+        plate = plate_of(2)
+        plate.origin = -plate.origin
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    def test_a_calibration_stored_by_rows(self, tmp_path):
+        plate = plate_of(4)
+        assert plate.calibration is not None
+        plate.calibration = plate.calibration.T
+        path = write(
+            tmp_path / "a.c3d",
+            plates=[plate],
+            parameters={("FORCE_PLATFORM", "MATRIX_STORE"): ["BYROW"]},
+        )
+        assert_carries(read_c3d(path).plates[0])
+
+    def test_forces_on_the_plate_are_turned_round(self, tmp_path):
+        plate = plate_of(2)
+        plate.channels = -plate.channels
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    @pytest.mark.parametrize(("unit", "factor"), [("Nmm", 1.0), ("Nm", 1e-3), ("", 1.0)])
+    def test_unit_of_the_moments(self, tmp_path, unit, factor):
+        plate = plate_of(2)
+        plate.channels[:, 3:] *= factor
+        plate.units = ("N", "N", "N", unit, unit, unit)
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    def test_several_plates_of_several_types(self, tmp_path):
+        kistler = Plate(3, np.zeros((32, 8)), units=("N",) * 8)
+        path = write(tmp_path / "a.c3d", plates=[kistler, plate_of(4), plate_of(2)])
+        plates = read_c3d(path).plates
+        assert [plate.name for plate in plates] == ["1", "2", "3"]
+        assert_carries(plates[1])
+        assert_carries(plates[2])
+        assert np.isnan(plates[0].centre_of_pressure).all()
+
+    def test_no_centre_of_pressure_where_unloaded_but_the_moment_stays(self, tmp_path):
+        course = np.r_[np.zeros(16), np.ones(16)]
+        plate = plate_of(2, scale=course)
+        offset = np.array([0.0, 0, -4.0, 300, -200, 0])  # 4 N, as of plates that are not zeroed
+        plate.channels += offset
+        found = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0]
+        assert np.isnan(found.centre_of_pressure[:16]).all()
+        assert np.isfinite(found.centre_of_pressure[16:]).all()
+        assert (found.free_moment[:16] == 0).all()
+        assert found.moment is not None
+        assert (np.linalg.norm(found.moment[:16], axis=1) > 0.3).all()
+
+    def test_baseline_is_subtracted_as_the_file_says(self, tmp_path):
+        course = np.r_[np.zeros(16), np.ones(16)]
+        plate = plate_of(2, scale=course)
+        plate.channels += np.array([3.0, -2, -30, 900, 400, 100])
+        path = write(
+            tmp_path / "a.c3d", plates=[plate], parameters={("FORCE_PLATFORM", "ZERO"): [1, 4]}
+        )
+        assert_carries(read_c3d(path).plates[0], course)
+
+    def test_baseline_is_not_taken_from_a_loaded_plate(self, tmp_path):
+        path = write(
+            tmp_path / "a.c3d",
+            plates=[plate_of(2)],
+            parameters={("FORCE_PLATFORM", "ZERO"): [1, 4]},
+        )
+        assert_carries(read_c3d(path).plates[0])
+
+    @pytest.mark.parametrize("kind", [2, 4])
+    def test_as_ezc3d_computes_it(self, tmp_path, kind):
+        rng = np.random.default_rng(kind)
+        plate = plate_of(kind)
+        plate.channels *= rng.uniform(0.8, 1.2, plate.channels.shape)
+        path = write(tmp_path / "a.c3d", plates=[plate])
+        found = read_c3d(path).plates[0]
+        peer = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"][0]
+        np.testing.assert_allclose(found.force, peer["force"].T, rtol=1e-9)
+        np.testing.assert_allclose(found.centre_of_pressure, 1e-3 * peer["center_of_pressure"].T)
+        np.testing.assert_allclose(found.free_moment, 1e-3 * peer["Tz"].T, atol=1e-9)
+
+    def test_wbds_treadmill_as_another_laboratory_computed_it(self, gait_data):
+        """The .mot was made by a third party from the same C3D, with a low-pass filter.
+
+        Its cut-off is not stated; at 40 Hz the difference is least. Tolerances are what is left
+        at heel strike then; the means are not touched by a filter. A wrong sign, lever or origin
+        (15 mm) shows tenfold.
+        """
+        folder = gait_data / "wbds" / "raw"
+        recording = read_recording(folder / "WBDS01walkT01.c3d")
+        table = read_storage(folder / "WBDS01walkT01_grf.mot")
+        low_pass = butter(2, 40 / 0.802 / 150)
+        for number, plate in enumerate(recording.plates, start=1):
+            force, point, torque = (
+                np.column_stack([table.column(f"ground_{n}{a}{number}") for a in "xyz"])
+                for n in ("force_v", "force_p", "torque_")
+            )
+            loaded = force[:, 1] > 200
+            smooth = filtfilt(*low_pass, plate.force, axis=0)
+            assert plate.moment is not None
+            moment = filtfilt(*low_pass, plate.moment, axis=0)
+            pressure = np.column_stack(
+                [moment[:, 2], np.zeros(len(moment)), -moment[:, 0]]
+            ) / smooth[:, [1]]  # fmt: skip
+            free = moment[:, 1] - np.cross(pressure, smooth)[:, 1]
+            assert np.abs((plate.force - force)[loaded].mean(axis=0)).max() < 0.05
+            assert np.sqrt(((smooth - force)[loaded] ** 2).mean(axis=0)).max() < 1.0
+            assert np.sqrt(((pressure - point)[loaded] ** 2).mean(axis=0)).max() < 3e-3
+            assert np.sqrt(((free - torque[:, 1])[loaded] ** 2).mean()) < 0.3
+
+
+class TestEvents:
+    def test_spellings(self, tmp_path):
+        known = [
+            ("LHS", "", "left", "heel_strike"),
+            ("RON", "", "right", "heel_strike"),
+            ("LOFF", "", "left", "toe_off"),
+            ("RTO", "", "right", "toe_off"),
+            ("Foot Strike", "Left", "left", "heel_strike"),
+            ("Foot Off", "Right", "right", "toe_off"),
+            ("Right Heel Strike", "", "right", "heel_strike"),
+            ("Left_Toe_Off", "General", "left", "toe_off"),
+            ("R_IC", "", "right", "heel_strike"),
+        ]
+        path = write(
+            tmp_path / "a.c3d",
+            rate=1.0,
+            markers=np.full((10, 3, 3), 500.0),
+            parameters={
+                ("EVENT", "LABELS"): [label for label, *_ in known],
+                ("EVENT", "CONTEXTS"): [context for _, context, *_ in known],
+                ("EVENT", "TIMES"): np.array([[0.0] * 9, range(9)]),
+            },
+        )
+        assert read_c3d(path).events == tuple(
+            Event(float(time), side, kind) for time, (_, _, side, kind) in enumerate(known)
+        )
+
+    def test_others_are_left_out_and_minutes_counted(self, tmp_path):
+        path = write(
+            tmp_path / "a.c3d",
+            rate=1.0,
+            markers=np.full((100, 3, 3), 500.0),
+            parameters={
+                ("EVENT", "LABELS"): ["LTO", "Clap", "Foot Strike", "LHS"],
+                ("EVENT", "TIMES"): np.array([[1.0, 0, 0, 0], [5.5, 1, 2, 3]]),
+            },
+        )
+        assert read_c3d(path).events == (
+            Event(3.0, "left", "heel_strike"),
+            Event(65.5, "left", "toe_off"),
+        )
+
+    @pytest.mark.parametrize("stored", [1.53, 0.03], ids=["from frame 1", "from what is kept"])
+    def test_clock_of_a_file_that_was_cut(self, tmp_path, stored):
+        path = write(
+            tmp_path / "a.c3d",
+            first_frame=150,
+            parameters={
+                ("EVENT", "LABELS"): ["LHS"],
+                ("EVENT", "TIMES"): np.array([[0.0], [stored]]),
+            },
+        )
+        assert [event.time for event in read_c3d(path).events] == pytest.approx([1.53])
+
+    def test_one_event_under_two_names_is_one_and_the_plates_contact_counts(self, gait_data):
+        """WBDS01 T01 has LHS and LON, RHS and RON …; six RHS are 53 ms before any force."""
+        recording = read_recording(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d")
+        for side, kind, count in (
+            ("left", "heel_strike", 17),
+            ("left", "toe_off", 17),
+            ("right", "heel_strike", 16),
+            ("right", "toe_off", 17),
+        ):
+            times = [e.time for e in recording.events if (e.side, e.kind) == (side, kind)]
+            assert len(times) == count
+            assert min(np.diff(times)) > 1.0
+        strikes = [e.time for e in recording.events if (e.side, e.kind) == ("right", "heel_strike")]
+        assert strikes[1] == pytest.approx(3.3733, abs=1e-3)
+
+
+class TestRefusals:
+    def refuse(self, path: Path, *words: str) -> str:
+        with pytest.raises(RecordError) as caught:
+            read_recording(path)
+        message = str(caught.value)
+        assert str(path) in message
+        for word in words:
+            assert word in message
+        return message
+
+    def test_missing_and_empty(self, tmp_path):
+        self.refuse(tmp_path / "a.c3d", "no such file")
+        (tmp_path / "a.c3d").write_bytes(b"")
+        self.refuse(tmp_path / "a.c3d", "empty")
+
+    def test_a_folder(self, tmp_path):
+        (tmp_path / "a.c3d").mkdir()
+        self.refuse(tmp_path / "a.c3d", "cannot be opened")
+
+    def test_not_a_c3d_file(self, tmp_path):
+        (tmp_path / "a.c3d").write_text("Time,X,Y\n" * 200)
+        self.refuse(tmp_path / "a.c3d", "not a C3D file", "0x50")
+
+    def test_truncated_anywhere(self, tmp_path):
+        whole = write(tmp_path / "whole.c3d", plates=[plate_of(2)]).read_bytes()
+        data = 8 * (4 * 3 + 4 * 6) * 4  # frames x (markers + samples) x 4 bytes
+        path = tmp_path / "a.c3d"
+        for size in (*range(1, len(whole) - data, 97), len(whole) - data, len(whole) - 600):
+            path.write_bytes(whole[:size])
+            self.refuse(path, "truncated" if size > 1 else "")
+
+    @pytest.mark.parametrize(
+        ("script", "words"),
+        [
+            ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "crash"),
+            ("import time; time.sleep(60)", "did not end in 1 s"),
+            ("import sys; print('c3d: no such group', file=sys.stderr); sys.exit(1)", "no such gr"),
+            ("import sys; sys.exit(3)", "crash"),
+        ],
+    )
+    def test_whatever_happens_to_the_reading_process(self, tmp_path, monkeypatch, script, words):
+        path = write(tmp_path / "a.c3d")
+        (tmp_path / "process.py").write_text(script)
+        monkeypatch.setattr(c3d, "PROCESS", tmp_path / "process.py")
+        monkeypatch.setattr(c3d, "SECONDS", 1.0)
+        self.refuse(path, words, "damaged", "Copy it again")
+
+    @pytest.mark.parametrize("without", ["module", "limit"])
+    def test_a_system_without_a_limit_of_memory_reads_the_same(
+        self, tmp_path, monkeypatch, without
+    ):
+        """Windows has no module `resource`; macOS has it and refuses the limit."""
+        write(tmp_path / "t.c3d", plates=[plate_of(2)])
+        usual = read_c3d(tmp_path / "t.c3d")
+        refusing = "def setrlimit(*_): raise ValueError('current limit exceeds maximum limit')"
+        stand_in = {
+            "module": "sys.modules['resource'] = None",
+            "limit": f"import resource\n{refusing}\nresource.setrlimit = setrlimit",
+        }
+        (tmp_path / "process.py").write_text(
+            f"import runpy, sys\n{stand_in[without]}\n"
+            f"runpy.run_path({str(c3d.PROCESS)!r}, run_name='__main__')\n"
+        )
+        monkeypatch.setattr(c3d, "PROCESS", tmp_path / "process.py")
+        elsewhere = read_c3d(tmp_path / "t.c3d")
+        np.testing.assert_array_equal(elsewhere.markers, usual.markers)
+        np.testing.assert_array_equal(elsewhere.plates[0].force, usual.plates[0].force)
+
+    def test_damaged_bytes_never_end_in_anything_else(self, tmp_path, monkeypatch):
+        """Single bytes of the parameters changed; ezc3d 1.7.2 crashes or hangs with some."""
+        monkeypatch.setattr(c3d, "SECONDS", 1.5)
+        whole = write(tmp_path / "whole.c3d", plates=[plate_of(4)]).read_bytes()
+        rng = np.random.default_rng(0)
+        refused = 0
+        for place in rng.choice(2500, size=12, replace=False):
+            damaged = bytearray(whole)
+            damaged[place] = rng.integers(256)
+            (tmp_path / "a.c3d").write_bytes(damaged)
+            try:
+                read_recording(tmp_path / "a.c3d")
+            except RecordError:
+                refused += 1
+        assert refused > 0  # else nothing was damaged that matters
+
+    @pytest.mark.parametrize(("unit", "words"), [(None, "is missing"), ("furlong", "'furlong'")])
+    def test_unit_of_length(self, tmp_path, unit, words):
+        path = write(tmp_path / "a.c3d", unit="" if unit is None else unit)
+        self.refuse(path, "POINT:UNITS", words, "mm")
+
+    def test_wrong_unit(self, tmp_path):
+        self.refuse(write(tmp_path / "a.c3d", unit="m"), "spread", "millimetres that are called m")
+
+    def test_no_marker_is_ever_seen(self, tmp_path):
+        path = write(tmp_path / "a.c3d", markers=np.zeros((8, 3, 3)))
+        self.refuse(path, "none of the 3 markers", "8 frames")
+
+    def test_a_name_twice(self, tmp_path):
+        path = write(tmp_path / "a.c3d", names=["R.ASIS", "L.ASIS", "R.ASIS"])
+        self.refuse(path, "more than one marker has the name R.ASIS")
+
+    def test_no_markers(self, tmp_path):
+        self.refuse(write(tmp_path / "a.c3d", names=["*1", "*2", "*3"]), "labelled marker")
+
+    def test_plate_of_a_type_that_is_not_known(self, tmp_path):
+        plate = plate_of(2)
+        plate.kind = 7
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 7", "1 to 4")
+
+    def test_plate_without_a_place(self, tmp_path):
+        plate = plate_of(2)
+        plate.corners = np.zeros((4, 3))
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "CORNERS")
+
+    def test_plate_without_calibration(self, tmp_path):
+        plate = plate_of(4)
+        plate.calibration = np.zeros((6, 6))
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "CAL_MATRIX")
+
+    def test_plate_with_channels_that_are_not_there(self, tmp_path):
+        path = write(
+            tmp_path / "a.c3d",
+            plates=[plate_of(2)],
+            parameters={("FORCE_PLATFORM", "CHANNEL"): np.arange(5.0, 11)[:, None]},
+        )
+        self.refuse(path, "FORCE_PLATFORM:CHANNEL", "[5, 6, 7, 8, 9, 10]")
+
+    def test_volts_without_calibration(self, tmp_path):
+        plate = plate_of(2)
+        plate.channels /= 1e5
+        plate.units = ("V",) * 6
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "is in V", "no calibration")
+
+    @pytest.mark.parametrize("unit", ["Nm", "kNm"])
+    def test_moments_in_the_wrong_unit(self, tmp_path, unit):
+        plate = plate_of(2)
+        plate.units = ("N", "N", "N", unit, unit, unit)
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "wrong unit", "ANALOG:UNITS")
+
+    def test_no_rate(self, tmp_path):
+        path = write(tmp_path / "a.c3d")
+        blob = path.read_bytes()
+        at = re.search(rb"RATE..\x04\x00", blob, flags=re.DOTALL)
+        assert at is not None
+        blob = blob[: at.end()] + b"\0\0\0\0" + blob[at.end() + 4 :]
+        path.write_bytes(blob[:20] + b"\0\0\0\0" + blob[24:])  # the header has it again
+        self.refuse(path, "POINT:RATE is 0")

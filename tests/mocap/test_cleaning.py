@@ -1,0 +1,350 @@
+"""Cleaning of marker trajectories: what is put right, what is refused, and that all is reported."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_recording import LANDMARKS, SEGMENTS, walk
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.errors import RecordError
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.cleaning import CleaningReport, clean, low_pass, opposite_marker
+from gaitval.mocap.motion_text import read_trc, read_wbds_markers
+from gaitval.mocap.recording import Recording
+
+PROCESSING = ProcessingSettings()
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Turns x forward, y up, z right into x forward, y left, z up."""
+
+
+def cleaned(recording: Recording, **segments: str) -> tuple[Recording, CleaningReport]:
+    return clean(recording, segments or SEGMENTS, PROCESSING, landmarks=LANDMARKS)
+
+
+def changed(recording: Recording, name: str, frames: slice, value: float) -> Recording:
+    """The same trial with a marker set to a value (NaN), or moved by it (m, upwards)."""
+    markers = recording.markers.copy()
+    column = recording.names.index(name)
+    if np.isnan(value):
+        markers[frames, column] = np.nan
+    else:
+        markers[frames, column, 2] += value
+    return recording.with_markers(recording.names, markers)
+
+
+def exchanged(recording: Recording, first: str, second: str, frames: slice) -> Recording:
+    markers = recording.markers.copy()
+    pair = [recording.names.index(first), recording.names.index(second)]
+    markers[frames, pair] = markers[frames, pair[::-1]]
+    return recording.with_markers(recording.names, markers)
+
+
+# -- low-pass -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize(("rate", "cutoff"), [(100.0, 6.0), (150.0, 20.0), (2000.0, 6.0)])
+def test_the_stated_cutoff_is_that_of_the_whole_filter_and_has_no_lag(
+    rate: float, cutoff: float, order: int
+) -> None:
+    time = np.arange(0.0, 40.0 / cutoff, 1.0 / rate)
+    angle = 2.0 * np.pi * cutoff * time
+    filtered = low_pass(np.sin(angle), rate=rate, cutoff_hz=cutoff, order=order)
+    middle = slice(len(time) // 4, 3 * len(time) // 4)
+    parts = np.linalg.lstsq(
+        np.stack([np.sin(angle), np.cos(angle)], axis=1)[middle], filtered[middle], rcond=None
+    )[0]
+    # the definition of the cut-off: half the power, and a zero-lag filter has no cosine part
+    assert parts[0] == pytest.approx(1.0 / np.sqrt(2.0), abs=2e-3)
+    assert parts[1] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_the_gain_is_that_of_butterworth_above_the_cutoff() -> None:
+    # far below half the rate: |H| = 1 / (1 + (√2 - 1) (f/fc)^order) for the two passes
+    time = np.arange(0.0, 10.0, 0.001)
+    wave = np.sin(2.0 * np.pi * 12.0 * time)
+    filtered = low_pass(wave, rate=1000.0, cutoff_hz=6.0, order=4)
+    expected = 1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * 2.0**4)
+    assert np.abs(filtered[3000:7000]).max() == pytest.approx(expected, rel=5e-3)
+
+
+def test_low_pass_keeps_constants_and_filters_blocks_between_gaps_alone() -> None:
+    random = np.random.default_rng(0)
+    values = random.normal(size=(200, 2, 3))
+    values[80:90, 1, 2] = np.nan
+    filtered = low_pass(values, rate=100.0, cutoff_hz=6.0)
+    assert np.isnan(filtered[80:90, 1, 2]).all()
+    assert np.isfinite(filtered).sum() == values.size - 10
+    for block in (slice(0, 80), slice(90, 200)):
+        alone = low_pass(values[block, 1, 2], rate=100.0, cutoff_hz=6.0)
+        np.testing.assert_allclose(filtered[block, 1, 2], alone, atol=1e-12)
+    np.testing.assert_allclose(low_pass(np.full(50, 3.0), rate=100.0, cutoff_hz=6.0), 3.0)
+
+
+@pytest.mark.parametrize(
+    ("samples", "rate", "cutoff", "said"),
+    [(100, 10.0, 6.0, "than 12 Hz"), (100, 12.0, 6.0, "than 12 Hz"), (5, 100.0, 6.0, "too short")],
+)
+def test_low_pass_refuses_what_it_cannot_filter(
+    samples: int, rate: float, cutoff: float, said: str
+) -> None:
+    with pytest.raises(RecordError, match=said):
+        low_pass(np.zeros(samples), rate=rate, cutoff_hz=cutoff)
+
+
+# -- gaps ---------------------------------------------------------------------------------------
+
+
+def test_a_faultless_trial_is_not_changed() -> None:
+    recording = walk()
+    result, report = cleaned(recording)
+    assert np.array_equal(result.markers, recording.markers)
+    assert report == CleaningReport(findings=(), missing=(), filled={}, left_open={})
+
+
+def test_a_short_gap_is_filled_and_reported() -> None:
+    recording = walk()
+    gap = slice(200, 208)  # 0.08 s of 100 Hz
+    result, report = cleaned(changed(recording, "R.Knee", gap, np.nan))
+    np.testing.assert_allclose(
+        result.marker("R.Knee")[gap], recording.marker("R.Knee")[gap], atol=1e-3
+    )
+    (finding,) = report.findings
+    assert (finding.kind, finding.names) == ("gap", ("R.Knee",))
+    assert (finding.first, finding.last, finding.start) == (200, 207, pytest.approx(2.0))
+    assert "spline" in finding.action
+    assert report.filled == {"R.Knee": 8}
+
+
+def test_a_gap_longer_than_allowed_stays_and_says_why() -> None:
+    result, report = cleaned(changed(walk(), "R.Knee", slice(200, 215), np.nan))
+    assert np.isnan(result.marker("R.Knee")[200:215]).all()
+    assert report.left_open == {"R.Knee": 15}
+    assert "too long" in report.findings[0].action
+
+
+def _cluster(points: np.ndarray) -> Recording:
+    """A walk with four markers more, on a segment that turns and moves."""
+    recording = walk()
+    turn = Rotation.from_rotvec(np.outer(np.sin(4.0 * recording.time), [0.3, 1.0, -0.2]))
+    moved = np.stack([turn.apply(point) for point in points], axis=1)
+    moved += np.stack([1.2 * recording.time, 0.0 * recording.time, np.cos(recording.time)], axis=1)[
+        :, None
+    ]
+    names = (*recording.names, *(f"C{number}" for number in range(len(points))))
+    return recording.with_markers(names, np.concatenate([recording.markers, moved], axis=1))
+
+
+CLUSTER = np.array([[0.1, 0.0, 0.0], [0.0, 0.12, 0.0], [0.0, 0.0, -0.1], [0.1, 0.1, 0.1]])
+ON_CLUSTER = {f"C{number}": "thigh_r" for number in range(4)}
+
+
+@pytest.mark.parametrize("gap", [slice(200, 250), slice(0, 30), slice(580, 600)])
+def test_a_long_gap_is_rebuilt_exactly_from_the_rest_of_a_rigid_segment(gap: slice) -> None:
+    recording = _cluster(CLUSTER)
+    result, report = cleaned(changed(recording, "C0", gap, np.nan), **ON_CLUSTER)
+    np.testing.assert_allclose(result.marker("C0"), recording.marker("C0"), atol=1e-9)
+    assert "rebuilt from C1, C2, C3" in report.findings[0].action
+
+
+@pytest.mark.parametrize(
+    ("points", "gap"),
+    [
+        (CLUSTER, slice(200, 251)),  # more than five times the 0.1 s of a spline
+        (np.outer([1, 2, 3, 4], [0.0, 0.1, 0.0]), slice(200, 220)),  # on a line
+        (CLUSTER[:3], slice(200, 220)),  # two others
+    ],
+)
+def test_a_gap_is_not_rebuilt_from_what_does_not_fix_it(points: np.ndarray, gap: slice) -> None:
+    result, report = cleaned(changed(_cluster(points), "C0", gap, np.nan), **ON_CLUSTER)
+    assert np.isnan(result.marker("C0")[gap]).all()
+    assert "left open" in report.findings[0].action
+
+
+def test_markers_that_move_against_each_other_do_not_rebuild_a_gap() -> None:
+    recording = _cluster(CLUSTER)
+    broken = changed(recording, "C0", slice(200, 220), np.nan)
+    drifting = broken.markers.copy()
+    drifting[:, -1, 0] += np.linspace(0.0, 3.0, len(drifting))  # 10 cm during the gap
+    result, _ = cleaned(broken.with_markers(broken.names, drifting), **ON_CLUSTER)
+    assert np.isnan(result.marker("C0")[200:220]).all()
+
+
+def test_a_sample_at_exactly_the_origin_is_a_gap() -> None:
+    recording = walk()
+    markers = recording.markers.copy()
+    markers[300, 4] = 0.0
+    result, report = cleaned(recording.with_markers(recording.names, markers))
+    np.testing.assert_allclose(result.markers[300, 4], recording.markers[300, 4], atol=1e-3)
+    assert [finding.kind for finding in report.findings] == ["gap"]
+
+
+def test_a_marker_that_is_never_seen_is_listed() -> None:
+    _, report = cleaned(changed(walk(), "L.Knee", slice(None), np.nan))
+    assert report.missing == ("L.Knee",)
+    assert report.left_open == {}
+
+
+def test_a_trial_without_any_marker_is_refused() -> None:
+    recording = walk()
+    with pytest.raises(RecordError, match="none of the 14 markers is ever seen"):
+        cleaned(recording.with_markers(recording.names, np.full_like(recording.markers, np.nan)))
+
+
+# -- spikes -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("height", [0.03, 0.5, -5.0])
+@pytest.mark.parametrize("frames", [slice(300, 301), slice(300, 304), slice(2, 3), slice(597, 600)])
+def test_a_spike_is_taken_out_and_reported(frames: slice, height: float) -> None:
+    recording = walk()
+    result, report = cleaned(changed(recording, "R.ASIS", frames, height))
+    missed = np.linalg.norm(result.marker("R.ASIS") - recording.marker("R.ASIS"), axis=1)
+    assert missed.max() < 1e-3  # filled from the other three of the pelvis at the trial's end
+    spike = next(finding for finding in report.findings if finding.kind == "spike")
+    assert spike.names == ("R.ASIS",)
+    assert (spike.first, spike.last) == (frames.start, frames.stop - 1)
+    assert f"{1000 * abs(height):.0f} mm" in spike.action
+
+
+def test_noise_is_not_taken_for_spikes_or_exchanges() -> None:
+    recording = walk(20.0, marker_rate=150.0)
+    noise = np.random.default_rng(0).normal(scale=0.003, size=recording.markers.shape)
+    noisy = recording.with_markers(recording.names, recording.markers + noise)
+    result, report = cleaned(noisy)
+    assert report.findings == ()
+    np.testing.assert_array_equal(result.markers, noisy.markers)
+
+
+def test_a_marker_that_jumps_and_stays_is_reported_and_left() -> None:
+    moved = changed(walk(), "R.ASIS", slice(300, None), 0.1)
+    result, report = cleaned(moved)
+    np.testing.assert_array_equal(result.markers, moved.markers)
+    assert [(f.kind, f.names) for f in report.findings] == [("jump", ("R.ASIS",))]
+    assert "100 mm" in report.findings[0].action
+
+
+# -- exchanged markers ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("frames", [slice(200, 260), slice(200, 201), slice(500, None), slice(90)])
+@pytest.mark.parametrize("pair", [("R.MT1", "R.MT5"), ("L.ASIS", "L.PSIS"), ("R.ASIS", "L.ASIS")])
+def test_a_momentary_exchange_is_undone_and_reported(frames: slice, pair: tuple[str, str]) -> None:
+    recording = walk()
+    result, report = cleaned(exchanged(recording, *pair, frames))
+    np.testing.assert_array_equal(result.markers, recording.markers)
+    (finding,) = report.findings
+    assert finding.kind == "swap"
+    assert set(finding.names) == set(pair)
+    first, stop, _ = frames.indices(len(recording.markers))
+    assert (finding.first, finding.last) == (first, stop - 1)
+
+
+def test_an_exchange_hidden_by_a_gap_is_undone() -> None:
+    recording = walk()
+    hidden = exchanged(recording, "R.MT1", "R.MT5", slice(205, 300))
+    for name in ("R.MT1", "R.MT5"):
+        hidden = changed(hidden, name, slice(200, 205), np.nan)
+    result, report = cleaned(hidden)
+    seen = np.r_[0:200, 205:600]
+    np.testing.assert_array_equal(result.markers[seen], recording.markers[seen])
+    assert "swap" in {finding.kind for finding in report.findings}
+
+
+def test_an_exchange_in_the_middle_that_does_not_return_is_refused() -> None:
+    with pytest.raises(
+        RecordError, match=r"(?s)R.MT1 and R.MT5 change places at frame 300 .*3.000"
+    ):
+        cleaned(exchanged(walk(), "R.MT1", "R.MT5", slice(300, None)))
+
+
+def test_one_pair_with_left_and_right_exchanged_all_along_is_refused() -> None:
+    with pytest.raises(RecordError, match=r"left and right are exchanged for L.Knee and R.Knee:"):
+        cleaned(exchanged(walk(), "L.Knee", "R.Knee", slice(None)))
+
+
+def test_all_labels_with_left_and_right_exchanged_are_refused() -> None:
+    recording = walk()
+    names = tuple(str(opposite_marker(name, recording.names)) for name in recording.names)
+    with pytest.raises(RecordError, match=r"(?s)L.ASIS and R.ASIS.*L.Ankle and R.Ankle"):
+        cleaned(recording.with_markers(names, recording.markers))
+
+
+def test_a_person_who_walks_the_other_way_is_not_exchanged() -> None:
+    recording = walk()
+    backwards = recording.markers * np.array([-1.0, -1.0, 1.0])
+    _, report = cleaned(recording.with_markers(recording.names, backwards))
+    assert report.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("R.Knee", "L.Knee"),
+        ("RKNE", "LKNE"),
+        ("RASI", "LASI"),
+        ("KneeR", "KneeL"),
+        ("left_heel", "right_heel"),
+        ("Right Heel", None),
+        ("SACR", None),
+        ("CLAV", None),
+    ],
+)
+def test_names_of_the_other_side(name: str, other: str | None) -> None:
+    names = ["R.Knee", "L.Knee", "RKNE", "LKNE", "RASI", "LASI", "KneeR", "KneeL", "left_heel"]
+    assert opposite_marker(name, [*names, "right_heel", "SACR", "CLAV"]) == other
+
+
+# -- real trials ----------------------------------------------------------------------------------
+
+
+def test_wbds01_t01_has_two_samples_at_the_origin_and_nothing_else(gait_data: Path) -> None:
+    # R.Iliac.Crest at frame 0 and R.ASIS at frame 3329 are (0, 0, 0) in the file
+    recording = read_c3d(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d").turned(Y_UP)
+    places = ("ASIS", "PSIS", "Iliac.Crest")
+    pelvis = {name: "pelvis" for name in recording.names if name[2:] in places}
+    landmarks = {name: name for name in recording.names}
+    result, report = clean(recording, pelvis, PROCESSING, landmarks=landmarks)
+    assert [(f.kind, f.names, f.first, f.last) for f in report.findings] == [
+        ("gap", ("R.Iliac.Crest",), 0, 0),
+        ("gap", ("R.ASIS",), 3329, 3329),
+    ]
+    assert np.isfinite(result.markers).all()
+    steps = np.linalg.norm(np.diff(result.markers, axis=0), axis=2)
+    assert steps.max() < 5.0 / recording.marker_rate  # nothing walks at 5 m/s here
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["wbds/raw/WBDS01walkO01Cmkr.txt", "opensim_rajagopal/ExpData/motion_capture_walk.trc"],
+)
+def test_no_false_findings_in_clean_recorded_walks(gait_data: Path, path: str) -> None:
+    read = read_trc if path.endswith(".trc") else read_wbds_markers
+    recording = read(gait_data / path).turned(Y_UP)
+    landmarks = {name: name for name in recording.names}
+    result, report = clean(recording, {}, PROCESSING, landmarks=landmarks)
+    assert report.findings == ()
+    np.testing.assert_array_equal(result.markers, recording.markers)
+
+
+def test_gaps_cut_into_a_recorded_walk_are_filled_within_millimetres(gait_data: Path) -> None:
+    """Mean of the largest errors over many gaps, beside the filter's own 1 to 3 mm of skin."""
+    path = gait_data / "opensim_rajagopal" / "ExpData" / "motion_capture_walk.trc"
+    recording = read_trc(path).turned(Y_UP)
+    landmarks = {name: name for name in recording.names}
+    shank = [f"R.SH{number}" for number in (1, 2, 3, 4)]
+    segments = dict.fromkeys([*shank, "R.Ankle"], "shank_r")
+    random = np.random.default_rng(0)
+    for frames, largest in ((5, 2e-3), (10, 3e-3), (20, 5e-3)):
+        errors = []
+        for _ in range(20):
+            name = str(random.choice(shank))
+            begin = int(random.integers(10, len(recording.markers) - 10 - frames))
+            gap = slice(begin, begin + frames)
+            broken = changed(recording, name, gap, np.nan)
+            result, _ = clean(broken, segments, PROCESSING, landmarks=landmarks)
+            missed = result.marker(name)[gap] - recording.marker(name)[gap]
+            errors.append(np.linalg.norm(missed, axis=1).max())
+        assert np.mean(errors) < largest

@@ -1,0 +1,259 @@
+"""What the learner makes of a rollout is what stable-baselines3 makes of it."""
+
+import numpy as np
+import pytest
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import CallbackList
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from gaitval.configuration import Configuration
+from gaitval.errors import ConfigurationError
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy import learner as module
+from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.learner import Learner, choose_device, update_seconds
+from gaitval.policy.rollout_buffer import RolloutBuffer
+from gaitval.policy.storage import OBSERVATION_CLIP, Policy
+
+STEPS, COUNT, SIZE = 24, 4, OBSERVATION_SIZES["extended"]
+
+
+def configuration(**training):
+    small = {
+        "environments": COUNT,
+        "rollout_steps": STEPS,
+        "batch_size": 32,
+        "epochs": 3,
+        "hidden_units": 16,
+        "learning_rate": 2e-3,
+        "target_kl": 1e3,
+    }
+    return Configuration.model_validate({"training": small | training})
+
+
+def learner(**training):
+    made = Learner(configuration(**training))
+    made.ppo.set_logger(configure(None, []))
+    made.begin(1)
+    return made
+
+
+def experience(made, seed):
+    """Made up, but for the actions, which are the policy's with noise. Episodes of environment 0
+    end by falls and those of environment 1 by their length."""
+    random = np.random.default_rng(seed)
+    observations = random.normal(0.3, 2.0, (STEPS + 1, COUNT, SIZE)).astype(np.float32)
+    policy = Policy(made.actor(), {})
+    actions = policy.act(observations[:-1].reshape(-1, SIZE)).reshape(STEPS, COUNT, 26)
+    fell, ended = (np.zeros((STEPS, COUNT), dtype=bool) for _ in range(2))
+    fell[[3, 20], 0] = True
+    ended[[3, 20], 0] = ended[[7, STEPS - 1], 1] = True
+    return RolloutBuffer(
+        observations=observations,
+        actions=(actions + made.noise()).astype(np.float32),
+        rewards=random.uniform(0.0, 1.0, (STEPS, COUNT)).astype(np.float32),
+        fell=fell,
+        ended=ended,
+        final_observations=random.normal(size=(STEPS, COUNT, SIZE)).astype(np.float32),
+        cycles=np.cumsum(np.full((STEPS, COUNT), 0.03, dtype=np.float32), axis=0),
+        terms=np.zeros((STEPS, COUNT, 8), dtype=np.float32),
+    )
+
+
+class Replay(VecEnv):
+    """An experience as stable-baselines3's environments would have given it."""
+
+    def __init__(self, ppo, experience):
+        super().__init__(COUNT, ppo.observation_space, ppo.action_space)
+        self.experience, self.t = experience, 0
+
+    def reset(self):
+        return self.experience.observations[0]
+
+    def step_async(self, actions):
+        limit = self.action_space.high[0]
+        expected = np.clip(self.experience.actions[self.t], -limit, limit)
+        np.testing.assert_array_equal(actions, expected)
+
+    def step_wait(self):
+        e, t = self.experience, self.t
+        infos = [
+            {
+                "terminal_observation": e.final_observations[t, i],
+                "TimeLimit.truncated": not e.fell[t, i],
+            }
+            if e.ended[t, i]
+            else {}
+            for i in range(COUNT)
+        ]
+        self.t += 1
+        return e.observations[t + 1], e.rewards[t].copy(), e.ended[t].copy(), infos
+
+    def get_attr(self, attr_name, indices=None):
+        return [None] * COUNT
+
+    close = set_attr = env_method = env_is_wrapped = None
+
+
+def equal_buffers(ours, theirs):
+    for name in ("observations", "actions", "episode_starts"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), err_msg=name)
+    for name in ("values", "log_probs", "rewards", "advantages", "returns"):
+        # In single precision, for another number of rows at once.
+        np.testing.assert_allclose(
+            getattr(ours, name), getattr(theirs, name), rtol=1e-4, atol=2e-5, err_msg=name
+        )
+
+
+def test_the_buffer_is_that_of_stable_baselines3(monkeypatch):
+    """Two rollouts, replayed through VecNormalize and PPO.collect_rollouts with the statistics
+    that the learner had; the statistics after them, against VecNormalize's own."""
+    ours, theirs = learner(), learner()
+    counting = None
+    for seed in range(2):
+        happened = experience(ours, seed)
+        seen = ours._observations.copy()
+        ours._fill_buffer(happened)
+
+        replay = Replay(theirs.ppo, happened)
+        still = VecNormalize(replay, training=False, clip_obs=OBSERVATION_CLIP, epsilon=1e-8)
+        still.obs_rms, still.ret_rms = seen, ours._returns
+        actions = iter(torch.from_numpy(happened.actions))
+
+        def forward(observations, actions=actions, policy=theirs.ppo.policy):
+            action = next(actions)
+            values, log_prob, _ = policy.evaluate_actions(observations, action)
+            return action, values, log_prob
+
+        monkeypatch.setattr(theirs.ppo.policy, "forward", forward)
+        theirs.ppo._last_obs = still.reset()
+        if seed == 0:
+            theirs.ppo._last_episode_starts = np.ones(COUNT, dtype=bool)
+        theirs.ppo.ep_info_buffer = theirs.ppo.ep_success_buffer = []
+        callback = CallbackList([])
+        callback.init_callback(theirs.ppo)
+        theirs.ppo.collect_rollouts(still, callback, theirs.ppo.rollout_buffer, STEPS)
+        equal_buffers(ours.ppo.rollout_buffer, theirs.ppo.rollout_buffer)
+
+        if counting is None:
+            counting = VecNormalize(replay, gamma=ours.ppo.gamma)
+        counting.venv, replay.t = replay, 0
+        for action in happened.actions:
+            counting.step(action)
+        ours._count_observations(happened)
+        for name in ("mean", "var", "count"):
+            ret, expected = getattr(ours._returns, name), getattr(counting.ret_rms, name)
+            np.testing.assert_allclose(ret, expected, rtol=1e-9)
+            obs, expected = getattr(ours._observations, name), getattr(counting.obs_rms, name)
+            if name != "count":
+                obs, expected = (np.delete(x, PARAMETERS_OBSERVED) for x in (obs, expected))
+            np.testing.assert_allclose(
+                obs, expected, rtol=1e-5, atol=1e-6
+            )  # single precision of the batch
+
+
+@pytest.mark.parametrize("target_kl", [1e3, 0.01])
+def test_the_update_is_that_of_stable_baselines3(target_kl):
+    """Every tensor and the optimiser's state bit for bit, after three updates; with the smaller
+    limit on the divergence the epochs end early."""
+    ours, theirs = learner(target_kl=target_kl), learner(target_kl=target_kl)
+    divergences = []
+    for seed in range(3):
+        happened = experience(ours, seed)
+        for each, train in ((ours, type(ours.ppo).train), (theirs, PPO.train)):
+            each.begin(seed)
+            each._fill_buffer(happened)
+            before = each.ppo.policy.state_dict()["action_net.weight"].clone()
+            train(each.ppo)
+            assert not torch.equal(before, each.ppo.policy.state_dict()["action_net.weight"])
+        divergences.append(ours.ppo.logger.name_to_value["train/approx_kl"])
+    expected = theirs.tensors()
+    assert any(name.endswith("exp_avg_sq") for name in expected)
+    for name, value in ours.tensors().items():
+        assert torch.equal(value, expected[name]), name
+    steps = ours.tensors()["optimiser.action_net.bias.step"].item()
+    assert (steps == 3 * 3 * 3) == (target_kl == 1e3)
+    assert max(divergences) > 0.0
+
+
+def test_the_parameters_keep_the_scale_of_their_bounds():
+    """mu scaled by its bounds in the extended observation, as it is in the paper's."""
+    made = learner()
+    happened = experience(made, 0)
+    made.learn(happened, learning_rate=1e-3)
+    tensors = made.tensors()
+    assert torch.all(tensors["observation_mean"][PARAMETERS_OBSERVED] == 0.0)
+    assert torch.all(tensors["observation_variance"][PARAMETERS_OBSERVED] == 1.0)
+    assert tensors["observation_mean"].abs().min() == 0.0 < tensors["observation_mean"].abs().max()
+    values = configuration().model_dump()
+    values["environment"]["observation"] = "paper"
+    paper = Learner(Configuration.model_validate(values)).tensors()
+    middle = paper["observation_mean"][PARAMETERS_OBSERVED].numpy()
+    half_range = paper["observation_variance"][PARAMETERS_OBSERVED].sqrt().numpy()
+    assert np.all(np.abs(nominal_parameters() - middle) <= half_range + 1e-12)
+
+
+def test_episodes_are_counted_across_rollouts():
+    made = learner()
+    first, second = experience(made, 0), experience(made, 1)
+    episodes = made.learn(first, learning_rate=1e-3)
+    assert [length for length, _, _ in episodes] == [4, 8, 17, STEPS - 8]
+    assert episodes[0][1] == pytest.approx(first.rewards[:4, 0].sum(), rel=1e-6)
+    assert episodes[0][2] == first.cycles[3, 0]
+    episodes = made.learn(second, learning_rate=1e-3)
+    assert [length for length, _, _ in episodes] == [4 + STEPS - 21, 8, 17, STEPS - 8]
+    assert made.ppo.num_timesteps == 2 * STEPS * COUNT
+    made.begin(0)
+    assert made.learn(first, learning_rate=1e-3)[0][0] == 4
+
+
+def test_what_was_restored_learns_the_same():
+    made = learner()
+    made.learn(experience(made, 0), learning_rate=1e-3)
+    other = learner()
+    other.restore(made.tensors())
+    for each in (made, other):
+        each.begin(3)
+        each.learn(experience(each, 1), learning_rate=1e-3)
+    for name, value in made.tensors().items():
+        assert torch.equal(value, other.tensors()[name]), name
+
+
+# ---- Devices. ----
+
+
+def with_cuda(monkeypatch, there, seconds):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
+    monkeypatch.setattr(module, "update_seconds", lambda _, device: seconds[device])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "there", "seconds", "expected"),
+    [
+        ("auto", True, {"cpu": 0.2, "cuda": 0.1}, "cuda"),
+        ("auto", True, {"cpu": 0.1, "cuda": 0.2}, "cpu"),
+        ("auto", False, {}, "cpu"),  # nothing is timed
+        ("cpu", True, {}, "cpu"),
+        ("cuda", True, {}, "cuda"),
+    ],
+)
+def test_the_faster_device_is_taken(monkeypatch, wanted, there, seconds, expected):
+    with_cuda(monkeypatch, there, seconds)
+    assert choose_device(configuration(device=wanted)) == expected
+
+
+def test_by_default_a_seed_means_the_same_policy_with_cuda_and_without(monkeypatch):
+    with_cuda(monkeypatch, True, {"cpu": 0.2, "cuda": 0.1})
+    assert choose_device(Configuration()) == "cpu"
+
+
+def test_a_device_that_is_not_there(monkeypatch):
+    with_cuda(monkeypatch, False, {})
+    with pytest.raises(ConfigurationError, match=r"training\.device: cuda is asked for, but"):
+        choose_device(configuration(device="cuda"))
+
+
+def test_an_update_is_timed():
+    assert 0.0 < update_seconds(configuration(), "cpu") < 60.0

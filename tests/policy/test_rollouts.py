@@ -1,0 +1,119 @@
+"""Walks of a policy: scored, recorded, in worker processes."""
+
+import numpy as np
+import pytest
+from simulation_fixtures import random_policy
+
+from gaitval.errors import ModelError
+from gaitval.identification.identify import _Candidate, _score
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import RolloutPool, roll_out, score_rollout
+
+MU = nominal_parameters()
+
+
+@pytest.fixture(scope="module")
+def environment(task):
+    return WalkingEnvironment(task)
+
+
+def by_hand(environment, policy, start_phase, steps, push=None):
+    options = {"phase": start_phase, "mu": MU, "push": push, "noise": 0.0}
+    observation, _ = environment.reset(seed=0, options=options)
+    rewards, fell = [], False
+    while len(rewards) < steps and not fell:
+        observation, reward, fell, _, info = environment.step(policy.act(observation))
+        rewards.append(reward)
+    return rewards, fell, info
+
+
+def test_a_score_is_the_mean_reward_of_a_planned_step(task, environment):
+    policy = random_policy(task, scale=0.1)
+    seconds = 8 * environment.walker.action_seconds
+    score = score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=seconds)
+    rewards, fell, info = by_hand(environment, policy, 0.3, 8)
+    assert not fell
+    assert score.reward == pytest.approx(np.mean(rewards), rel=1e-12)
+    assert score.cycles == info["cycles"]
+    assert not score.fell
+
+
+def test_steps_after_a_fall_count_as_nothing(task, environment):
+    """So a walk that falls is worse than one that stands, however long both were planned."""
+    policy = random_policy(task, scale=20.0)
+    score = score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=9.0)
+    rewards, fell, info = by_hand(environment, policy, 0.3, 300)
+    planned = round(9.0 / environment.walker.action_seconds)
+    assert fell
+    assert score.fell
+    assert len(rewards) < 0.5 * planned
+    assert score.reward == pytest.approx(sum(rewards[:-1]) / planned, rel=1e-12)
+    assert score.cycles == info["cycles"]
+
+
+def test_scores_do_not_depend_on_what_was_walked_before(task, environment):
+    """Common random numbers: candidates differ by mu alone."""
+    policy = random_policy(task, scale=0.1)
+    other = MU.copy()
+    other[:2] = 0.5, 0.9
+
+    def score(mu):
+        return score_rollout(environment, policy, mu=mu, start_phase=0.6, seconds=0.3)
+
+    first = score(MU)
+    changed = score(other)
+    assert score(MU) == first
+    assert changed.reward != first.reward
+
+
+@pytest.mark.parametrize("engine", ["compiled", "dart"])
+def test_a_recorded_walk_is_the_scored_walk(task, engine):
+    environment = WalkingEnvironment(task, engine=engine)
+    policy = random_policy(task, scale=0.1)
+    rollout = roll_out(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine=engine)
+    actions = round(len(rollout.time) / environment.walker.steps_per_action)
+    by_hand(environment, policy, 0.3, actions)
+    np.testing.assert_array_equal(rollout.positions[-1], environment.walker.state[0])
+    np.testing.assert_array_equal(rollout.velocities[-1], environment.walker.state[1])
+    np.testing.assert_array_equal(rollout.mu, MU)
+    assert rollout.start_phase[0] == 0.3
+
+
+@pytest.mark.parametrize("action", [-3.0, 2.0])
+def test_a_recorded_walk_covers_its_cycles_at_any_pace(task, action):
+    policy = random_policy(task, scale=0.0)
+    policy.tensors["action_net.bias"][-1] = action
+    rollout = roll_out(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine="compiled")
+    pace = 1.0 + task.configuration.environment.pace_scale * action
+    seconds = 0.2 * task.reference.stride_time / pace
+    assert 0.5 <= rollout.phase[-1] < 0.5 + 0.03 * pace / task.reference.stride_time + 1e-9
+    assert rollout.time[-1] == pytest.approx(seconds, abs=0.031)
+
+
+def test_a_walk_that_falls_is_cut_off_and_says_so(task):
+    rollout = roll_out(task, random_policy(task, scale=20.0), mu=MU, start_phase=0.3, cycles=8.0)
+    assert rollout.fell[0] == 1.0
+    assert rollout.time[-1] < 4.0
+    assert len(rollout.positions) == len(rollout.time)
+
+
+def test_a_pushed_walk_records_the_push(task):
+    push = (0.35, 200.0, np.pi / 2)
+    rollout = roll_out(
+        task, random_policy(task, scale=0.0), mu=MU, start_phase=0.3, cycles=0.3, push=push
+    )
+    impulse = (rollout.time[1] - rollout.time[0]) * rollout.root_force.sum(axis=0)
+    np.testing.assert_allclose(impulse, [0, 0, 0, 0, 200.0 * 0.05, 0], atol=1e-9)
+
+
+def test_worker_processes_give_the_same_scores_in_order(task, environment):
+    policy = random_policy(task, scale=0.1)
+    walks = [_Candidate(policy, MU, phase, 0.2) for phase in (0.1, 0.9, 0.4, 0.6, 0.2)]
+    expected = [_score(environment, each) for each in walks]
+    assert len({score.reward for score in expected}) == 5
+    with RolloutPool(task, workers=2) as pool:
+        assert pool.map(_score, walks) == expected
+        with pytest.raises(ModelError, match="mu must have shape"):
+            pool.map(_score, [_Candidate(policy, np.zeros(3), 0.1, 0.2)])
+        assert pool.map(_score, walks[:1]) == expected[:1]  # the workers survive it

@@ -1,0 +1,394 @@
+"""The page of an import: it says what the summary holds, and text from outside stays text."""
+
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from html_page import Page, an_hour_later, only_html
+
+from gaitval.reporting import recording_figures as figures
+from gaitval.reporting.recording_report import (
+    ConsistencyChange,
+    Decision,
+    GateRow,
+    InputFile,
+    LeftOut,
+    MarkerError,
+    RecordingSummary,
+    ResidualCurves,
+    ScaledSegment,
+    ScalingMethod,
+    SpatiotemporalRow,
+    write_recording_report,
+)
+
+HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} $x_{$ -->"
+NAN = float("nan")
+
+# Amplitude and phase of the first three harmonics (rad, Nm/kg, body weights): shapes that look
+# like gait, so that the page can be judged by eye.
+ANGLES = {
+    "hip_flexion": (0.15, (0.42, 0.1), (0.06, 1.9)),
+    "hip_adduction": (0.0, (0.10, -1.2), (0.05, 0.4)),
+    "hip_rotation": (0.02, (0.05, 0.8), (0.04, 2.0)),
+    "knee_angle": (0.42, (0.33, 2.5), (0.26, -0.6)),
+    "ankle_angle": (0.05, (0.10, -1.9), (0.14, 1.1)),
+    "subtalar_angle": (-0.02, (0.06, 2.2), (0.03, 0.3)),
+    "pelvis_tilt": (0.17, (0.005, 0.3), (0.02, 1.0)),
+    "pelvis_list": (0.0, (0.06, -1.4), (0.02, 0.2)),
+    "pelvis_rotation": (0.0, (0.07, 0.2), (0.01, 1.3)),
+}
+MOMENTS = {
+    "hip_flexion": (0.0, (0.6, 2.6), (0.2, 1.0)),
+    "hip_adduction": (-0.4, (0.4, 2.2), (0.15, -1.0)),
+    "knee_angle": (0.05, (0.2, -0.4), (0.25, -2.2)),
+    "ankle_angle": (-0.45, (0.6, 0.9), (0.3, -1.3)),
+}
+FORCES = {
+    "forward": (0.0, (0.1, 1.6), (0.12, 1.0)),
+    "medial": (0.03, (0.04, -1.5), (0.01, 0.0)),
+    "vertical": (0.5, (0.6, -1.8), (0.1, 0.5)),
+}
+
+
+def curves(shapes: dict, spread: float) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    phase = np.linspace(0, 2 * np.pi, 101)
+    made = {}
+    for name, (offset, *harmonics) in shapes.items():
+        for side, shift in (("r", 0.0), ("l", 0.08)):
+            mean = offset + sum(
+                size * np.cos((order + 1) * phase + at + shift)
+                for order, (size, at) in enumerate(harmonics)
+            )
+            made[f"{name}_{side}"] = (mean, spread * (1 + 0.4 * np.sin(phase)))
+    return made
+
+
+def sample(**changes: object) -> RecordingSummary:
+    random = np.random.default_rng(0)
+    legs = "GTR Knee Knee.Medial Ankle Ankle.Medial Heel MT1 MT5"
+    names = [
+        f"{side}.{place}" for side in "RL" for place in f"ASIS PSIS Iliac.Crest {legs}".split()
+    ]
+    errors = random.gamma(8.0, 0.0014, len(names))
+    markers = [
+        MarkerError(name, rms, rms * 2.1, 1 - 0.01 * (index % 3))
+        for index, (name, rms) in enumerate(zip(names, errors, strict=True))
+    ]
+    time = np.arange(4500) / 150
+    strides = np.sin(2 * np.pi * time[:, None] / 1.3 + np.array([0.0, 1.0, 2.0]))
+    noise = random.normal(size=(4500, 6))
+    made = RecordingSummary(
+        identifier="WBDS01",
+        sex="M",
+        mass=74.3,
+        height=1.725,
+        trial="WBDS01walkT01",
+        duration=30.0,
+        marker_rate=150.0,
+        force_rate=300.0,
+        walking_speed=0.49,
+        cycles={"right": 21, "left": 20},
+        stance_fraction={"right": 0.67, "left": 0.66},
+        inputs=[
+            InputFile("standing trial", "WBDS01static1.c3d", "9f" * 32, 213504),
+            InputFile("walking trial", "WBDS01walkT01.c3d", "1b" * 32, 4325376),
+        ],
+        decisions=[
+            Decision("axes", "x forward, y up, from head over feet and toes before heels"),
+            Decision("markers", "marker set WBDS: 28 of its 28 markers were found"),
+            Decision("forces", "plate 1 is the left foot's, plate 2 the right one's"),
+        ],
+        gates=[
+            GateRow("Marker error, RMS", 1.21, 2.0, "cm", True, "OpenSim evaluation checklist"),
+            GateRow("Marker error, largest", 3.02, 4.0, "cm", True, "OpenSim evaluation checklist"),
+            GateRow("Residual force, largest", 38.4, 25.0, "N", False,
+                    "OpenSim evaluation checklist"),
+            GateRow("Residual moment, RMS", 18.9, 50.0, "Nm", True, "OpenSim evaluation checklist"),
+        ],
+        marker_errors=markers,
+        marker_rms_limit=0.02,
+        marker_largest_limit=0.04,
+        scaling_methods=[
+            ScalingMethod("Pair distances, as the ScaleTool", 0.0142, 0.0310, 0.0151, 0.0388),
+            ScalingMethod("Joint fit", 0.0080, 0.0191, 0.0102, 0.0286, chosen=True),
+        ],
+        segments=[
+            ScaledSegment("pelvis", 0.1712, 8.71, 1.021, "hip joint centres (Harrington 2007)"),
+            ScaledSegment("right thigh", 0.4021, 10.4, 0.984, "hip to knee joint centre"),
+            ScaledSegment("left thigh", 0.4033, 10.4, 0.987, "hip to knee joint centre"),
+            ScaledSegment("trunk", 0.5210, 32.3, 1.002, "stature"),
+        ],
+        angles=curves(ANGLES, np.radians(1.8)),
+        moments=curves(MOMENTS, 0.06),
+        forces=curves(FORCES, 0.03),
+        residuals=ResidualCurves(
+            time, 9 * strides + 5 * noise[:, :3], 12 * strides + 5 * noise[:, 3:], 25.0, 75.0
+        ),
+        spatiotemporal=[
+            SpatiotemporalRow("Cadence", "steps/min", both=(92.1, 1.4), digits=1),
+            SpatiotemporalRow("Stride time", "s", (1.301, 0.02), (1.303, 0.021), digits=3),
+            SpatiotemporalRow("Step length", "m", (0.32, 0.012), (0.318, 0.013), digits=3),
+            SpatiotemporalRow("Stance", "1", (0.67, 0.01), None, digits=3),
+        ],
+        changes=[ConsistencyChange("Residual force, RMS", 11.2, 4.1, "N")],
+        findings=["R.Knee: 2 gaps filled, the longest 0.08 s (rebuilt from its segment).",
+                  "L.MT5: 1 spike of 14 mm at 12.35 s removed."],
+        left_out=[LeftOut("right", 4.21, "both feet on one plate"),
+                  LeftOut("left", 4.86, "both feet on one plate"),
+                  LeftOut("left", 28.9, "the trial ends before the next heel strike")],
+        versions={"gaitval": "0.3.0", "numpy": "2.2.1"},
+    )  # fmt: skip
+    return replace(made, **changes)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("import")
+    write_recording_report(made, sample())
+    return made
+
+
+def page_of(folder: Path) -> Page:
+    page = Page((folder / "recording.html").read_text(encoding="utf-8"))
+    page.text = " ".join(page.text.split())
+    return page
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Page:
+    return page_of(folder)
+
+
+def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> None:
+    html = (folder / "recording.html").read_text(encoding="utf-8")
+    assert page.open == []
+    assert not {"script", "link", "iframe", "object", "img"} & set(page.tags)
+    assert all(link.startswith("#") for link in page.links if link is not None)
+    assert "@import" not in html
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
+    assert len(page.identifiers) == len(set(page.identifiers))
+    assert {link[1:] for link in page.links if link} <= set(page.identifiers)
+    assert len(html) < 2_000_000
+    assert {path.name for path in folder.iterdir()} == {"recording.html", "recording.pdf"}
+
+
+def test_the_pdf_is_whole(folder: Path) -> None:
+    pdf = (folder / "recording.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF-")
+    assert pdf.rstrip().endswith(b"%%EOF")
+
+
+def test_every_section_says_what_the_summary_holds(page: Page) -> None:
+    for text in (
+        "Recording of subject WBDS01",
+        "74.3 kg",
+        "1.725 m",
+        "150 Hz, forces 300 Hz",
+        "21 right, 20 left",
+        "1 of 4 quality limits failed.",
+        "x forward, y up, from head over feet",
+        "L.MT5: 1 spike of 14 mm at 12.35 s removed.",
+        "Cadence 92.1 ± 1.4 steps/min",
+        "Stance 0.670 ± 0.010–of the cycle",
+        "2 × both feet on one plate; 1 × the trial ends before the next heel strike.",
+        "Joint fit0.801.911.022.86used",
+        "right thigh0.402110.4000.984",
+        "Residual force, RMS11.204.10N",
+        "WBDS01walkT01.c3d4,325,376" + "1b" * 32,
+        "gaitval 0.3.0, numpy 2.2.1.",
+    ):
+        assert text.replace(" ", "") in page.text.replace(" ", "")
+    assert "Not shown" not in page.text
+    assert page.tags.count("svg") == 4
+
+
+def test_failures_come_first(page: Page) -> None:
+    verdicts = re.findall(r"passed|FAILED", page.text)
+    assert verdicts == ["FAILED", "passed", "passed", "passed"]
+
+
+def test_markers_are_ordered_and_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_html(monkeypatch)
+    errors = [
+        MarkerError("good", 0.005, 0.010),
+        MarkerError("wide", 0.010, 0.050),
+        MarkerError("bad", 0.030, 0.035),
+        MarkerError("unseen", NAN, NAN, 0.0),
+    ]
+    write_recording_report(tmp_path, sample(marker_errors=errors))
+    html = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    table = html[html.index('<table class="markers">') :]
+    rows = re.findall(r'<tr class="(\w*)"><td>(\w+)</td>', table[: table.index("</table>")])
+    assert rows == [("failed", "unseen"), ("failed", "bad"), ("failed", "wide"), ("", "good")]
+    # the scale ends a quarter after the largest error, 5 cm: 3 cm is 48 % of it
+    assert 'class="size" style="width:48.0%"' in table
+    assert re.findall(r'class="bound" style="left:([\d.]+)%"', table)[:2] == ["32.0", "64.0"]
+    assert "nan" not in table[: table.index("</table>")]
+
+
+def test_text_from_outside_stays_text(tmp_path: Path) -> None:
+    summary = sample(
+        identifier=HOSTILE,
+        sex=HOSTILE,
+        trial=HOSTILE,
+        inputs=[InputFile(HOSTILE, HOSTILE, HOSTILE, 1)],
+        decisions=[Decision(HOSTILE, HOSTILE)],
+        gates=[GateRow(HOSTILE, 1.0, 2.0, HOSTILE, True, HOSTILE)],
+        marker_errors=[MarkerError(HOSTILE, 0.01, 0.02)],
+        scaling_methods=[ScalingMethod(HOSTILE, 0.01, 0.02)],
+        segments=[ScaledSegment(HOSTILE, 0.4, 1.0, 1.0, HOSTILE)],
+        spatiotemporal=[SpatiotemporalRow(HOSTILE, HOSTILE)],
+        changes=[ConsistencyChange(HOSTILE, 1.0, 2.0, HOSTILE)],
+        findings=[HOSTILE],
+        left_out=[LeftOut("right", 1.0, HOSTILE)],
+        versions={HOSTILE: HOSTILE},
+        angles={f"{HOSTILE}_r": (np.zeros(101), np.zeros(101))},
+    )
+    write_recording_report(tmp_path, summary)
+    page = page_of(tmp_path)
+    assert page.open == []
+    assert not {"script", "img"} & set(page.tags)
+    assert all("evil" not in (link or "") for link in page.links)
+    assert page.text.count("{{ 7 * 7 }}") >= 20
+    assert "49" not in page.text.split("{{ 7 * 7 }}")[1]
+    assert (tmp_path / "recording.pdf").stat().st_size > 10_000
+
+
+def test_what_was_not_measured_is_a_dash_or_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    unknown = np.full(101, NAN)
+    some = {"right": NAN, "left": NAN}
+    write_recording_report(
+        tmp_path,
+        sample(
+            walking_speed=NAN,
+            stance_fraction=some,
+            gates=[GateRow("Residual force", None, 25.0, "N", False, "Hicks 2015")],
+            angles={"knee_angle_r": (unknown, unknown), "knee_angle_l": (unknown, unknown)},
+            residuals=ResidualCurves(np.arange(3.0), np.full((3, 3), NAN), np.full((3, 3), NAN)),
+            scaling_methods=[ScalingMethod("Tape measures", NAN, NAN)],
+        ),
+    )
+    text = page_of(tmp_path).text
+    assert re.search("Walking speed ?– m/s", text)
+    assert "Tapemeasures––––" in text.replace(" ", "")
+    assert not re.search(r"\bnan\b", text, re.IGNORECASE)
+
+
+def test_recording_without_forces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_html(monkeypatch)
+    bare = sample(
+        force_rate=0.0,
+        moments={},
+        forces={},
+        residuals=None,
+        changes=(),
+        findings=(),
+        left_out=(),
+        decisions=(),
+        scaling_methods=(),
+        segments=(),
+        spatiotemporal=(),
+        marker_errors=(),
+        gates=(),
+    )
+    write_recording_report(tmp_path, bare)
+    text = page_of(tmp_path).text
+    assert "From markers to the scaled model, joint angles" in text
+    assert "No quality limit could be applied." in text
+    assert "No gap, spike or exchange of markers was found." in text
+    assert "None: every whole gait cycle of the trial is in the means." in text
+    assert text.count("Not shown: the trial has no usable force plate data") == 2
+    assert "Not shown: there is no inverse dynamics without forces." in text
+    assert "Not shown: no marker was tracked." in text
+
+
+def test_equal_summaries_give_equal_bytes_an_hour_later(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    an_hour_later(monkeypatch)
+    write_recording_report(tmp_path, sample())
+    for name in ("recording.html", "recording.pdf"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+    assert "SOURCE_DATE_EPOCH" not in os.environ
+
+
+@pytest.mark.parametrize("outside", [None, "86400"])
+def test_a_date_given_from_outside_is_that_of_the_fonts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outside: str | None
+) -> None:
+    """fontTools dates the fonts of a PDF with SOURCE_DATE_EPOCH, with the clock where it is not
+    set."""
+    seen = []
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    if outside is not None:
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", outside)
+    monkeypatch.setattr(
+        "weasyprint.HTML.write_pdf", lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"])
+    )
+    write_recording_report(tmp_path, sample())
+    assert seen == [outside or "0"]
+    assert os.environ.get("SOURCE_DATE_EPOCH") == outside
+
+
+def test_all_coordinates_are_drawn_nine_a_figure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    more = {**curves(ANGLES, 0.03), "lumbar_extension": (np.zeros(101), np.ones(101))}
+    write_recording_report(tmp_path, sample(angles=more))
+    html = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    assert html.count("<svg") == 5
+    # the text of a figure is drawn as outlines and named in a comment
+    assert "<!-- Lumbar extension -->" in html
+
+
+def test_curves_keep_their_unit_and_side() -> None:
+    flat = {"knee_angle_r": (np.linspace(0, np.pi, 101), np.zeros(101))}
+    drawing = figures.cycle_curves(
+        flat, {}, label="angle, °", factor=float(np.degrees(1)), figure_name="one"
+    )
+    ElementTree.fromstring(drawing)
+    assert "<!-- 150 -->" in drawing
+    assert "<!-- Knee flexion -->" in drawing
+    assert figures.side_of("knee_angle_l") == ("knee_angle", "left")
+    assert figures.side_of("lumbar_extension") == ("lumbar_extension", None)
+
+
+def test_a_short_peak_of_a_long_trial_is_drawn() -> None:
+    force = np.zeros((100_000, 3))
+    force[12_345, 0] = 1000.0
+    force[50_000:50_500] = NAN
+    drawing = figures.residuals(
+        np.arange(100_000) / 1000.0,
+        force,
+        np.zeros_like(force),
+        force_limit=NAN,
+        moment_limit=75.0,
+        figure_name="long",
+    )
+    assert "<!-- 1000 -->" in drawing
+    assert len(drawing) < 400_000
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"angles": {"knee_angle_r": (np.zeros(100), np.zeros(101))}}, "must have 101 points"),
+        (
+            {"residuals": ResidualCurves(np.zeros(3), np.zeros((2, 3)), np.zeros((3, 3)))},
+            r"shape \(3, 3\)",
+        ),
+    ],
+)
+def test_arrays_of_another_shape_are_refused(tmp_path: Path, change: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        write_recording_report(tmp_path, sample(**change))
+    assert list(tmp_path.iterdir()) == []

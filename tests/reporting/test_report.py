@@ -1,0 +1,406 @@
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from html_page import Page, an_hour_later, only_html
+from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
+
+from gaitval.artefacts import write_json
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.validation import validate
+from gaitval.model.urdf import write_urdf
+from gaitval.reference.adjustment import JOINTS, Adjustment
+from gaitval.reference.motion import build_reference
+from gaitval.reporting import figures
+from gaitval.reporting.page import number
+from gaitval.reporting.report import write_report
+from gaitval.scaling.scaling import scale_subject
+
+HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
+PHASES = (0.0, 0.5)
+
+
+def _imperfect(walk, seed: int, size: float):
+    """The walk with smooth errors that differ from cycle to cycle."""
+    random = np.random.default_rng(seed)
+    phase = walk.phase[:, None]
+
+    def wander(columns: int) -> np.ndarray:
+        shift = random.uniform(0, 2 * np.pi, (2, columns))
+        within = np.sin(2 * np.pi * phase + shift[0])
+        return within + 0.4 * np.sin(2 * np.pi * 0.37 * phase + shift[1])
+
+    positions = walk.positions.copy()
+    positions[:, 6:] += np.deg2rad(3.0 * size) * wander(25)
+    ground = walk.ground_reaction * (1 + 0.08 * size * wander(1))[..., None]
+    return replace(
+        walk,
+        positions=positions,
+        moments=walk.moments + 8.0 * size * wander(25),
+        ground_reaction=ground,
+    )
+
+
+def _identification() -> dict:
+    names = [
+        *("damping", "friction", "foot_length", "shank_length", "thigh_length"),
+        *(f"{joint}_{axis}" for joint in ("ankle", "hip", "knee") for axis in "xyz"),
+    ]
+    nominal = [0.5, 0.8, 1.0, 1.0, 1.0, *[0.0] * 9]
+    half = [0.5, 0.2, 0.05, 0.03, 0.03, *[0.01] * 9]
+    share = np.linspace(-0.9, 1.0, 14)
+    return {
+        "names": names,
+        "nominal": nominal,
+        "identified": [n + h * s for n, h, s in zip(nominal, half, share, strict=True)],
+        "standard_deviation": [0.2 * h for h in half],
+        "lower": [n - h for n, h in zip(nominal, half, strict=True)],
+        "upper": [n + h for n, h in zip(nominal, half, strict=True)],
+        "on_bound": [bool(s == 1.0) for s in share],
+        "reward_nominal": 0.8123,
+        "reward_identified": 0.8471,
+        "epsilon_nominal": None,
+        "epsilon_identified": None,
+        "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
+        "rounds": [],
+    }
+
+
+def _correction() -> dict:
+    """As `gaitval correct` writes it; of two measures one more is at its goal."""
+    harmonics = np.zeros((len(JOINTS), 3))
+    harmonics[JOINTS.index("knee_angle_l")] = np.deg2rad([-1.25, 0.5, 0.0])
+    rows = [("knee_angle_l", 2.6, 1.4), ("ankle_angle_l", 1.9, 1.8)]
+    return {
+        **Adjustment(harmonics, -0.0021).as_dict(),
+        "errors": [0.95, 0.8, 0.71],
+        "measures": [
+            {"measure": "angle_rmse", "target": name, "aim": 2.0, "before": before, "after": after}
+            for name, before, after in rows
+        ],
+    }
+
+
+def _pushes() -> dict:
+    """Recovery as `gaitval push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
+    directions = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0]
+    largest = [[500.0 + 25.0 * i for i in range(12)], [1200.0 - 75.0 * i for i in range(12)]]
+    ahead = [each for each in directions if abs(each) <= 90.0]
+    cycles = np.linspace(-1.0, 5.0, 200)
+    velocity = np.column_stack([1.1 + 0.1 * np.sin(12.6 * cycles), 0 * cycles, 0 * cycles])
+    return {
+        "recovery": {
+            "seconds": 0.05,
+            "cycles": 5.0,
+            "resolution": 25.0,
+            "ceiling": 1200.0,
+            "phases": list(PHASES),
+            "directions": directions,
+            "largest": largest,
+            "force": 300.0,
+            "criterion_directions": ahead,
+            "survived": [[True] * len(ahead), [each != -90.0 for each in ahead]],
+        },
+        "traces": [
+            {
+                "phase": phase,
+                "direction": direction,
+                "force": 300.0,
+                "fell": phase > 0.0,
+                "cycles": cycles.tolist(),
+                "velocity": velocity.tolist(),
+            }
+            for direction in (0.0, 90.0)
+            for phase in PHASES
+        ],
+    }
+
+
+def _training_rows() -> str:
+    text = io.StringIO()
+    columns = "samples wall_seconds episode_length episode_reward cycles learning_rate log_std"
+    writer = csv.writer(text)
+    writer.writerow([*columns.split(), "approx_kl"])
+    for step in range(1, 40):
+        walked = 300 / (1 + np.exp(5 - step / 4))
+        writer.writerow(
+            [step * 50_000, step * 45, walked, walked * 0.7, walked / 33, 3e-4, -1, 0.02]
+        )
+    return text.getvalue()
+
+
+def build_run(folder, *, source: str | None = None, identified: bool = True) -> None:
+    """A run folder as the earlier stages leave it, but for walks made from the record."""
+    subject = load_subject("S05")
+    if source is not None:
+        subject = subject.model_copy(update={"source": source, "citation": source})
+    (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
+    record = subject.record()
+    body = scale_subject(subject)
+    write_urdf(body.model, folder / "model.urdf")
+    body.frame().to_csv(folder / "scaling.csv", index=False)
+    build_reference(record, body.model).save(folder / "reference.npz")
+    configuration = sharp_filter(
+        cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
+    )
+    sizes = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
+    final = list(sizes)[-1]
+    made = {}
+    for seed, (which, size) in enumerate(sizes.items()):
+        rollouts = []
+        for phase in PHASES if which == final else PHASES[:1]:
+            perfect = perfect_walk(record, cycles=9.0, start_phase=phase)
+            walk = _imperfect(perfect, seed, size)
+            walk.positions[:, 3] = perfect.positions[:, 3]
+            rollouts.append(walk)
+        made[which] = walks_of(rollouts, configuration)
+        made[which].compared.save(folder / "rollouts" / f"{which}.npz")
+    write_json(folder / "push.json", _pushes())
+    metrics = validate(
+        subject,
+        record,
+        body.model,
+        made["nominal"],
+        made.get("identified"),
+        configuration,
+        identification=_identification() if identified else None,
+        correction=_correction() if identified else None,
+        pushes=_pushes()["recovery"],
+    )
+    write_json(folder / "metrics.json", metrics)
+    (folder / "policy").mkdir()
+    (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")
+    write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    build_run(folder)
+    write_report(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def html(run_folder) -> str:
+    return (run_folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(html) -> Page:
+    return Page(html)
+
+
+@pytest.fixture(scope="module")
+def metrics(run_folder) -> dict:
+    return json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_is_whole_and_needs_nothing_else(page, html):
+    assert page.open == []
+    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    assert all(link.startswith(("#", "data:image/svg+xml;base64,")) for link in page.links)
+    assert "@import" not in html
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
+    assert len(page.identifiers) == len(set(page.identifiers))
+    targets = [link[1:] for link in page.links if link.startswith("#")]
+    assert set(targets) <= set(page.identifiers)
+
+
+def test_every_section_is_there(page):
+    for heading in (
+        *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
+        *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
+        "Correction of the reference",
+        *("The record against itself", "How the feet meet the ground", "Recovery from pushes"),
+        *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
+        "Provenance",
+    ):
+        assert heading in page.text
+    assert "Not shown" not in page.text
+    assert page.tags.count("svg") == 11
+    assert "compliant" not in page.text.lower()
+
+
+def test_failures_come_first_and_are_named(page, metrics):
+    assert metrics["summary"]["refused"] > 0
+    verdicts = re.findall(r"passed|FAILED", page.text[: page.text.index("Judged is")])
+    verdicts = verdicts[verdicts.index("FAILED") :]
+    assert verdicts == sorted(verdicts)  # capitals sort first
+    assert "acceptance criteria failed" in page.text
+
+
+def test_the_numbers_are_those_of_the_metrics(page, metrics):
+    text = " ".join(page.text.split())
+    walk = metrics["walks"]["identified"]
+    assert number(walk["epsilon"]["total"], 3) in text
+    assert number(metrics["walks"]["nominal"]["epsilon"]["total"], 3) in text
+    assert number(walk["errors"]["forces"]["vertical_l"]["peak_error"], 1) in text
+    consistency = metrics["record"]["consistency"]
+    assert number(consistency["mean_force"]["vertical"], 3) in text
+    assert f"below {number(100 * consistency['force_rmse_bound']['vertical'], 1)} %" in text
+    contact = walk["foot_contact"]["left"]
+    assert number(contact["transient_peak"], 0) in text
+    assert "under the subject's weight" in text
+    assert "on a bound" in text
+    assert "unverified" in text
+
+
+def test_the_correction_is_told_in_degrees(page):
+    text = " ".join(page.text.split())
+    assert "Of 2 measures that have a goal or limit, 1 keep it without and 2 with" in text
+    assert "0.95 before and 0.71 after 2 rounds" in text
+    assert "−2.1 mm higher" in text
+    assert re.search("knee angle ?0.00 ?0.00 ?−1.25 ?1.75", text)
+
+
+def test_goals_are_told_beside_the_tolerances(page, metrics):
+    text = " ".join(page.text.split())
+    assert re.search("≤ 4° ?≤ 2°", text)
+    reached, goals = metrics["summary"]["goals_reached"], metrics["summary"]["goals"]
+    assert f"{reached} of {goals} reach their goal" in text
+    assert 0 < reached < goals
+
+
+def test_pushes_are_told_by_phase_and_direction(page):
+    text = " ".join(page.text.split())
+    assert "≥ 1200" in text  # the largest push tested was survived
+    assert "7 of 7" in text
+    assert "6 of 7" in text
+
+
+def test_equal_runs_give_equal_figures(metrics):
+    names = ("hip_flexion", "knee_angle", "ankle_angle")
+    first, second = (figures.curves(metrics, "angles", names, figure_name="one") for _ in range(2))
+    assert first == second
+    ElementTree.fromstring(first)
+
+
+def test_the_pdf_has_pages(run_folder):
+    pdf = (run_folder / "report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF-")
+    assert pdf.rstrip().endswith(b"%%EOF")
+    assert len(pdf) > 50_000
+
+
+def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monkeypatch):
+    an_hour_later(monkeypatch)
+    build_run(tmp_path)
+    write_report(tmp_path)
+    for name in ("report.html", "report.pdf"):
+        assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
+
+
+def test_hostile_text_stays_text(tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    build_run(tmp_path, source=HOSTILE, identified=False)
+    write_report(tmp_path)
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "script" not in page.tags
+    assert all("evil" not in link for link in page.links)
+    assert "{{ 7 * 7 }}" in page.text
+    assert "alert('x')" in page.text
+    # the same run has no identification
+    assert "No identified body parameters were simulated" in page.text
+    assert "Not shown: identification.json" in page.text
+    assert "Not shown: correction.json" in page.text
+
+
+def test_damaged_inputs_are_named(run_folder, tmp_path):
+    for name in ("subject.toml", "metrics.json"):
+        (tmp_path / name).write_bytes((run_folder / name).read_bytes())
+    (tmp_path / "scaling.csv").write_text("segment,length_m\nthigh,0.4\n", encoding="utf-8")
+    with pytest.raises(ArtefactError, match=r"scaling\.csv: the columns right_m"):
+        write_report(tmp_path)
+    (tmp_path / "scaling.csv").unlink()
+    (tmp_path / "push.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ArtefactError, match=r"push\.json: no traces"):
+        write_report(tmp_path)
+    (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ArtefactError, match="not of the schema"):
+        write_report(tmp_path)
+
+
+def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path):
+    subject = load_subject("S05")
+    record = subject.record()
+    fallen = replace(perfect_walk(record, cycles=0.4), fell=np.array([1.0]))
+    configuration = sharp_filter()
+    walks = walks_of([fallen], configuration)
+    metrics = validate(subject, record, MODEL, walks, walks, configuration)
+    write_json(tmp_path / "metrics.json", metrics)
+    (tmp_path / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
+    write_report(tmp_path)
+    text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
+    assert "no complete gait cycle" in text
+    assert "not measured" in text
+    assert "fell" in text
+    for what in (
+        *("reference motion", "scaling.csv", "policy/training.csv", "provenance.json"),
+        "a test of pushes",
+    ):
+        assert re.search(f"Not shown: [^.]*{what}", text)
+
+
+def test_walks_that_fell_before_their_push_are_not_drawn():
+    cycles = np.linspace(-1.0, 2.0, 31)
+    walked = {
+        "phase": 0.0,
+        "direction": 0.0,
+        "fell": True,
+        "cycles": cycles.tolist(),
+        "velocity": np.ones((31, 3)).tolist(),
+    }
+    fallen = walked | {"phase": 0.5, "cycles": [], "velocity": []}
+    drawn = figures.push_velocity([walked, fallen])
+    assert "at 0 % of the right cycle" in drawn
+    assert "at 50 %" not in drawn
+    assert "at 50 %" not in figures.push_velocity([fallen])
+
+
+def test_there_is_no_report_without_metrics(run_folder, tmp_path):
+    (tmp_path / "subject.toml").write_bytes((run_folder / "subject.toml").read_bytes())
+    with pytest.raises(ArtefactError, match=r"metrics\.json: no such file"):
+        write_report(tmp_path)
+
+
+def test_the_stick_figure_stands_where_the_model_stands():
+    model = scale_subject(load_subject("S05")).model
+    upright = np.zeros((1, 31))
+    bent = np.zeros((1, 31))
+    bent[0, 9] = np.pi / 2  # right knee
+    figure = figures.stick_figure(model, np.vstack([upright, bent]))
+    hip, knee, ankle = figure["right"][0, :3]
+    assert hip[2] - knee[2] == pytest.approx(-model["shank_r"].joint_position[2], abs=1e-9)
+    assert figure["right"][1, 2, 0] < knee[0] - 0.2  # the shank points backwards
+    for side, sign in zip(SIDES, (-1, 1), strict=True):
+        assert sign * figure[side][0, 0, 1] > 0
+        heel, tip = figure[side][0, 3], figure[side][0, 5]
+        assert tip[0] - heel[0] > 0.15
+        assert heel[2] < ankle[2]
+    assert figure["trunk"][0, -1, 2] > figure["right arm"][0, 0, 2]
+
+
+def test_the_animation_is_one_svg_document_that_repeats_with_the_stride():
+    model = scale_subject(load_subject("S05")).model
+    sticks = {"reference": figures.stick_figure(model, np.zeros((3, 31)))}
+    root = ElementTree.fromstring(figures.animated_walk(sticks, seconds=1.105))
+    animations = root.findall(".//{http://www.w3.org/2000/svg}animate")
+    assert len(animations) == 2 * (5 + 2)
+    assert {a.get("dur") for a in animations} == {"1.105s"}
+    assert all(a.get("values").count(";") == 2 for a in animations)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(-1.25, 1, "−1.2"), (-0.001, 2, "0.00"), (None, 2, "–"), (float("nan"), 1, "–"), (3, 0, "3")],
+)
+def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text):
+    assert number(value, digits) == text

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.errors import RecordError
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.motion_text import read_trc, read_wbds_markers
+from gaitval.scaling.marker_sets import load_marker_set, recognise
+from gaitval.scaling.same_person import LARGEST_MEDIAN, check_same_person, marker_distances
+
+
+def markers(recording):
+    marker_set = recognise(recording.names)
+    renamed = marker_set.renamed(recording.names)
+    return {marker: recording.marker(name) for name, marker in renamed.items()}
+
+
+@pytest.fixture(scope="module")
+def walking(gait_data):
+    return markers(read_c3d(gait_data / "wbds/raw/WBDS01walkT01.c3d"))
+
+
+def test_the_same_person_passes_with_room(gait_data, walking):
+    wbds = load_marker_set("wbds")
+    standing = markers(read_c3d(gait_data / "wbds/raw/WBDS01static1.c3d"))
+    overground = markers(read_wbds_markers(gait_data / "wbds/raw/WBDS01walkO01Cmkr.txt"))
+    folder = gait_data / "opensim_rajagopal/ExpData"
+    trials = [
+        (standing, walking, wbds),
+        (standing, overground, wbds),
+        (
+            markers(read_trc(folder / "static_walk_1.trc")),
+            markers(read_trc(folder / "motion_capture_walk.trc")),
+            load_marker_set("rajagopal"),
+        ),
+    ]
+    for first, second, marker_set in trials:
+        distances = check_same_person(first, second, marker_set)
+        assert len(distances) >= 25
+        assert np.median([abs(d.change) for d in distances]) < LARGEST_MEDIAN / 2
+
+
+@pytest.mark.parametrize("identifier", [name for name in BUILTIN if name != "S01"])
+def test_every_other_person_is_refused(identifier, walking):
+    standing = {name: np.array([at]) for name, at in load_subject(identifier).markers.items()}
+    with pytest.raises(RecordError, match=r"WBDS.* and T01 do not show the same person"):
+        check_same_person(
+            standing, walking, load_marker_set("wbds"), names=(f"WBDS {identifier}", "T01")
+        )
+
+
+def test_distances_are_medians_of_one_segment_over_the_frames_seen():
+    wbds = load_marker_set("wbds")
+    standing = {"R.ASIS": np.zeros((1, 3)), "L.ASIS": np.array([[0, 0.25, 0]])}
+    walking = {
+        "R.ASIS": np.zeros((4, 3)),
+        "L.ASIS": np.array([[0, 0.26, 0], [0, 0.27, 0], [0, 0.9, 0], [np.nan] * 3]),
+        "R.Knee": np.ones((4, 3)),
+    }
+    (distance,) = marker_distances(standing, walking, wbds)
+    assert set(distance.markers) == {"R.ASIS", "L.ASIS"}
+    assert distance.change == pytest.approx(0.02)
+    # One distance does not tell two people apart.
+    assert check_same_person(standing, walking, wbds) == (distance,)

@@ -1,0 +1,162 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.errors import ScalingError
+from gaitval.model.body import SEGMENTS
+from gaitval.scaling.anthropometry import DE_LEVA, mass_fractions, shifted_inertia
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.scaling import SPHERE_RADIUS, scale_subject
+
+MIRROR = np.diag([1.0, -1.0, 1.0])
+
+
+def person(identifier="S05", **changes):
+    """A built-in subject with some attributes changed."""
+    subject = load_subject(identifier)
+    values = {
+        name: getattr(subject, name)
+        for name in ("identifier", "sex", "mass_kg", "height_m", "markers")
+    }
+    return SimpleNamespace(**(values | changes))
+
+
+@pytest.fixture(scope="module")
+def model():
+    return scale_subject(load_subject("S05")).model
+
+
+@pytest.mark.parametrize("identifier", list(BUILTIN))
+def test_every_built_in_subject_scales_to_a_physical_body(identifier):
+    subject = load_subject(identifier)
+    model = scale_subject(subject).model
+    assert model.name == identifier
+    assert tuple(segment.name for segment in model.segments) == SEGMENTS
+    # The sum of 14 rounded numbers; one unit in the last place of 75 is 1.4e-14.
+    assert model.mass == pytest.approx(subject.mass_kg, abs=1e-13)
+    for segment in model.segments:
+        moments = np.linalg.eigvalsh(segment.inertia)
+        assert segment.mass > 0
+        assert moments[0] > 0
+        assert moments[0] + moments[1] > moments[2]
+
+
+def test_left_side_mirrors_the_right_one(model):
+    for segment in model.segments:
+        if segment.name.endswith("_r"):
+            other = model[segment.name[:-1] + "l"]
+            assert other.mass == segment.mass
+            np.testing.assert_array_equal(other.joint_position, MIRROR @ segment.joint_position)
+            np.testing.assert_array_equal(other.centre_of_mass, MIRROR @ segment.centre_of_mass)
+            np.testing.assert_array_equal(other.inertia, MIRROR @ segment.inertia @ MIRROR)
+    for right, left in zip(model.spheres[:6], model.spheres[6:], strict=True):
+        assert (left.name, left.segment) == (right.name[:-1] + "l", right.segment[:-1] + "l")
+        np.testing.assert_array_equal(left.position, MIRROR @ right.position)
+
+
+@pytest.mark.parametrize("identifier", ["S01", "S05"])
+def test_foot_and_toes_together_are_de_levas_foot(identifier):
+    subject = load_subject(identifier)
+    scaled = scale_subject(subject)
+    foot, toes = scaled.model["foot_r"], scaled.model["toes_r"]
+    length = next(row.length_m for row in scaled.table if row.segment == "foot")
+    table = DE_LEVA[subject.sex]["foot"]
+
+    mass = foot.mass + toes.mass
+    toes_centre = toes.joint_position + toes.centre_of_mass
+    centre = (foot.mass * foot.centre_of_mass + toes.mass * toes_centre) / mass
+    inertia = sum(
+        part.inertia + shifted_inertia(part.mass, place - centre)
+        for part, place in ((foot, foot.centre_of_mass), (toes, toes_centre))
+    )
+    measured = measure(subject.markers)
+    heel = (measured.right.heel + measured.left.heel) / 2
+    radii = np.array([table.longitudinal, table.transverse, table.sagittal])
+    assert mass == pytest.approx(mass_fractions(subject.sex)["foot"] * subject.mass_kg)
+    assert centre[0] - heel[0] == pytest.approx(table.centre_of_mass * length)
+    np.testing.assert_allclose(inertia, np.diag(mass * (radii * length) ** 2), atol=1e-15)
+
+
+def test_legs_have_the_mean_length_of_both_sides():
+    scaled = scale_subject(load_subject("S05"))
+    thigh = scaled.table[0]
+    assert thigh.segment == "thigh"
+    assert thigh.length_m == pytest.approx((thigh.right_m + thigh.left_m) / 2)
+    np.testing.assert_allclose(
+        scaled.model["shank_l"].joint_position, [0.0, 0.0, -thigh.length_m], atol=1e-15
+    )
+
+
+def test_standing_body_is_as_tall_as_the_person():
+    for identifier in BUILTIN:
+        subject = load_subject(identifier)
+        lengths = {row.segment: row.length_m for row in scale_subject(subject).table}
+        names = (
+            *("ankle height", "shank", "thigh"),
+            *("lower trunk", "middle trunk", "upper trunk", "head"),
+        )
+        # The person's legs are not quite straight and vertical as the model's are.
+        assert sum(lengths[name] for name in names) == pytest.approx(subject.height_m, abs=0.015)
+
+
+def test_lumbar_joint_and_pelvis_stand_above_the_hips(model):
+    tilt = measure(load_subject("S05").markers).pelvic_tilt
+    forward_tilt = np.array(
+        [[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]]
+    )
+    for place in (model["torso"].joint_position, model["pelvis"].centre_of_mass):
+        standing = forward_tilt @ place
+        np.testing.assert_allclose(standing[:2], 0.0, atol=1e-12)
+        assert standing[2] > 0.05
+
+
+def test_spheres_touch_the_sole_and_span_the_foot(model):
+    subject = load_subject("S05")
+    lengths = {row.segment: row.length_m for row in scale_subject(subject).table}
+    joint = model["toes_r"].joint_position
+    places = np.array(
+        [s.position + (joint if s.segment == "toes_r" else 0) for s in model.spheres[:6]]
+    )
+    np.testing.assert_allclose(places[:, 2] - SPHERE_RADIUS, -lengths["ankle height"], atol=1e-15)
+    span = places[:, 0].max() - places[:, 0].min() + 2 * SPHERE_RADIUS
+    assert span == pytest.approx(lengths["foot"])
+    medial = {s.name: s.position[1] for s in model.spheres[:6]}
+    assert medial["contact_ball_medial_r"] > medial["contact_ball_lateral_r"]
+
+
+def test_table_can_be_written_as_csv():
+    frame = scale_subject(load_subject("S05")).frame()
+    assert list(frame.columns[:4]) == ["segment", "right_m", "left_m", "length_m"]
+    assert frame["mass_kg"].notna().sum() == 10
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"height_m": 1.20}, ["lower trunk", "upper trunk", "head"]),
+        ({"height_m": 2.10}, ["thigh", "shank", "foot"]),
+    ],
+)
+def test_implausible_stature_names_the_segments(changes, named):
+    with pytest.raises(ScalingError) as error:
+        scale_subject(person(**changes))
+    assert "S05" in str(error.value)
+    for name in named:
+        assert name in str(error.value)
+
+
+def test_unequal_legs_are_refused():
+    markers = dict(load_subject("S05").markers)
+    for name in ("L.Ankle", "L.Ankle.Medial"):
+        x, y, z = markers[name]
+        markers[name] = (x, y, z + 0.03)
+    with pytest.raises(ScalingError, match=r"shank: right 0\.351 m and left 0\.31. m differ"):
+        scale_subject(person(markers=markers))
+
+
+def test_floor_far_from_zero_is_refused():
+    markers = {name: (x, y, z + 0.3) for name, (x, y, z) in load_subject("S05").markers.items()}
+    with pytest.raises(ScalingError, match="ankle height"):
+        scale_subject(person(markers=markers))

@@ -1,0 +1,703 @@
+"""Stages run only when what they depend on has changed, and survive a kill at any moment."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from simulation_fixtures import random_policy
+
+from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.policy.storage import save_policy
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study import run as study
+from gaitval.study.baseline import STORED_FILES, TIMES, store_baseline
+from gaitval.study.run import finished_rounds, plan, run_one, run_subject
+from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
+from gaitval.study.stages import (
+    identify_stage,
+    push_stage,
+    simulate_stage,
+    train_stage,
+    validate_stage,
+)
+
+STAGES = (
+    "scale",
+    "reference",
+    "train",
+    "identify",
+    "correct",
+    "simulate",
+    "push",
+    "validate",
+    "report",
+)
+
+
+class Listener(Observer):
+    """Keeps what it hears."""
+
+    def __init__(self) -> None:
+        self.ran: list[str] = []
+        self.reasons: dict[str, str] = {}
+        self.lines: list[str] = []
+
+    def started(self, stage: str, reason: str) -> None:
+        self.ran.append(stage)
+        self.reasons[stage] = reason
+
+    def say(self, message: str) -> None:
+        self.lines.append(message)
+
+
+def doubling(folder: Path, **values: int) -> Stage:
+    """A stage that writes twice the number in `number.txt`."""
+
+    def double() -> None:
+        number = int((folder / "number.txt").read_text())
+        write_text(folder / "double.txt", str(2 * number))
+
+    return Stage("double", double, ("number.txt",), ("double.txt",), values=values)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write_text(tmp_path / "number.txt", "21")
+    write_json(tmp_path / "provenance.json", {"stages": {}})
+    return tmp_path
+
+
+def test_a_stage_is_skipped_when_nothing_changed(folder: Path) -> None:
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+    assert not run_stage(doubling(folder), folder)
+    assert why_run(doubling(folder), folder) is None
+
+
+def test_a_changed_input_file_runs_the_stage_and_is_named(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    write_text(folder / "number.txt", "4")
+    assert why_run(doubling(folder), folder) == "number.txt changed"
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "8"
+
+
+def test_a_changed_setting_runs_the_stage_and_is_named(folder: Path) -> None:
+    run_stage(doubling(folder, seed=0), folder)
+    assert why_run(doubling(folder, seed=1), folder) == "seed changed"
+
+
+def test_another_version_of_gaitval_runs_the_stage(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_stage(doubling(folder), folder)
+    monkeypatch.setattr("gaitval.study.stage.__version__", "999")
+    assert why_run(doubling(folder), folder) == "gaitval changed"
+
+
+@pytest.mark.parametrize("damage", [lambda path: path.unlink(), lambda path: path.write_text("4")])
+def test_a_missing_or_damaged_output_runs_the_stage(
+    folder: Path, damage: Callable[[Path], None]
+) -> None:
+    run_stage(doubling(folder), folder)
+    damage(folder / "double.txt")
+    assert "double.txt" in (why_run(doubling(folder), folder) or "")
+    assert run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+
+
+def test_force_runs_a_stage_that_is_up_to_date(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    assert run_stage(doubling(folder), folder, force=True)
+
+
+def test_a_missing_input_is_an_error_that_says_what_to_run(folder: Path) -> None:
+    (folder / "number.txt").unlink()
+    with pytest.raises(ArtefactError, match=r"number\.txt: no such file.*Run the stage"):
+        run_stage(doubling(folder), folder)
+
+
+def test_damaged_records_are_an_error_that_says_how_to_mend(folder: Path) -> None:
+    write_text(folder / "stages.json", '{"double": ')
+    with pytest.raises(ArtefactError, match=r"stages\.json: not readable.*Delete it"):
+        run_stage(doubling(folder), folder)
+
+
+def test_a_failed_stage_is_not_taken_for_finished(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    write_text(folder / "number.txt", "no number")
+    with pytest.raises(ValueError, match="no number"):
+        run_stage(doubling(folder), folder)
+    assert (folder / "double.txt").read_text() == "42"
+    assert why_run(doubling(folder), folder) == "was interrupted"
+
+
+def counting(folder: Path, *, until: int, stop_at: int, seed: int = 0) -> Stage:
+    """Counts in its workspace, a file a number; interrupted at `stop_at`."""
+
+    def count() -> None:
+        while (done := len(list((folder / "work").glob("*")))) < until:
+            if done == stop_at:
+                raise KeyboardInterrupt
+            write_text(folder / "work" / str(done), "")
+            seen.append(done)
+        write_text(folder / "count.txt", str(until))
+
+    seen: list[int] = []
+    stage = Stage("count", count, (), ("count.txt",), values={"seed": seed}, workspace="work")
+    counting.seen = seen  # type: ignore[attr-defined]
+    return stage
+
+
+def test_an_interrupted_stage_resumes_where_it_was(folder: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(counting(folder, until=6, stop_at=4), folder)
+    run_stage(counting(folder, until=6, stop_at=-1), folder)
+    assert counting.seen == [4, 5]  # type: ignore[attr-defined]
+    assert (folder / "count.txt").read_text() == "6"
+
+
+@pytest.mark.parametrize(("seed", "force"), [(1, False), (0, True)])
+def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: bool) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(counting(folder, until=6, stop_at=4), folder)
+    run_stage(counting(folder, until=6, stop_at=-1, seed=seed), folder, force=force)
+    assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from gaitval.artefacts import replacing
+from gaitval.study.stage import Stage, run_stage
+
+folder = Path(sys.argv[1])
+
+def die() -> None:
+    with replacing(folder / "double.txt") as temporary:
+        temporary.write_text("half of a nu")
+        os._exit(9)
+
+run_stage(Stage("double", die, ("number.txt",), ("double.txt",)), folder, force=True)
+"""
+
+
+def test_kill_while_writing_leaves_the_old_output_and_runs_again(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    ended = subprocess.run([sys.executable, "-c", KILLED, str(folder)], check=False)
+    assert ended.returncode == 9
+    assert (folder / "double.txt").read_text() == "42"
+    assert why_run(doubling(folder), folder) == "was interrupted"
+    assert run_stage(doubling(folder), folder)
+
+
+def test_times_are_in_the_provenance_only(folder: Path) -> None:
+    run_stage(doubling(folder), folder)
+    provenance = json.loads((folder / "provenance.json").read_text())
+    assert {"started", "finished", "seconds", "inputs"} == set(provenance["stages"]["double"])
+    assert provenance["versions"]["gaitval"]
+    before = (folder / "stages.json").read_bytes()
+    run_stage(doubling(folder), folder, force=True)
+    assert (folder / "stages.json").read_bytes() == before
+
+
+# --- the stages of a subject, with fast stand-ins for what they run -----------------------
+
+Opener = Callable[..., Run]
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Iterator[Opener]:
+    """Opens `tmp_path/run` for subject 5 with some settings, as often as wanted."""
+    contexts = []
+
+    def opener(*settings: str) -> Run:
+        while contexts:
+            contexts.pop().__exit__(None, None, None)
+        context = open_run(
+            load_subject("5"),
+            load_configuration(settings=settings),
+            tmp_path / "run",
+            Listener(),
+        )
+        contexts.append(context)
+        return context.__enter__()
+
+    yield opener
+    while contexts:
+        contexts.pop().__exit__(None, None, None)
+
+
+@pytest.fixture
+def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Every stage but the choice of a round writes its name.
+
+    The list is epsilon by round, None where the walk fell.
+    """
+    epsilons: list[float | None] = [3.0, 2.0, 2.5, 1.5]
+
+    def stand_in(name: str) -> None:
+        real = getattr(study, name)
+
+        def stage(run: Run, *numbers: int) -> Stage:
+            original: Stage = real(run, *numbers)
+
+            def write() -> None:
+                for output in original.outputs:
+                    if output.endswith("epsilon.json"):
+                        total = epsilons[numbers[0] - 1]
+                        error = None if total is None else {"total": total}
+                        write_json(run.folder / output, {"nominal": None, "identified": error})
+                    elif output.endswith("identification.json"):
+                        write_json(run.folder / output, {"names": ["damping"]})
+                    elif output.endswith("training.csv"):
+                        rows = "samples,wall_seconds,cycles\n10,1.5,2\n20,3.0,4\n"
+                        write_text(run.folder / output, rows)
+                    else:
+                        text = json.dumps({"stage": original.name, "values": original.values})
+                        write_text(run.folder / output, text)
+
+            return replace(original, run=write)
+
+        monkeypatch.setattr(study, name, stage)
+
+    for name in (*STAGES, "evaluate"):
+        stand_in(f"{name}_stage")
+    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
+    monkeypatch.setattr(study, "general_policy", lambda: None)
+    return epsilons
+
+
+def ran(run: Run) -> list[str]:
+    assert isinstance(run.observer, Listener)
+    return run.observer.ran
+
+
+def test_the_stored_policy_is_found_whatever_the_run_folder_is_called(tmp_path: Path) -> None:
+    found = study.stored_baseline(tmp_path / "mine", "S05")
+    assert found is not None
+    assert found.parts[-3:] == ("reports", "S05", "baseline")
+    assert study.stored_baseline(tmp_path / "S05", "someone") is None
+    write_json(tmp_path / "mine" / "baseline" / "metrics.json", {})
+    assert study.stored_baseline(tmp_path / "mine", "S05") == tmp_path / "mine" / "baseline"
+
+
+def test_main_job_runs_every_stage_once_and_then_none(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert ran(run) == [
+        "scale",
+        "reference",
+        "train-1",
+        "identify-1",
+        "evaluate-1",
+        "train-2",
+        "identify-2",
+        "evaluate-2",
+        "choose",
+        "correct",
+        "simulate",
+        "push",
+        "validate",
+        "report",
+    ]
+    again = opened("identification.rounds=2")
+    run_subject(again)
+    assert ran(again) == []
+
+
+def test_algorithm_1_ends_below_kappa(opened: Opener, stand_ins: list[float | None]) -> None:
+    run = opened("identification.rounds=4", "identification.kappa=2.2")
+    run_subject(run)
+    assert finished_rounds(run) == 2
+    identification = json.loads((run.folder / "identification.json").read_text())
+    assert identification["rounds"] == [
+        {"round": 1, "epsilon": {"total": 3.0}},
+        {"round": 2, "epsilon": {"total": 2.0}},
+    ]
+
+
+def test_the_round_with_the_smallest_epsilon_is_chosen(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=3", "identification.kappa=0.1")
+    run_subject(run)
+    assert "train-2" in (run.folder / "policy" / "policy.json").read_text()
+    identification = json.loads((run.folder / "identification.json").read_text())
+    assert identification["chosen_round"] == 2
+    assert identification["epsilon_identified"] == {"total": 2.0}
+
+
+def test_the_log_goes_on_over_the_rounds(opened: Opener, stand_ins: list[float | None]) -> None:
+    stand_ins[:] = [3.0, 2.0]
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert (run.folder / "policy" / "training.csv").read_text().splitlines() == [
+        "samples,wall_seconds,cycles",
+        "10,1.5,2",
+        "20,3.0,4",
+        "30,4.5,2",
+        "40,6.0,4",
+    ]
+
+
+def test_a_round_that_fell_is_the_last_to_be_chosen(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    stand_ins[0] = None
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    assert json.loads((run.folder / "identification.json").read_text())["chosen_round"] == 2
+
+
+def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[float | None]) -> None:
+    run_subject(opened("identification.rounds=1", "identification.kappa=0.1"))
+    more = opened("identification.rounds=2", "identification.kappa=0.1")
+    run_subject(more)
+    assert ran(more)[:3] == ["train-2", "identify-2", "evaluate-2"]
+
+
+@pytest.mark.parametrize(
+    ("setting", "first"),
+    [
+        ("validation.filter_frequency=12", "evaluate-1"),
+        ("correction.rounds=1", "correct"),
+        ("validation.cycles=30", "evaluate-1"),
+        ("validation.consecutive_cycles=30", "simulate"),
+        ("pushes.force=200", "push"),
+        ("identification.generations=3", "identify-1"),
+        ("training.learning_rate=1e-4", "train-1"),
+        ("contact.dissipation=1.0", "reference"),
+    ],
+)
+def test_a_setting_runs_only_the_stages_that_it_concerns(
+    opened: Opener, stand_ins: list[float | None], setting: str, first: str
+) -> None:
+    run_subject(opened("identification.rounds=1"))
+    changed = opened("identification.rounds=1", setting)
+    run_subject(changed)
+    assert ran(changed)[0] == first
+
+
+def test_a_stage_alone_refuses_to_build_on_what_is_not_there(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    with pytest.raises(ArtefactError, match=r"identify builds on scale.*`gaitval scale S05`"):
+        run_one(opened(), "identify")
+
+
+def test_a_stage_alone_refuses_to_build_on_other_settings(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run_subject(opened("identification.rounds=1"))
+    with pytest.raises(ArtefactError, match=r"train-1.*seed changed.*gaitval train S05 --round 1"):
+        run_one(opened("identification.rounds=1", "seed=7"), "validate")
+
+
+def test_stages_one_by_one_give_what_the_main_job_gives(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=1")
+    for name in STAGES:
+        run_one(run, name)
+    again = opened("identification.rounds=1")
+    run_subject(again)
+    assert ran(again) == []
+
+
+def test_force_of_one_stage_runs_it_alone(opened: Opener, stand_ins: list[float | None]) -> None:
+    run_subject(opened("identification.rounds=1"))
+    run = opened("identification.rounds=1")
+    run_one(run, "report", force=True)
+    assert ran(run) == ["report"]
+
+
+def test_scratch_trains_again_after_a_start_from_a_stored_policy(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=1")
+    write_text(run.folder / "start" / "policy.safetensors", "weights")
+    write_text(run.folder / "start" / "policy.json", "{}")
+    for name in ("scale", "reference"):
+        run_one(run, name)
+    run_stage(study.train_stage(run, 1), run.folder)
+    run_subject(run)
+    assert ran(run).count("train-1") == 0  # the start it was trained from is kept
+    run_subject(run, scratch=True)
+    assert ran(run).count("train-1") == 1
+    assert not (run.folder / "start").exists()
+
+
+def hold(folder: Path) -> None:
+    with open_run(load_subject("5"), load_configuration(), folder, Observer()):
+        pass
+
+
+def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
+    opened()
+    taken = rf"another gaitval \(process {os.getpid()}\) works in this folder"
+    with pytest.raises(ArtefactError, match=taken):
+        hold(tmp_path / "run")
+
+
+HOLDING = """
+import sys
+from pathlib import Path
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import load_subject
+from gaitval.study.stage import Observer, open_run
+
+with open_run(load_subject("5"), load_configuration(), Path(sys.argv[1]), Observer()):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_killed_run_leaves_its_folder_free(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDING, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
+        try:
+            assert other.stdout is not None
+            assert other.stdout.readline() == "held\n"
+            with pytest.raises(ArtefactError, match=rf"\(process {other.pid}\) works in this"):
+                hold(tmp_path)
+        finally:
+            other.kill()
+    hold(tmp_path)
+    assert not (tmp_path / ".process").exists()
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "O_NOFOLLOW"), reason="links are followed here: there is no O_NOFOLLOW"
+)
+def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs.txt"
+    theirs.write_text("theirs")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / ".lock").symlink_to(theirs)
+    with pytest.raises(ArtefactError, match=r"\.lock: cannot be locked .* must be a plain file"):
+        hold(tmp_path / "run")
+    assert theirs.read_text() == "theirs"
+
+
+def test_processors_are_counted_where_the_system_tells_less(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """macOS and Windows do not say which processors a process may use."""
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 7)
+    assert study.processors() == 7
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert study.processors() == 1
+
+
+WITHOUT_POSIX = """
+import sys
+
+for name in ("fcntl", "resource", "pwd", "grp", "termios"):
+    sys.modules[name] = None
+import multiprocessing
+import os
+
+del os.sched_getaffinity, os.fork
+assert "spawn" in multiprocessing.get_all_start_methods()
+import gaitval.cli
+
+gaitval.cli.main()
+"""
+
+
+def test_stages_run_without_what_posix_alone_has(tmp_path: Path) -> None:
+    """As on Windows, as far as that can be had here; the lock is then filelock's of files."""
+    folder = tmp_path / "run"
+    command = [sys.executable, "-c", WITHOUT_POSIX, "scale", "5", "--out", str(folder)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "model.urdf").exists()
+
+
+def test_every_stage_reads_only_what_earlier_stages_write(opened: Opener) -> None:
+    run = opened("identification.rounds=2")
+    written = {"subject.toml", "configuration.toml"}
+    for stage in plan(run, 2):
+        assert set(stage.inputs) <= written, stage.name
+        written |= set(stage.outputs)
+    assert set(STORED_FILES) <= written
+
+
+def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
+    run = opened()
+    assert "validation" not in train_stage(run, 1).values
+    assert "training" not in identify_stage(run, 1).values
+    assert "reward" not in simulate_stage(run).values
+    expected = {"seed", "contact", "validation", "schema_version"}
+    assert set(validate_stage(run).values) == expected
+    assert "pushes" in push_stage(run).values
+    assert "pushes" not in simulate_stage(run).values
+
+
+def test_a_baseline_is_stored_of_finished_runs_only(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    run = opened("identification.rounds=1")
+    with pytest.raises(ArtefactError, match=r"metrics\.json missing.*not a finished run"):
+        store_baseline(run.folder, tmp_path / "baseline")
+    run_subject(run)
+    store_baseline(run.folder, tmp_path / "baseline")
+    stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
+    assert sorted(stored) == sorted([*STORED_FILES, TIMES])
+
+
+def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    stand_ins[:] = [3.0, 2.0]
+    times = tmp_path / "baseline" / TIMES
+    run = opened("identification.rounds=2")
+    run_subject(run, scratch=True)
+    store_baseline(run.folder, tmp_path / "baseline")
+    scratch = json.loads(times.read_text())["scratch"]
+    assert {"scale", "train-2", "report"} <= set(scratch["stages"])
+    assert scratch["seconds"] == pytest.approx(sum(scratch["stages"].values()))
+    for name in study.POLICY_FILES:
+        write_text(run.folder / "start" / name, "{}")
+    warm = opened("identification.rounds=1")
+    run_stage(study.train_stage(warm, 1), warm.folder)
+    run_subject(warm)
+    store_baseline(warm.folder, tmp_path / "baseline")
+    both = json.loads(times.read_text())
+    assert both["scratch"] == scratch
+    assert "train-1" in both["warm"]["stages"]
+    assert "train-2" not in both["warm"]["stages"]  # of the run before in the same folder
+
+
+def test_provenance_names_versions_seed_and_hashes(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("seed=3", "identification.rounds=1")
+    run_subject(run)
+    provenance = json.loads((run.folder / "provenance.json").read_text())
+    assert provenance["seed"] == 3
+    assert {"gaitval", "dartpy", "torch", "numpy"} <= set(provenance["versions"])
+    assert len(provenance["configuration"]) == len(provenance["subject"]) == 64
+    train = provenance["stages"]["train-1"]
+    assert train["inputs"] == fingerprint(train_stage(run, 1), run.folder)
+
+
+def test_killed_main_job_resumes_at_the_interrupted_stage(
+    opened: Opener, stand_ins: list[float | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = opened("identification.rounds=1")
+    whole = study.simulate_stage
+
+    def interrupted(run: Run) -> Stage:
+        def stop() -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+            raise AssertionError("not interrupted")
+
+        return replace(whole(run), run=stop)
+
+    monkeypatch.setattr(study, "simulate_stage", interrupted)
+    # A shell starts its background jobs, and so their tests, deaf to the interrupt.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_subject(run)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    monkeypatch.setattr(study, "simulate_stage", whole)
+    again = opened("identification.rounds=1")
+    run_subject(again)
+    assert ran(again) == ["simulate", "push", "validate", "report"]
+    assert isinstance(again.observer, Listener)
+    assert again.observer.reasons["simulate"] == "was interrupted"
+
+
+# ---- What a training starts from. ----
+
+
+def stored_policy(folder: Path, task: WalkingTask, **about: object) -> Path:
+    """A policy of 128 hidden units in `folder`."""
+    policy = random_policy(task, scale=0.0, units=128)
+    save_policy(replace(policy, about={**policy.about, **about}), folder)
+    return folder
+
+
+@pytest.fixture
+def scaled(opened: Opener, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """A run whose body is scaled, with no stored policy anywhere."""
+    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
+    monkeypatch.setattr(study, "general_policy", lambda: None)
+    run = opened()
+    run_one(run, "scale")
+    run_one(run, "reference")
+    return run
+
+
+def said(run: Run) -> str:
+    assert isinstance(run.observer, Listener)
+    return "\n".join(run.observer.lines)
+
+
+def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> None:
+    study.choose_start(scaled, scratch=False)
+    assert not (scaled.folder / "start").exists()
+    assert "training from nothing" in said(scaled)
+    assert study.train_stage(scaled, 1).inputs == ("model.urdf", "reference.npz")
+
+
+def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(study, "general_policy", lambda: general)
+    study.choose_start(scaled, scratch=False)
+    assert read_json(scaled.folder / "start" / "policy.json")["general"]
+    assert "general policy" in said(scaled)
+    study.choose_start(scaled, scratch=True)
+    assert not (scaled.folder / "start").exists()
+
+
+def test_a_policy_of_this_body_goes_before_the_general_one_and_another_body_is_refused(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(study, "general_policy", lambda: general)
+    own = tmp_path / "baseline"
+    monkeypatch.setattr(study, "stored_baseline", lambda *_: own)
+    stored_policy(own / "policy", task)
+    study.choose_start(scaled, scratch=False)
+    assert not read_json(scaled.folder / "start" / "policy.json").get("general")
+    stored_policy(own / "policy", task, model_hash="0" * 64)
+    study.choose_start(scaled, scratch=False)
+    assert read_json(scaled.folder / "start" / "policy.json")["general"]
+    assert "A stored policy is not used" in said(scaled)
+
+
+def test_a_policy_of_another_size_is_not_started_from(
+    opened: Opener, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(study, "general_policy", lambda: general)
+    run = opened("training.hidden_units=64")
+    run_one(run, "scale")
+    run_one(run, "reference")
+    study.choose_start(run, scratch=False)
+    assert not (run.folder / "start").exists()
+    assert "128 hidden units, training.hidden_units asks for 64" in said(run)

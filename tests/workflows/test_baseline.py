@@ -1,0 +1,74 @@
+"""The committed policies still walk as well as their stored metrics say."""
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
+
+
+def _check(baseline, *options):
+    command = [sys.executable, "-m", "gaitval", "check"]
+    return subprocess.run(
+        [*command, "--baseline", baseline / "metrics.json", *options],
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_subject_5_has_a_baseline():
+    assert "S05" in [path.parent.name for path in BASELINES]
+
+
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
+def test_stored_policy_keeps_its_accuracy(baseline, tmp_path):
+    junit = tmp_path / "accuracy.xml"
+    done = _check(baseline, "--quick", "--junit", junit)
+    assert done.returncode == 0, done.stdout + done.stderr
+    suite = ElementTree.parse(junit).getroot()
+    assert len(list(suite.iter("testcase"))) > 30
+    assert not list(suite.iter("failure"))
+
+
+def test_a_stored_policy_walks_as_far_and_stands_the_same_pushes(tmp_path):
+    """The long check, of one subject: a hundred cycles from every start, and all pushes."""
+    junit = tmp_path / "accuracy.xml"
+    done = _check(ROOT / "reports" / "S05" / "baseline", "--junit", junit)
+    assert done.returncode == 0, done.stdout + done.stderr
+    measures = {case.get("classname") for case in ElementTree.parse(junit).iter("testcase")}
+    assert {"gaitval.consecutive_cycles", "gaitval.push_survival"} <= measures
+
+
+def test_lost_accuracy_fails_the_check(tmp_path):
+    """The same policy against a baseline that claims to be a degree better than it is."""
+    baseline, copy = ROOT / "reports" / "S05" / "baseline", tmp_path / "baseline"
+    for path in baseline.rglob("*"):
+        if path.is_file():
+            (copy / path.relative_to(baseline)).parent.mkdir(parents=True, exist_ok=True)
+            (copy / path.relative_to(baseline)).write_bytes(path.read_bytes())
+    metrics = json.loads((copy / "metrics.json").read_text())
+    claimed = next(row for row in metrics["measures"] if row["target"] == "knee_angle_r")
+    claimed["value"] -= 1.0
+    (copy / "metrics.json").write_text(json.dumps(metrics))
+    done = _check(copy, "--quick")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "knee_angle_r" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["scripts/accuracy_tables.py", "--check"], ["scripts/ablation.py", "table", "--check"]],
+)
+def test_tables_say_what_the_stored_figures_say(command):
+    done = subprocess.run(
+        [sys.executable, *command],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr

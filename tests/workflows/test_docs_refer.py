@@ -1,0 +1,185 @@
+"""What pages, docstrings and comments name is there: files, links, code, settings, commands.
+
+Read are the pages and the sources of the checkout. A name is looked up, not its meaning: this keeps
+a page from pointing at what was moved or renamed, nothing more.
+"""
+
+import importlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from typer.main import get_command
+
+from gaitval.cli.app import app
+from gaitval.configuration import Configuration
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("gaitval", "scripts", "tests", "benchmarks", "docs", "models")
+PAGES = [
+    *ROOT.glob("*.md"),
+    *(ROOT / "docs").glob("*.md"),
+    *(ROOT / "reports").glob("*.md"),
+    *(ROOT / "reports" / "recordings").glob("*.md"),
+]
+SOURCES = [
+    path
+    for folder in FOLDERS
+    for suffix in ("py", "sh", "toml", "md", "j2", "xacro")
+    for path in (ROOT / folder).rglob(f"*.{suffix}")
+    if path != Path(__file__) and path not in PAGES
+]
+PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
+OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
+OTHERS = ("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/")
+"""Paths that only a built wheel has, and those in the repositories of others."""
+NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
+PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
+
+
+FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".safetensors")
+
+
+def texts(files: list[Path]) -> Iterator[tuple[str, str]]:
+    """Name in the checkout and text of each."""
+    for path in files:
+        yield str(path.relative_to(ROOT)), path.read_text(encoding="utf-8")
+
+
+def found(pattern: str, files: list[Path]) -> Iterator[tuple[str, str]]:
+    """Every match (its first group), after the file it is in."""
+    for name, text in texts(files):
+        for match in re.finditer(pattern, text):
+            yield name, match[1]
+
+
+def is_file(name: str) -> bool:
+    """Whether a path, from the checkout's root or the package's, or a bare name is there."""
+    if "/" in name:
+        return any((ROOT / start / name).exists() for start in ("", "gaitval"))
+    return name in NAMES or (ROOT / name).exists()
+
+
+def is_code(name: str) -> bool:
+    """Whether a dotted name is a module of the package, or something that a module defines."""
+    parts = name.removeprefix("gaitval.").split(".")
+    for count in range(len(parts), 0, -1):
+        try:
+            thing = importlib.import_module(".".join(["gaitval", *parts[:count]]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[count:]:
+            members = {**getattr(thing, "__annotations__", {}), **vars(thing)}
+            if part not in members:
+                return False
+            thing = members[part]
+        home = getattr(thing, "__module__", None)  # of functions and classes
+        return not str(home).startswith("gaitval") or home.split(".")[1:] == parts[:count]
+    return False
+
+
+def is_setting(name: str) -> bool:
+    """Whether `section.key` is in the configuration."""
+    section, _, key = name.partition(".")
+    field = Configuration.model_fields.get(section)
+    return field is not None and key in getattr(field.annotation, "model_fields", {})
+
+
+def command(words: list[str]) -> Any:
+    """The command that a line begins with, None where there is none such."""
+    here: Any = get_command(app)
+    for word in words:
+        if not hasattr(here, "commands"):
+            break
+        here = here.commands.get(word)
+    return here
+
+
+def anchors(page: Path) -> set[str]:
+    """Of the headings of a page, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in headings}
+
+
+def test_paths_are_there():
+    """Those below our folders wherever they are named, and `x/y.py`, which is below gaitval/."""
+    start = "|".join(FOLDERS)
+    below = rf"(?<![\w/.-])((?:{start})/[\w/.-]+\.(?:py|md|toml|sh|svg|png|xacro|json))"
+    quoted = r"`((?:[\w.-]+/)*[\w-]+\.(?:py|sh))`"
+    named = {*found(below, OURS), *found(quoted, PAGES), *found(quoted, SOURCES)}
+    assert len(named) > 40
+    missing = [pair for pair in sorted(named) if not pair[1].startswith(OTHERS)]
+    assert [pair for pair in missing if not is_file(pair[1])] == []
+
+
+def test_links_lead_somewhere():
+    links = [
+        (ROOT / name, link)
+        for name, link in found(r"\]\(([^)\s]+)\)", PAGES)
+        if not re.match(r"[a-z]+:", link)
+    ]
+    assert len(links) > 10
+    for page, link in links:
+        path, _, anchor = link.partition("#")
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), (page, link)
+        assert not anchor or anchor in anchors(target), (page, link)
+
+
+def test_dotted_names_are_code_or_settings():
+    """In backticks, or called in an example of a page."""
+    sections = "|".join(sorted({*Configuration.model_fields, *PACKAGES, "gaitval"}))
+    dotted = rf"((?:{sections})\.[a-z_]\w*(?:\.\w+)*)"
+    named = {*found(rf"`(?:--set )?{dotted}(?:\(\)|=[^`]*)?`", OURS)}
+    named |= {*found(rf"(?m)^ +{dotted}\(", PAGES), *found(rf"--set {dotted}=", OURS)}
+    ours = [pair for pair in sorted(named) if not pair[1].endswith(FILES)]
+    assert len(ours) > 30
+    assert [pair for pair in ours if not is_code(pair[1]) and not is_setting(pair[1])] == []
+
+
+def test_commands_and_their_options_are_there():
+    lines = [
+        (name, line.split())
+        for name, line in found(r"(?m)(?:^ {4}|`|\")gaitval ([a-z][^`\"#|\n]*)", PAGES + PACKAGE)
+    ]
+    assert len(lines) > 30
+    for name, words in lines:
+        asked = command(words)
+        assert asked is not None, (name, words)
+        options = {option for parameter in asked.params for option in parameter.opts}
+        for option in (word.partition("=")[0].rstrip(".,;:)") for word in words):
+            if option.startswith("--") and option != "--help":
+                assert option in options, (name, words, option)
+
+
+def test_targets_of_make_are_there():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([a-z]+):", makefile, re.MULTILINE))
+    named = {*found(r"(?:^ {4,}|`)make ([a-z]+)", PAGES)}
+    assert {target for _, target in named} >= {"subject", "test"}
+    assert [pair for pair in sorted(named) if pair[1] not in targets] == []
+
+
+def test_reasons_are_said_where_they_are_needed():
+    """The number of an issue, or a page that is not here, says nothing to who has the sources."""
+    assert [*found(r"\b([Ii]ssue #?\d+|[Tt]he issue\b|FACTS\b)", OURS)] == []
+
+
+def test_the_lookups_can_fail():
+    assert not is_file("gaitval/no_such.py")
+    assert not is_file("no_such.py")
+    assert not is_code("scaling.joint_centres.Measurements.to_dict")
+    assert not is_setting("training.no_such")
+    assert command(["no_such"]) is None
+    assert command(["data", "no_such"]) is None
+
+
+def test_pages_tell_the_shift_of_the_plates_that_is_computed(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    table = importlib.import_module("plate_shift").table()
+    (mean,) = re.findall(r"^\| mean .* ([\d.]+) \|$", table, re.MULTILINE)
+    assert table in (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    for name in ("README.md", "docs/learning.md", "docs/decisions.md"):
+        said = re.findall(r"plate(?: stood)?\s([\d.]+) cm\s", (ROOT / name).read_text("utf-8"))
+        assert said == [mean], name

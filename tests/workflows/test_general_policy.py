@@ -1,0 +1,38 @@
+"""The general policy that is stored in the repository: it walks everybody, and is no result."""
+
+import pytest
+from simulation_fixtures import task_of_subject
+
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject import BUILTIN
+from gaitval.errors import PolicyError
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import score_rollout
+from gaitval.policy.storage import load_policy, load_start
+from gaitval.study.run import general_policy
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+def test_it_walks_every_built_in_body_before_any_training(name):
+    folder = general_policy()
+    assert folder is not None
+    policy = load_start(folder, Configuration().environment)
+    task = task_of_subject(name)
+    score = score_rollout(
+        WalkingEnvironment(task),
+        policy,
+        mu=nominal_parameters(),
+        start_phase=0.0,
+        seconds=11 * task.reference.stride_time,
+    )
+    assert not score.fell
+    assert score.cycles > 10.0
+    assert score.cycles == pytest.approx(11.0, rel=0.05)  # its pace, before it is tuned
+
+
+def test_no_result_may_be_walked_with_it():
+    folder = general_policy()
+    assert folder is not None
+    with pytest.raises(PolicyError, match="general policy"):
+        load_policy(folder)

@@ -1,0 +1,946 @@
+"""What a laboratory gets wrong ends in an error that says what was seen, where, and how to mend it.
+
+Every input is a recorded one (WBDS01, 8 s of its walk on a treadmill) with one thing wrong. Nothing
+of it may go through: not with a traceback, and not with a result.
+"""
+
+import csv
+import io
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import ezc3d
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from gaitval.cli import app as cli
+from gaitval.configuration import ProcessingSettings
+from gaitval.errors import GaitvalError, RecordError, ScalingError
+from gaitval.gait.foot_forces import zero_plates
+from gaitval.mocap.motion_text import StorageTable, write_storage, write_trc
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.session.read import read_session
+from gaitval.session.request import Request
+from gaitval.session.scale import scale_body
+from gaitval.session.session import Import, work_out
+from gaitval.session.subject import subject_of
+
+SECONDS = 8.0
+MASS, HEIGHT = 74.3, 1.725
+UP_IS_Z = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+"""Turns the laboratory's axes (y up) so that z is up."""
+
+
+@pytest.fixture(autouse=True)
+def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
+    """Messages of the command line as text without colours."""
+    text = io.StringIO()
+    monkeypatch.setattr(cli, "messages", Console(file=text, width=200))
+    return text  # type: ignore[return-value]
+
+
+# -- the recording, and files with something wrong ------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def raw(gait_data: Path) -> Path:
+    return gait_data / "wbds" / "raw"
+
+
+@pytest.fixture(scope="module")
+def stood(raw: Path) -> Recording:
+    return read_recording(raw / "WBDS01static1.c3d")
+
+
+@pytest.fixture(scope="module")
+def whole_walk(raw: Path) -> Recording:
+    """With zeroed plates: from a text file of forces, which has no moments, none could be."""
+    path = raw / "WBDS01walkT01.c3d"
+    request = Request(raw / "WBDS01static1.c3d", (path,), "S", MASS, HEIGHT, "M")
+    known = read_session(request, ProcessingSettings())
+    zeroed, _ = zero_plates(known.walking[0], landmarks=known.marker_set.landmarks)
+    return replace(read_recording(path), plates=zeroed.turned(known.axes.rotation.T).plates)
+
+
+@pytest.fixture(scope="module")
+def walked(whole_walk: Recording) -> Recording:
+    return window(whole_walk, 0.0, SECONDS)
+
+
+def window(recording: Recording, begin: float, end: float) -> Recording:
+    """Part of a trial, s, with its own clock."""
+    frames = slice(*(round(at * recording.marker_rate) for at in (begin, end)))
+    samples = slice(*(round(at * recording.force_rate) for at in (begin, end)))
+    return replace(
+        recording,
+        markers=recording.markers[frames],
+        plates=tuple(
+            Plate(p.name, p.corners, *(x[samples] for x in wrench(p))) for p in recording.plates
+        ),
+        start=0.0,
+        events=(),
+    )
+
+
+def wrench(plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return plate.force, plate.centre_of_pressure, plate.free_moment
+
+
+def write_forces(path: Path, recording: Recording) -> Path:
+    """The plates as OpenSim has them, in the axes of the recording."""
+    columns, values = [], []
+    for number, plate in enumerate(recording.plates, start=1):
+        for what, vectors in zip(("force_v", "force_p", "torque_"), wrench(plate), strict=True):
+            columns += [f"{number}_ground_{what}{axis}" for axis in "xyz"]
+            values.append(vectors if what == "force_v" else np.nan_to_num(vectors))
+    write_storage(path, StorageTable(tuple(columns), recording.force_time, np.hstack(values)))
+    return path
+
+
+@dataclass
+class Laboratory:
+    """Writes the files of a session into a folder.
+
+    `session` are the files without a fault.
+    """
+
+    folder: Path
+    standing: Recording
+    walking: Recording
+    session: Request
+
+    def trc(self, name: str, recording: Recording) -> Path:
+        write_trc(self.folder / name, recording)
+        return self.folder / name
+
+    def request(
+        self,
+        standing: Recording | Path | None = None,
+        walking: Recording | Path | None = None,
+        forces: Recording | Path | None = None,
+        **options: Any,
+    ) -> Request:
+        """The session, with some of its files or values replaced."""
+        if standing is not None:
+            written = isinstance(standing, Path)
+            options["static"] = standing if written else self.trc("stand.trc", standing)
+        if walking is not None:
+            written = isinstance(walking, Path)
+            options["trials"] = (walking if written else self.trc("walk.trc", walking),)
+        if forces is not None:
+            file = self.folder / "forces.mot"
+            written = isinstance(forces, Path)
+            options["forces"] = (forces if written else write_forces(file, forces),)
+        return replace(self.session, **options)
+
+    def without_plates(self, walking: Recording | Path, **options: Any) -> Request:
+        """The session with another walk, kinematics only."""
+        return replace(self.request(walking=walking, **options), forces=(), without_forces=True)
+
+    def text(self, name: str, change: Callable[[str], str]) -> Request:
+        """The session with the text of one of its files changed."""
+        role = "forces" if name == "forces.mot" else "walking"
+        (source,) = self.session.forces if role == "forces" else self.session.trials
+        (self.folder / name).write_text(change(source.read_text()))
+        return self.request(**{role: self.folder / name})
+
+
+@pytest.fixture(scope="module")
+def faultless(
+    stood: Recording, walked: Recording, tmp_path_factory: pytest.TempPathFactory
+) -> Request:
+    folder = tmp_path_factory.mktemp("session")
+    write_trc(folder / "stand.trc", stood)
+    write_trc(folder / "walk.trc", walked)
+    return Request(
+        static=folder / "stand.trc",
+        trials=(folder / "walk.trc",),
+        forces=(write_forces(folder / "forces.mot", walked),),
+        identifier="S",
+        mass_kg=MASS,
+        height_m=HEIGHT,
+        sex="M",
+    )
+
+
+@pytest.fixture
+def laboratory(
+    tmp_path: Path, stood: Recording, walked: Recording, faultless: Request
+) -> Laboratory:
+    return Laboratory(tmp_path, stood, walked, faultless)
+
+
+def everything(request: Request) -> Import:
+    """The whole import but for its files."""
+    found = work_out(request, ProcessingSettings())
+    subject_of(found)
+    return found
+
+
+def session(request: Request) -> object:
+    return read_session(request, ProcessingSettings())
+
+
+def refuse(
+    request: Request,
+    *words: str,
+    through: Callable[[Request], object] = session,
+    kind: type[GaitvalError] = RecordError,
+) -> str:
+    """The message with which a request is refused; it has these words."""
+    with pytest.raises(kind) as caught:
+        through(request)
+    message = str(caught.value)
+    for word in words:
+        assert word in message, f"{word!r} is not in: {message}"
+    assert caught.value.exit_code == 2
+    return message
+
+
+def changed(recording: Recording, change: Callable[[np.ndarray, list[str]], None]) -> Recording:
+    """The trial after a change in place of its markers (T, M, 3)."""
+    markers = recording.markers.copy()
+    change(markers, list(recording.names))
+    return recording.with_markers(recording.names, markers)
+
+
+def scaled(recording: Recording, factor: float) -> Recording:
+    return recording.with_markers(recording.names, factor * recording.markers)
+
+
+def exchanged(
+    recording: Recording, first: str, second: str, frames: slice = slice(None)
+) -> Recording:
+    def exchange(markers: np.ndarray, names: list[str]) -> None:
+        pair = [names.index(first), names.index(second)]
+        markers[frames, pair] = markers[frames, pair[::-1]]
+
+    return changed(recording, exchange)
+
+
+def without(recording: Recording, *names: str) -> Recording:
+    kept = [i for i, name in enumerate(recording.names) if name not in names]
+    return recording.with_markers([recording.names[i] for i in kept], recording.markers[:, kept])
+
+
+def renamed(recording: Recording, name: Callable[[str], str]) -> Recording:
+    return recording.with_markers(map(name, recording.names), recording.markers)
+
+
+def in_axes(recording: Recording, rotation: np.ndarray) -> Recording:
+    return replace(recording.turned(rotation), axes="laboratory")
+
+
+def with_plates(recording: Recording, change: Callable[[Plate], Plate]) -> Recording:
+    return replace(recording, plates=tuple(map(change, recording.plates)))
+
+
+def resampled(recording: Recording, rate: float) -> Recording:
+    """The markers at another rate, over the same time."""
+    time = np.arange(round(len(recording.markers) / recording.marker_rate * rate)) / rate
+    columns = recording.markers.reshape(len(recording.markers), -1).T
+    markers = np.stack([np.interp(time, recording.time, column) for column in columns], axis=1)
+    return replace(recording, markers=markers.reshape(len(time), -1, 3), marker_rate=rate)
+
+
+def test_without_a_fault_the_session_goes_through(laboratory: Laboratory) -> None:
+    """What the other tests change is itself faultless."""
+    found = everything(laboratory.request())
+    assert {side: len(curve.curves) for side, curve in found.forces.items()} == {
+        "right": 3,
+        "left": 4,
+    }
+
+
+# -- files ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("role", ["standing", "walking", "forces"])
+def test_a_missing_file(laboratory: Laboratory, role: str) -> None:
+    path = laboratory.folder / ("no.mot" if role == "forces" else "no.c3d")
+    refuse(laboratory.request(**{role: path}), str(path), "no such file", "Check the name")
+
+
+@pytest.mark.parametrize("name", ["empty.trc", "empty.c3d", "empty.mot"])
+def test_an_empty_file(laboratory: Laboratory, name: str) -> None:
+    path = laboratory.folder / name
+    path.write_bytes(b"")
+    role = "forces" if name.endswith("mot") else "walking"
+    refuse(laboratory.request(**{role: path}), name, "the file is empty", "export it again")
+
+
+@pytest.mark.parametrize("name", ["folder", "folder.c3d", "folder.trc"])
+def test_a_folder(laboratory: Laboratory, name: str) -> None:
+    path = laboratory.folder / name
+    path.mkdir()
+    words = ["directory"] if path.suffix else ["a file without an ending", "Export the trial"]
+    refuse(laboratory.request(standing=path), name, *words)
+
+
+@pytest.mark.parametrize("name", ["walk.trc", "forces.mot"])
+def test_a_truncated_text_file(laboratory: Laboratory, name: str) -> None:
+    request = laboratory.text(name, lambda text: text[: len(text) // 2])
+    refuse(request, name, "truncated", "Export")
+
+
+@pytest.mark.parametrize("share", [0.5, 0.0003])
+def test_a_truncated_c3d(raw: Path, laboratory: Laboratory, share: float) -> None:
+    path = laboratory.folder / "cut.c3d"
+    data = (raw / "WBDS01walkT01.c3d").read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    refuse(laboratory.without_plates(path), "cut.c3d", "truncated")
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("walk.trc", lambda text: text.replace(".", ","), "decimal comma"),
+        ("forces.mot", lambda text: text.replace(".", ","), "decimal comma"),
+        ("walk.trc", lambda text: text.replace("\t", ";"), "not separated by tabs"),
+        ("walk.trc", lambda text: text.replace("R.TT", "R.HF"), "more than one marker"),
+        ("walk.trc", lambda text: text.replace("\tmm\t", "\tfeet\t"), "Units is 'feet'"),
+        ("walk.trc", lambda text: text.replace("150\t150", "100\t150"), "DataRate is 100 Hz"),
+        ("forces.mot", lambda text: text.replace("ground_force_v", "f"), "no ground reaction"),
+    ],
+    ids=["commas", "commas, forces", "csv", "name twice", "unit", "rate", "columns"],
+)
+def test_a_text_file_from_another_program(
+    laboratory: Laboratory, name: str, change: Callable[[str], str], words: str
+) -> None:
+    refuse(laboratory.text(name, change), name, words)
+
+
+def test_a_time_in_milliseconds(laboratory: Laboratory, walked: Recording) -> None:
+    slow = laboratory.trc("slow.trc", replace(walked, marker_rate=0.15))
+    refuse(laboratory.request(walking=slow), "slow.trc", "milliseconds", "in seconds")
+
+
+def test_files_of_another_kind(raw: Path, laboratory: Laboratory) -> None:
+    c3d = raw / "WBDS01walkT01.c3d"
+    disguised = laboratory.folder / "walk.c3d"
+    disguised.write_bytes(laboratory.session.trials[0].read_bytes())
+    refuse(laboratory.request(walking=disguised), "not a C3D file")
+    disguised = disguised.rename(laboratory.folder / "x.trc")
+    disguised.write_bytes(c3d.read_bytes())
+    refuse(laboratory.request(walking=disguised), "x.trc", "must end in .c3d")
+    refuse(laboratory.request(forces=c3d), "forces are read from .mot", "as the trial")
+    refuse(laboratory.without_plates(laboratory.session.forces[0]), "not from .mot", "as C3D")
+    joint_angles = raw / "WBDS01walkT01_ik_sample.mot"
+    refuse(laboratory.request(forces=joint_angles), "no ground reaction", "pelvis_tilt")
+
+
+def test_files_that_do_not_pair(laboratory: Laboratory, raw: Path) -> None:
+    once = laboratory.request()
+    again = laboratory.trc("again.trc", laboratory.walking)
+    trials = (*once.trials, again)
+    refuse(replace(once, trials=trials), "--forces is given 1 times and --trial 2", "same order")
+    refuse(replace(once, forces=(*once.forces, again)), "--forces is given 2 times and --trial 1")
+    twice = replace(once, trials=once.trials * 2, forces=())
+    refuse(twice, "walk.trc", "given twice, with --trial and with --trial")
+    refuse(replace(once, trials=(once.static,)), "with --static and with --trial")
+    both = replace(once, trials=(raw / "WBDS01walkT01.c3d",))
+    refuse(both, "has 2 force plates", "Leave one out")
+
+
+# -- units and axes -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1e3, "millimetres that are called m)"),
+        (1e-3, "metres that are called mm)"),
+        (0.01, "metres that are called cm)"),
+        (1 / 25.4, "inches that are called mm)"),
+    ],
+)
+@pytest.mark.parametrize("role", ["standing", "walking"])
+def test_markers_in_the_wrong_unit(
+    laboratory: Laboratory, role: str, factor: float, words: str
+) -> None:
+    recording = scaled(getattr(laboratory, role), factor)
+    refuse(laboratory.request(**{role: laboratory.trc("unit.trc", recording)}), "unit.trc", words)
+
+
+def test_a_unit_wrong_by_ten(laboratory: Laboratory) -> None:
+    big = {name: scaled(getattr(laboratory, name), 10.0) for name in ("standing", "walking")}
+    refuse(
+        laboratory.without_plates(**big),
+        "stand.trc",
+        "the pelvis is 9.0",
+        "wrong unit, by a factor of 0.1",
+    )
+    refuse(laboratory.request(walking=big["walking"]), "markers are in another unit")
+
+
+def test_a_c3d_in_the_wrong_unit(raw: Path, laboratory: Laboratory) -> None:
+    file = ezc3d.c3d(str(raw / "WBDS01static1.c3d"))
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["m"]
+    path = laboratory.folder / "metres.c3d"
+    file.write(str(path))
+    refuse(laboratory.request(standing=path), "metres.c3d", "millimetres that are called m)")
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("forward=+x up=+z", ("up is +z", "nearest: +y", "Correct --axes")),
+        ("forward=-x up=+y", ("forward is -x", "nearest: +x", "Correct --axes")),
+        ("forward=+z up=+y", ("forward is +z", "nearest: +x", "Correct --axes")),
+        ("forward=+x up=+x", ("two directions along one axis",)),
+        ("x y z", ("'x' is not understood", "forward=+x up=+y")),
+    ],
+)
+def test_wrong_axes_given(laboratory: Laboratory, axes: str, words: Sequence[str]) -> None:
+    refuse(laboratory.request(axes=axes), *words)
+
+
+def test_files_whose_up_is_another_axis_are_found_and_told(laboratory: Laboratory) -> None:
+    standing, walking = (
+        in_axes(recording, UP_IS_Z) for recording in (laboratory.standing, laboratory.walking)
+    )
+    request = laboratory.request(standing, walking, walking)
+    told: list[str] = []
+    turned = read_session(request, ProcessingSettings(), lambda _, text: told.append(text))
+    assert any("+x forward, +y to the left, +z up" in text for text in told)
+    usual = read_session(laboratory.request(), ProcessingSettings())
+    np.testing.assert_allclose(turned.walking[0].markers, usual.walking[0].markers, atol=1e-6)
+
+
+def test_axes_of_one_file_only(laboratory: Laboratory) -> None:
+    standing, walking = laboratory.standing, in_axes(laboratory.walking, UP_IS_Z)
+    words = "other axes than the standing trial"
+    refuse(
+        laboratory.request(walking=walking, forces=walking), "walk.trc", "° off being above", words
+    )
+    refuse(laboratory.request(standing=in_axes(standing, UP_IS_Z)), "walk.trc", words)
+    refuse(laboratory.request(forces=walking), "forces.mot", "in other axes than the markers")
+
+
+def test_a_mirrored_recording(laboratory: Laboratory) -> None:
+    mirrored = in_axes(laboratory.standing, np.diag([1.0, 1.0, -1.0]))
+    refuse(laboratory.request(standing=mirrored), "left and right are exchanged", "mirrored")
+
+
+# -- markers --------------------------------------------------------------------------------------
+
+
+def test_nothing_but_nan(laboratory: Laboratory) -> None:
+    for role in ("standing", "walking"):
+        recording = scaled(getattr(laboratory, role), np.nan)
+        refuse(laboratory.request(**{role: recording}), "none of the", "Reconstruct and label")
+    blind = with_plates(
+        laboratory.walking, lambda plate: replace(plate, force=plate.force * np.nan)
+    )
+    refuse(laboratory.request(forces=blind), "forces.mot", "2400 samples of the force are missing")
+
+
+@pytest.mark.parametrize("marker", ["Knee", "Heel", "HF", "GTR"])
+@pytest.mark.parametrize("role", ["standing", "walking"])
+def test_left_and_right_exchanged(laboratory: Laboratory, role: str, marker: str) -> None:
+    """A landmark that is needed, and a marker that only tracks its segment."""
+    wrong = exchanged(getattr(laboratory, role), f"R.{marker}", f"L.{marker}")
+    file = "stand.trc" if role == "standing" else "walk.trc"
+    message = refuse(laboratory.request(**{role: wrong}), file, "left and right are exchanged")
+    assert marker in message
+    assert "xchange the" in message or "Exchange these" in message
+
+
+def test_left_and_right_exchanged_in_part_of_the_walk(laboratory: Laboratory) -> None:
+    wrong = exchanged(laboratory.walking, "R.Knee", "L.Knee", slice(600, None))
+    refuse(laboratory.request(walking=wrong), "change places at frame 600 (4.000 s)", "cut the")
+
+
+@pytest.mark.parametrize(
+    "pair", [("HF", "TT"), ("Heel", "MT1"), ("Knee", "HF"), ("GTR", "Iliac.Crest")]
+)
+def test_two_markers_of_one_side_exchanged(laboratory: Laboratory, pair: tuple[str, str]) -> None:
+    first, second = (f"R.{name}" for name in pair)
+    wrong = exchanged(laboratory.walking, first, second)
+    words = ("walk.trc", first, second, "have each other's names", "stand.trc", "correct the")
+    refuse(laboratory.request(walking=wrong), *words, through=everything)
+
+
+def test_medial_and_lateral_exchanged_in_standing(laboratory: Laboratory) -> None:
+    wrong = exchanged(laboratory.standing, "R.Knee", "R.Knee.Medial")
+    words = ("stand.trc", "R.Knee.Medial and R.Knee", "check the names")
+    refuse(laboratory.request(standing=wrong), *words, through=everything, kind=ScalingError)
+
+
+def test_a_marker_that_was_put_on_again_is_told(laboratory: Laboratory) -> None:
+    """The import goes on: which of the two trials is right nobody can tell, and one may do."""
+
+    def lift(markers: np.ndarray, names: list[str]) -> None:
+        markers[:, names.index("R.GTR"), 1] += 0.05
+
+    request = laboratory.request(standing=changed(laboratory.standing, lift))
+    told: list[str] = []
+    read_session(request, ProcessingSettings(), lambda _, text: told.append(text))
+    assert any("walk.trc: R.GTR to R.Knee" in text and "check the labels" in text for text in told)
+    told.clear()
+    read_session(laboratory.session, ProcessingSettings(), lambda _, text: told.append(text))
+    assert not any("check the labels" in text for text in told)
+
+
+def test_standing_markers_that_are_never_seen_together(laboratory: Laboratory) -> None:
+    def alternate(markers: np.ndarray, names: list[str]) -> None:
+        markers[:75, names.index("R.Knee")] = np.nan
+        markers[75:, names.index("L.Knee")] = np.nan
+
+    request = laboratory.request(standing=changed(laboratory.standing, alternate))
+    words = ("stand.trc", "no frame of the standing trial shows all", "fill the gaps")
+    refuse(request, *words, through=everything, kind=ScalingError)
+
+
+@pytest.mark.parametrize("person", ["WBDS02", "WBDS14", "WBDS26"])
+def test_the_standing_trial_of_another_person(
+    gait_data: Path, laboratory: Laboratory, person: str
+) -> None:
+    path = gait_data / "wbds" / "static_markers_10subjects.csv"
+    with path.open(newline="") as file:
+        rows = {row["Subject"]: row for row in csv.DictReader(file)}
+    row = rows[person]
+    names = [name for name in laboratory.standing.names if f"{name}X" in row]
+    places = np.array([[float(row[f"{name}{axis}"]) for axis in "XYZ"] for name in names]) / 1e3
+    other = laboratory.standing.with_markers(names, np.tile(places, (50, 1, 1)))
+    refuse(
+        laboratory.request(standing=other),
+        "do not show the same person",
+        "mm standing",
+        "Use the standing trial of this session",
+    )
+
+
+def test_markers_of_no_known_set(laboratory: Laboratory) -> None:
+    typos = renamed(
+        laboratory.standing, lambda name: name.replace("Ankle", "Ankl").replace("Heel", "Hel")
+    )
+    typos = renamed(typos, lambda name: name.replace("ASIS", "AIS").replace("PSIS", "PIS"))
+    refuse(
+        laboratory.request(standing=typos),
+        "stand.trc",
+        "found: L.Ankl",
+        "nearest is wbds",
+        "missing: R.ASIS",
+        "perhaps: R.AIS for R.ASIS",
+        "--marker-set FILE",
+    )
+
+
+def test_markers_of_the_walk_that_are_not_of_the_set(laboratory: Laboratory) -> None:
+    unlabelled = renamed(laboratory.walking, lambda name: f"U{name}" if name[0] == "L" else name)
+    words = ("walk.trc", "9 of the 18", "missing: L.ASIS", "UL.ASIS", "--marker-set")
+    refuse(laboratory.request(walking=unlabelled), *words)
+
+
+def test_two_people_in_one_recording(laboratory: Laboratory) -> None:
+    names = [f"{who}:{name}" for who in ("Anna", "Ben") for name in laboratory.standing.names]
+    both = laboratory.standing.with_markers(names, np.tile(laboratory.standing.markers, (1, 2, 1)))
+    refuse(laboratory.request(standing=both), "stand.trc", "'Anna:", "'Ben:", "keep one")
+
+
+def test_wrong_marker_sets(laboratory: Laboratory) -> None:
+    refuse(laboratory.request(marker_set="helen_hays"), "'helen_hays': no such", "plug_in_gait")
+    words = ("stand.trc", "the marker set plug_in_gait needs are missing", "RTIB", "--marker-set")
+    refuse(laboratory.request(marker_set="plug_in_gait"), *words)
+    path = laboratory.folder / "mine.toml"
+    for text, wanted in (
+        ('title = "x', ["mine.toml: not valid TOML", "Mend that line"]),
+        (
+            'title="x"\nsource="y"\n[markers]\n"A"={segment="pelvs"}\n'
+            '"B"={segment="pelvis", landmark="L.ASI"}',
+            ["2 problems", "did you mean pelvis?", "did you mean L.ASIS?"],
+        ),
+        (
+            'title="x"\nsource="y"\n[markers]\n"A"={segment="pelvis", wieght=2}',
+            ["markers.A.wieght: unknown key, did you mean weight?"],
+        ),
+        (
+            'title="x"\nsource="y"\n[markers]\n"R.ASIS"={segment="pelvis"}',
+            ["no marker on the pelvis", "complete the marker set"],
+        ),
+    ):
+        path.write_text(text)
+        refuse(laboratory.request(marker_set=str(path)), *wanted)
+
+
+@pytest.mark.parametrize("marker", ["R.ASIS", "R.Knee", "L.Ankle", "R.Heel", "L.MT5"])
+def test_a_marker_that_standing_needs_is_missing(laboratory: Laboratory, marker: str) -> None:
+    names = laboratory.standing.names
+    lacking = without(laboratory.standing, marker)
+    hidden = changed(laboratory.standing, lambda m, _: m[:, names.index(marker)].fill(np.nan))
+    for standing in (lacking, hidden):
+        refuse(
+            laboratory.request(standing=standing),
+            "stand.trc",
+            f"missing from the standing trial: {marker}",
+            "use a trial with all of",
+            through=lambda request: scale_body(
+                request, ProcessingSettings(), read_session(request, ProcessingSettings())
+            ),
+            kind=ScalingError,
+        )
+
+
+def test_a_walk_without_a_leg(laboratory: Laboratory) -> None:
+    foot = without(laboratory.walking, "R.Heel", "R.MT1", "R.MT5")
+    words = ("walk.trc", "never show ankle_angle_r", "Missing: R.Heel, R.MT1, R.MT5. Label them")
+    refuse(laboratory.request(walking=foot), *words, through=everything)
+    heel = without(laboratory.walking, "R.Heel")
+    words = ("walk.trc", "no marker on the right heel")
+    refuse(laboratory.request(walking=heel), *words, through=everything)
+
+
+def plug_in_gait(recording: Recording) -> Recording:
+    """The markers that Plug-in Gait has too, by its names."""
+    names = {"ASIS": "ASI", "PSIS": "PSI", "Knee": "KNE", "Ankle": "ANK", "Heel": "HEE"}
+    names |= {"MT1": "TOE", "GTR": "THI", "HF": "TIB"}
+    known = {f"{side}.{ours}": side + theirs for ours, theirs in names.items() for side in "RL"}
+    recording = without(recording, *(name for name in recording.names if name not in known))
+    return renamed(recording, lambda name: known[name])
+
+
+@pytest.mark.parametrize(
+    ("widths", "words"),
+    [
+        ({}, ["--knee-width and --ankle-width", "in metres"]),
+        ({"knee_width_m": 0.105}, ["R.Ankle.Medial", "in metres: --ankle-width"]),
+        ({"knee_width_m": 105.0, "ankle_width_m": 70.0}, ["millimetres: give 0.105"]),
+        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1, plausible"]),
+    ],
+    ids=["none", "one", "mm", "negative"],
+)
+def test_plug_in_gait_without_the_widths(
+    laboratory: Laboratory, widths: dict[str, float], words: Sequence[str]
+) -> None:
+    standing, walking = map(plug_in_gait, (laboratory.standing, laboratory.walking))
+    request = laboratory.request(standing, walking, **widths)
+    refuse(request, "stand.trc", *words, through=everything, kind=ScalingError)
+
+
+# -- trials that are not what they should be ------------------------------------------------------
+
+
+def test_trials_in_each_others_place(raw: Path, laboratory: Laboratory) -> None:
+    stand, walk = raw / "WBDS01static1.c3d", raw / "WBDS01walkT01.c3d"
+    words = ("WBDS01walkT01.c3d", "does not stand still", "cm from its median place", "--static")
+    refuse(laboratory.without_plates(stand, standing=walk), *words)
+    refuse(
+        laboratory.without_plates(laboratory.standing),
+        "walk.trc",
+        "not a walking trial",
+        "Give it as --static",
+    )
+
+
+def test_a_person_who_moves_in_the_standing_trial(laboratory: Laboratory) -> None:
+    step = changed(laboratory.standing, lambda m, _: m[100:, :, 0].__iadd__(0.3))
+    refuse(laboratory.request(standing=step), "stand.trc", "does not stand still", "cut to")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.007, "1 frame(s)"), (0.05, "shorter than a gait cycle"), (1.5, "heel strike")],
+)
+@pytest.mark.parametrize("forces", [True, False])
+def test_a_walk_that_is_too_short(
+    laboratory: Laboratory, whole_walk: Recording, seconds: float, words: str, forces: bool
+) -> None:
+    short = window(whole_walk, 0.0, seconds)
+    request = laboratory.without_plates(short)
+    if forces and len(short.markers) > 1:  # a single sample of force has no rate
+        request = laboratory.request(walking=short, forces=short)
+    refuse(request, "walk.trc", words, "Give a", "at least", through=everything)
+
+
+def test_a_person_who_turns_round(raw: Path, laboratory: Laboratory) -> None:
+    there = read_recording(raw / "WBDS01walkO01Cmkr.txt")
+    back = there.with_markers(there.names, np.concatenate([there.markers, there.markers[::-1]]))
+    refuse(laboratory.without_plates(back), "walk.trc", "turns round", "Cut the trial")
+
+
+def test_a_person_who_walks_backwards(laboratory: Laboratory) -> None:
+    back = laboratory.walking.with_markers(
+        laboratory.walking.names, laboratory.walking.markers[::-1]
+    )
+    refuse(
+        laboratory.without_plates(back),
+        "walk.trc",
+        "off the direction of walking",
+        "walks backwards",
+    )
+
+
+def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) -> None:
+    hidden = changed(laboratory.walking, lambda markers, _: markers[500:650].fill(np.nan))
+    found = work_out(laboratory.request(walking=hidden), ProcessingSettings())
+    reasons = [cycle.reasons for cycle in found.trials[0].cycles["right"]]
+    assert sum(any("do not show pelvis and right leg" in one for one in r) for r in reasons) == 2
+    assert len(found.angles["knee_angle_r"].curves) == 1
+    gone = changed(laboratory.walking, lambda markers, _: markers[300:850].fill(np.nan))
+    words = ("walk.trc", "no complete right gait cycle", "heel strike")
+    refuse(laboratory.request(walking=gone), *words, through=everything)
+
+
+# -- forces ---------------------------------------------------------------------------------------
+
+
+def test_no_forces(laboratory: Laboratory) -> None:
+    request = replace(laboratory.session, forces=())
+    refuse(request, "walk.trc", "no force plates", "--forces", "--kinematics-only")
+
+
+@pytest.mark.parametrize("rate", [120.0, 200.0])
+def test_rates_that_do_not_divide(laboratory: Laboratory, rate: float) -> None:
+    refuse(
+        laboratory.request(walking=resampled(laboratory.walking, rate)),
+        "forces.mot",
+        f"markers at {rate:g} Hz",
+        "whole multiple",
+        "Resample the forces to",
+    )
+
+
+def test_markers_too_coarse_for_the_filter(laboratory: Laboratory) -> None:
+    coarse = resampled(laboratory.walking, 12.5)
+    refuse(laboratory.request(walking=coarse), "walk.trc", "markers at 12.5 Hz", "needs more than")
+
+
+def test_forces_of_another_length(raw: Path, laboratory: Laboratory) -> None:
+    words = ("the forces go from", "Give the forces of the same trial")
+    refuse(laboratory.request(forces=raw / "WBDS01walkT01_grf.mot"), "30.000 s", *words)
+    refuse(laboratory.request(forces=window(laboratory.walking, 0, 4)), "to 4.000 s", *words)
+    late = replace(laboratory.walking, start=3.0)
+    refuse(laboratory.request(forces=late), "3.000 to 11.000 s", *words)
+
+
+@pytest.mark.parametrize("late", [0.1, 0.3, 9.0])
+def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, late: float) -> None:
+    """Of the same length, but not synchronised, or of another trial of the same person."""
+    other = window(whole_walk, late, late + SECONDS)
+    refuse(
+        laboratory.request(forces=other),
+        "forces.mot",
+        "before the markers show it",
+        "not synchronised",
+        through=everything,
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda p: replace(p, force=-p.force), "those on the person are needed"),
+        (lambda p: replace(p, force=p.force / 9.81), "look like kilograms (kgf)"),
+        (lambda p: replace(p, force=p.force / 4.448), "look like pounds (lbf)"),
+        (lambda p: replace(p, force=p.force / 1e3), "another unit than N"),
+        (lambda p: replace(p, centre_of_pressure=1e3 * p.centre_of_pressure), "looks like milli"),
+        (lambda p: replace(p, free_moment=1e3 * p.free_moment), "looks like Nmm"),
+        (lambda p: replace(p, force=0 * p.force, free_moment=0 * p.free_moment), "no foot is on"),
+        (
+            lambda p: replace(p, free_moment=p.free_moment + np.cross([0.3, 0, 0], p.force)),
+            "moment about the plate's middle",
+        ),
+    ],
+    ids=["sign", "kgf", "lbf", "kN", "mm", "Nmm", "nobody", "moment about the origin"],
+)
+def test_forces_in_another_unit_or_sign(
+    laboratory: Laboratory, change: Callable[[Plate], Plate], words: str
+) -> None:
+    wrong = with_plates(laboratory.walking, change)
+    refuse(laboratory.request(forces=wrong), words, through=everything)
+
+
+def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
+    left, right = laboratory.walking.plates
+    for plates in ((left,), (left, replace(right, force=0 * right.force))):
+        one = replace(laboratory.walking, plates=plates)
+        refuse(
+            laboratory.request(forces=one),
+            "no right gait cycle",
+            "right foot",
+            "stands on no plate",
+            "Give a trial",
+            through=everything,
+        )
+
+
+def test_feet_exchanged_in_the_force_file(laboratory: Laboratory) -> None:
+    """The plates' order and names say nothing; a force at the other foot's place is refused."""
+    usual = everything(laboratory.request())
+    left, right = laboratory.walking.plates
+    other_names = replace(laboratory.walking, plates=(right, left))
+    found = everything(laboratory.request(forces=other_names))
+    for side in ("right", "left"):
+        np.testing.assert_allclose(found.forces[side].mean, usual.forces[side].mean, atol=1e-9)
+    crossed = (replace(left, force=right.force), replace(right, force=left.force))
+    refuse(
+        laboratory.request(forces=replace(laboratory.walking, plates=crossed)),
+        "forces.mot",
+        "does not point to the person",
+        "act at the points of the other foot",
+    )
+
+
+# -- the person -----------------------------------------------------------------------------------
+
+
+def test_pounds_that_make_a_plausible_body(laboratory: Laboratory) -> None:
+    """50 kg given as 110: the body mass index is 37, and only the plates can tell."""
+    light = with_plates(
+        laboratory.walking,
+        lambda p: replace(p, force=p.force * 50.0 / MASS, free_moment=p.free_moment * 50.0 / MASS),
+    )
+    request = laboratory.request(forces=light, mass_kg=110.2)
+    words = ("The force plates carry 48", "110.2 kg", "looks like pounds: give --mass 50.0")
+    refuse(request, *words, through=everything)
+    refuse(laboratory.request(mass_kg=50.0), "the mass given is 50.0 kg", through=everything)
+
+
+# -- the command ----------------------------------------------------------------------------------
+
+
+def gaitval(request: Request, out: Path, *more: str, **person: str) -> Any:
+    values = {"mass": f"{request.mass_kg}", "height": f"{request.height_m}", "sex": request.sex}
+    options = [f"--{name}={value}" for name, value in (values | person).items()]
+    options += [f"--forces={path}" for path in request.forces]
+    options += [f"--trial={path}" for path in request.trials]
+    arguments = ["import", f"--static={request.static}", *options, f"--out={out}", *more]
+    return CliRunner().invoke(cli.app, arguments)
+
+
+@pytest.mark.parametrize(
+    ("person", "words"),
+    [
+        ({"height": "172.5"}, "--height 172.5: this looks like centimetres"),
+        ({"height": "5.66"}, "looks like feet"),
+        ({"mass": "1.725", "height": "74.3"}, "look swapped"),
+        ({"mass": "180"}, "looks like pounds. Give kilograms: --mass 81.6"),
+        ({"mass": "nan"}, "--mass nan: outside"),
+        ({"sex": "male"}, "--sex male: give F or M"),
+    ],
+    ids=["cm", "feet", "swapped", "pounds", "nan", "sex"],
+)
+def test_an_impossible_person(
+    laboratory: Laboratory, plain_messages: io.StringIO, person: dict[str, str], words: str
+) -> None:
+    result = gaitval(laboratory.request(), laboratory.folder / "out", **person)
+    assert result.exit_code == 2
+    assert words in plain_messages.getvalue()
+
+
+def test_the_command_says_why_and_leaves_nothing(
+    laboratory: Laboratory, plain_messages: io.StringIO
+) -> None:
+    """One error of each stage: reading, axes, scaling, forces, the subject."""
+    walking, out = laboratory.walking, laboratory.folder / "out"
+    unloaded = with_plates(walking, lambda p: replace(p, force=0 * p.force))
+    for change, words in (
+        ({"standing": laboratory.folder / "no [1].c3d"}, "no [1].c3d: no such file"),
+        ({"standing": in_axes(laboratory.standing, UP_IS_Z)}, "other axes"),
+        ({"standing": without(laboratory.standing, "R.Knee")}, "standing trial: R.Knee"),
+        ({"forces": unloaded}, "no foot is on"),
+        ({"forces": replace(walking, plates=walking.plates[:1])}, "no right gait cycle"),
+    ):
+        result = gaitval(laboratory.request(**change), out)
+        assert result.exit_code == 2, words
+        assert isinstance(result.exception, SystemExit)
+        text = plain_messages.getvalue()
+        assert words in text
+        assert "Traceback" not in text
+        assert not out.exists()
+
+
+def test_a_folder_that_cannot_be_written(
+    laboratory: Laboratory, plain_messages: io.StringIO
+) -> None:
+    """Said before the work is done."""
+    request = laboratory.request(standing=laboratory.folder / "no.c3d")
+    file = laboratory.folder / "file"
+    file.write_text("")
+    kept = laboratory.folder / "kept"
+    kept.mkdir()
+    (kept / "subject.toml").write_text("mine")
+    for out, words in (
+        (file, "file: is a file"),
+        (file / "below", "file: is a file"),
+        (kept, "was not written by an import"),
+    ):
+        assert gaitval(request, out).exit_code == 2
+        assert words in plain_messages.getvalue()
+        assert "--out" in plain_messages.getvalue()
+    assert (kept / "subject.toml").read_text() == "mine"
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0,
+    reason="nothing is forbidden to root, and Windows knows no such mode of a folder",
+)
+def test_a_folder_that_is_not_ones_own(laboratory: Laboratory, plain_messages: io.StringIO) -> None:
+    closed = laboratory.folder / "closed"
+    closed.mkdir(mode=0o500)
+    assert gaitval(laboratory.request(), closed / "out").exit_code == 2
+    assert "closed: may not be written to" in plain_messages.getvalue()
+
+
+def test_a_full_disk(
+    laboratory: Laboratory, plain_messages: io.StringIO, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device", str(laboratory.folder / "out" / "x"))
+
+    monkeypatch.setattr("gaitval.session.write.write_osim", full)
+    result = gaitval(laboratory.request(), laboratory.folder / "out")
+    assert result.exit_code == 2
+    assert "cannot be written (No space left on device). Free the disk" in plain_messages.getvalue()
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+
+moved, replace = 0, Path.replace
+
+def dies(self, target):
+    global moved
+    moved += 1
+    if moved == {last}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return replace(self, target)
+
+Path.replace = dies
+from gaitval.cli import main
+main()
+"""
+
+
+def test_a_killed_import_leaves_whole_files_and_no_subject(laboratory: Laboratory) -> None:
+    """Killed between writing the fourth file and giving it its name, over an earlier import."""
+    out = laboratory.folder / "out"
+    (out / "recording").mkdir(parents=True)
+    (out / "subject.toml").write_text("earlier")
+    (out / "recording" / "import.json").write_text("{}")
+    request = laboratory.request()
+    arguments = [f"--static={request.static}", f"--trial={request.trials[0]}"]
+    arguments += [f"--forces={request.forces[0]}", f"--mass={MASS}", f"--height={HEIGHT}"]
+    arguments += ["--sex=M", f"--out={out}"]
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED.format(last=4), "import", *arguments],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == -signal.SIGKILL, done.stderr.decode()
+    named = sorted(p.name for p in out.rglob("*") if p.is_file() and p.name[0] != ".")
+    assert named == ["model.osim", "trial1_ik.mot", "trial1_markers.trc"]
+    assert (out / "recording" / "model.osim").read_text().rstrip().endswith("</OpenSimDocument>")
+    written = read_recording(out / "recording" / "trial1_markers.trc")
+    assert len(written.markers) == len(laboratory.walking.markers)

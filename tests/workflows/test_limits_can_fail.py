@@ -1,0 +1,569 @@
+"""Every limit and every goal of `tolerances.toml` can be missed: for each of its rows something is
+done to a walk, or to a recording, that keeps all limits, and its verdict turns to failed, in
+`metrics.json` or the import's verdicts as on the page that a reader sees.
+
+The walk follows the record of subject 5 exactly and long enough; the recording is of a made-up
+person who stands still on two plates. What is changed is what the simulation or the laboratory
+gives, and everything after it is worked out as for any other.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from html import escape
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from standing_person import StandingPerson, standing_person
+from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
+
+from gaitval.artefacts import write_json
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.datasets.subject import load_subject
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.inverse.marker_placement import place_markers
+from gaitval.metrics.push_recovery import Push, PushRecovery, evenly_spaced, required_pushes
+from gaitval.metrics.tolerances import WALK_UNITS, Tolerance, load_registry
+from gaitval.metrics.validation import validate
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+from gaitval.reporting.recording_report import write_recording_report
+from gaitval.reporting.report import write_report
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.summary import limit_rows, verdicts
+from gaitval.simulation.rollout import Rollout
+from tests.reporting.test_recording_report import sample
+
+SUBJECT = load_subject("S05")
+RECORD = SUBJECT.record()
+PHASES = (0.0, 0.5)
+CONFIGURATION = sharp_filter(cycles=6, start_phases=PHASES)
+WEIGHT = MASS * GRAVITY
+
+REGISTRY = load_registry().tolerance
+OF_WALKS = {row.id: row for row in REGISTRY if row.measure in WALK_UNITS}
+OF_RECORDINGS = {row.id: row for row in REGISTRY if row.measure not in WALK_UNITS}
+
+
+# --- walks --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """What the simulation gives: a walk from each of `PHASES`, and the pushes that felled."""
+
+    walks: tuple[Rollout, ...]
+    felled_by: frozenset[Push] = frozenset()
+
+
+Change = Callable[[Simulated, float], Simulated]
+"""Makes the measure of a row about as large as that, in its unit."""
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """What is done to miss a bound, and the ids of the rows whose limits that fails besides."""
+
+    change: Callable
+    drags: frozenset[str] = frozenset()
+
+
+def _compared(simulated: Simulated, **arrays: np.ndarray) -> Simulated:
+    first, *others = simulated.trials
+    return replace(simulated, walks=(replace(first, **arrays), *others))
+
+
+def shift_angles(**shares: float) -> Change:
+    """Add a constant, in shares of the size in degrees, to angles."""
+
+    def change(simulated: Simulated, size: float) -> Simulated:
+        positions = simulated.trials[0].positions.copy()
+        for name, share in shares.items():
+            positions[:, COORDINATES.index(name)] += np.deg2rad(share * size)
+        return _compared(simulated, positions=positions)
+
+    return change
+
+
+def shift_moment(simulated: Simulated, size: float) -> Simulated:
+    moments = simulated.trials[0].moments.copy()
+    moments[:, ACTUATED.index("knee_angle_l")] += size * MASS
+    return _compared(simulated, moments=moments)
+
+
+def shift_force(axis: int) -> Change:
+    def change(simulated: Simulated, size: float) -> Simulated:
+        ground = simulated.trials[0].ground_reaction.copy()
+        ground[:, 0, axis] += size / 100.0 * WEIGHT
+        return _compared(simulated, ground_reaction=ground)
+
+    return change
+
+
+def press_harder(simulated: Simulated, size: float) -> Simulated:
+    """Scale the vertical force under the right foot, which leaves its swing empty."""
+    ground = simulated.trials[0].ground_reaction.copy()
+    share = np.sqrt((ground[:, 0, 2] ** 2).mean()) / WEIGHT
+    ground[:, 0, 2] *= 1.0 + size / 100.0 / share
+    return _compared(simulated, ground_reaction=ground)
+
+
+def hurry(simulated: Simulated, size: float) -> Simulated:
+    """The same steps in less time."""
+    return _compared(simulated, time=simulated.trials[0].time / (1.0 + size / 100.0))
+
+
+def leave_late(simulated: Simulated, size: float) -> Simulated:
+    """The right foot stays on the ground, with little more than the threshold of an event."""
+    walk = simulated.trials[0]
+    ground = walk.ground_reaction.copy()
+    stance = RECORD.stance_fraction["right"]
+    late = (walk.phase % 1.0 > 0.5) & (walk.phase % 1.0 < stance + size / 100.0)
+    threshold = CONFIGURATION.contact.event_threshold
+    ground[late, 0, 2] = np.maximum(ground[late, 0, 2], 1.1 * threshold)
+    return _compared(simulated, ground_reaction=ground)
+
+
+def walk_on_for(cycles: int) -> Change:
+    """The second walk ends, upright, after so many cycles in a row."""
+
+    def change(simulated: Simulated, size: float) -> Simulated:
+        first, second = simulated.trials
+        last = CONFIGURATION.validation.settling_cycles + 1 + cycles
+        return replace(simulated, walks=(first, _rows(second, second.phase < last + 0.2)))
+
+    return change
+
+
+def fall(simulated: Simulated, size: float) -> Simulated:
+    first, second = simulated.trials
+    return replace(simulated, walks=(first, replace(second, fell=np.array([1.0]))))
+
+
+def fall_from_pushes(count: int) -> Change:
+    """Some pushes fell that begin at the first phase."""
+    first = [push for push in required_pushes(CONFIGURATION.pushes) if push.phase == 0.0]
+
+    def change(simulated: Simulated, size: float) -> Simulated:
+        return replace(simulated, felled_by=frozenset(first[:count]))
+
+    return change
+
+
+def _rows(walk: Rollout, chosen: np.ndarray, **further: np.ndarray) -> Rollout:
+    """Some rows of a walk."""
+    whole = ("mu", "start_phase", "fell")
+    rows = {name: array[chosen] for name, array in vars(walk).items() if name not in whole}
+    return replace(walk, **rows, **further)
+
+
+ONE_LEG = {"hip_flexion_r": 1.0, "hip_flexion_l": -1.0}
+"""The right leg swings ahead and the left one behind: steps of two lengths."""
+DEGREE_IN_CM = 3.0
+"""Change of the step length for one degree of `ONE_LEG`, of legs of 0.85 m."""
+
+CONCERN = frozenset({"angles-mcginley-concern", "angles-wilken-detectable"})
+"""Two sources that name the same 5°."""
+GOOD = frozenset({"angles-mcginley-good"})
+
+LIMITS = {
+    "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
+    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), CONCERN | GOOD),
+    "angles-opensim-tracking": Mutation(
+        shift_angles(ankle_angle_l=1.0), CONCERN | GOOD | {"sagittal-angles"}
+    ),
+    "angles-mcginley-concern": Mutation(shift_angles(subtalar_angle_r=1.0), CONCERN | GOOD),
+    "angles-wilken-detectable": Mutation(shift_angles(subtalar_angle_l=1.0), CONCERN | GOOD),
+    "angles-mcginley-good": Mutation(shift_angles(subtalar_angle_r=1.0)),
+    "sagittal-moments": Mutation(shift_moment),
+    "force-forward": Mutation(shift_force(0)),
+    "force-medial": Mutation(shift_force(1)),
+    "force-vertical": Mutation(press_harder),
+    "walking-speed": Mutation(hurry),
+    "stance-fraction": Mutation(leave_late),
+    "step-length": Mutation(
+        shift_angles(**{name: share / DEGREE_IN_CM for name, share in ONE_LEG.items()})
+    ),
+    "consecutive-cycles": Mutation(walk_on_for(49)),
+    "falls": Mutation(fall),
+    "push-survival": Mutation(fall_from_pushes(2)),
+}
+GOALS = LIMITS | {
+    "consecutive-cycles": Mutation(walk_on_for(99)),
+    "push-survival": Mutation(fall_from_pushes(1)),
+    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), GOOD),
+}
+"""The same done by less, where not said otherwise; `drags` are limits that are stricter."""
+
+
+@cache
+def unchanged_walk() -> Simulated:
+    """From phase 0, and the same walk from where it is in phase 0.5."""
+    walk = perfect_walk(RECORD, cycles=103)
+    later = _rows(walk, walk.phase >= 0.5, start_phase=np.array([0.5]))
+    return Simulated((walk, replace(later, time=later.time - later.time[0])))
+
+
+def metrics_of(simulated: Simulated) -> dict:
+    """`metrics.json` of what was simulated."""
+    settings = CONFIGURATION.pushes
+    required = required_pushes(settings)
+    stood = [push not in simulated.felled_by for push in required]
+    ahead = tuple(dict.fromkeys(push.direction for push in required))
+    directions = evenly_spaced(settings.directions)
+    recovery = PushRecovery(
+        seconds=CONFIGURATION.environment.push_seconds,
+        cycles=settings.cycles,
+        resolution=settings.resolution,
+        ceiling=settings.largest,
+        phases=settings.phases,
+        directions=directions,
+        largest=np.full((len(settings.phases), len(directions)), settings.force),
+        force=settings.force,
+        criterion_directions=ahead,
+        survived=np.reshape(stood, (len(settings.phases), -1)),
+    )
+    walks = walks_of(simulated.trials, CONFIGURATION)
+    return validate(SUBJECT, RECORD, MODEL, walks, None, CONFIGURATION, pushes=recovery.as_dict())
+
+
+@cache
+def unchanged_metrics() -> dict:
+    return metrics_of(unchanged_walk())
+
+
+BEYOND = 1.15
+"""How far beyond its bound a changed value is aimed."""
+
+
+@cache
+def changed_metrics(name: str, of: str) -> dict:
+    """`metrics.json` of a walk that misses the limit or the goal of a row."""
+    row, mutation = OF_WALKS[name], {"limit": LIMITS, "goal": GOALS}[of][name]
+    bound = row.value if of == "limit" else row.goal
+    return metrics_of(mutation.change(unchanged_walk(), BEYOND * bound))
+
+
+def failed(metrics: dict) -> set[str]:
+    return {row["id"] for row in metrics["tolerances"] if not row["passed"]}
+
+
+def missed(metrics: dict) -> set[str]:
+    return {row["id"] for row in metrics["tolerances"] if row["reached"] is False}
+
+
+# --- recordings ---------------------------------------------------------------------------
+
+FRAMES = 60
+RATE = 100.0
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the laboratory gives of a person who stands still: places of the markers in standing,
+    (FRAMES, M, 3) m of those worn after, and (FRAMES, 2, 3) what the plates show."""
+
+    places: Mapping[str, np.ndarray]
+    markers: np.ndarray
+    force: np.ndarray
+    free_moment: np.ndarray
+
+
+@cache
+def standing() -> StandingPerson:
+    return standing_person(toe_out={"r": 0.0, "l": 0.0})
+
+
+@cache
+def worn() -> tuple[ModelMarker, ...]:
+    marker_set = load_marker_set("wbds")
+    return tuple(
+        ModelMarker(name, marker_set.markers[name].segment, place)
+        for name, place in standing().markers(marker_set)[1].items()
+        if not marker_set.markers[name].static_only
+    )
+
+
+@cache
+def unchanged_recording() -> Recorded:
+    person = standing()
+    still = np.tile(person.pose, (FRAMES, 1))
+    weight = sum(segment.mass for segment in person.model.segments) * GRAVITY
+    force = np.zeros((FRAMES, 2, 3))
+    force[..., 2] = 0.5 * weight
+    return Recorded(
+        person.markers(load_marker_set("wbds"))[0],
+        marker_positions(person.model, worn(), still),
+        force,
+        np.zeros((FRAMES, 2, 3)),
+    )
+
+
+@cache
+def centre_of_mass() -> np.ndarray:
+    model, pose = standing().model, standing().pose
+    mass = np.array([segment.mass for segment in model.segments])
+    places = [
+        frame[:3, :3] @ segment.centre_of_mass + frame[:3, 3]
+        for segment, frame in zip(model.segments, segment_frames(model, pose[None])[0], strict=True)
+    ]
+    return mass @ places / mass.sum()
+
+
+@cache
+def feet() -> np.ndarray:
+    """(2, 3) m: where the feet press so that the weight is over them."""
+    frames = segment_frames(standing().model, standing().pose[None])[0]
+    ankles = np.array([frames[SEGMENTS.index(f"foot_{side}"), :3, 3] for side in "rl"])
+    return (ankles + centre_of_mass() - ankles.mean(axis=0)) * [1.0, 1.0, 0.0]
+
+
+def import_of(recorded: Recorded) -> SimpleNamespace:
+    """As much of an import as its limits are about."""
+    person, known = standing(), np.ones((FRAMES, 2), dtype=bool)
+    still = np.tile(person.pose, (FRAMES, 1))
+    point = np.tile(feet(), (FRAMES, 1, 1))
+    time = np.arange(FRAMES) / RATE
+    walk = SimpleNamespace(
+        name="still",
+        kinematics=inverse_kinematics(person.model, worn(), recorded.markers),
+        loads=SimpleNamespace(valid=known),
+        dynamics=inverse_dynamics(
+            person.model, time, still, recorded.force, point, recorded.free_moment
+        ),
+        consistent=None,
+    )
+    placement = place_markers(
+        person.model, person.measured, recorded.places, load_marker_set("wbds")
+    )
+    return SimpleNamespace(body=SimpleNamespace(placement=placement), walks=[walk])
+
+
+def misplace_one(recorded: Recorded, size: float) -> Recorded:
+    """One landmark was pointed at wrongly; the pose takes up the rest of its distance."""
+    return _misplaced(recorded, {"R.MT5": [0.0, size / 0.55, 0.0]})
+
+
+def misplace_many(recorded: Recorded, size: float) -> Recorded:
+    """Landmarks were pointed at too high and too low in turn; the pose takes up much of it."""
+    feet = [f"{side}.{name}" for side in "RL" for name in ("MT1", "MT5", "Heel")]
+    names = ["R.ASIS", "L.ASIS", *feet, "R.Knee", "L.Knee"]
+    away = {name: [0.0, 0.0, (-1) ** i * size / 0.45] for i, name in enumerate(names)}
+    return _misplaced(recorded, away)
+
+
+def _misplaced(recorded: Recorded, away: Mapping[str, Sequence[float]]) -> Recorded:
+    """Landmarks in standing moved by (3,) cm."""
+    moved = {name: recorded.places[name] + 0.01 * np.array(by) for name, by in away.items()}
+    return replace(recorded, places={**recorded.places, **moved})
+
+
+def shake(recorded: Recorded, size: float) -> Recorded:
+    """Every marker is off by as much, each in a direction of its own; the pose takes up some."""
+    away = np.random.default_rng(0).standard_normal(recorded.markers.shape)
+    away *= 0.01 * size / 0.92 / np.linalg.norm(away, axis=2, keepdims=True)
+    return replace(recorded, markers=recorded.markers + away)
+
+
+def jump(recorded: Recorded, size: float) -> Recorded:
+    """One marker is off in one frame; the pose takes up some."""
+    markers = recorded.markers.copy()
+    markers[30, 5, 1] += 0.01 * size / 0.8
+    return replace(recorded, markers=markers)
+
+
+def push(frames: slice) -> Callable[[Recorded, float], Recorded]:
+    """The right plate shows a force more, N, with a free moment that leaves none about the
+    pelvis."""
+
+    def change(recorded: Recorded, size: float) -> Recorded:
+        force, free_moment = recorded.force.copy(), recorded.free_moment.copy()
+        more = np.array([size, 0.0, 0.0])
+        force[frames, 0] += more
+        free_moment[frames, 0] -= np.cross(feet()[0] - standing().pose[3:6], more)
+        return replace(recorded, force=force, free_moment=free_moment)
+
+    return change
+
+
+def twist(frames: slice) -> Callable[[Recorded, float], Recorded]:
+    """The right plate shows a moment more, Nm."""
+
+    def change(recorded: Recorded, size: float) -> Recorded:
+        free_moment = recorded.free_moment.copy()
+        free_moment[frames, 0, 1] += size
+        return replace(recorded, free_moment=free_moment)
+
+    return change
+
+
+def push_share(recorded: Recorded, size: float) -> Recorded:
+    """`push` in % of what is under one foot."""
+    return push(ONCE)(recorded, size / 100.0 * recorded.force[0, 0, 2])
+
+
+def twist_share(recorded: Recorded, size: float) -> Recorded:
+    """`twist` in % of what is under one foot times the height of the centre of mass."""
+    return twist(ONCE)(recorded, size / 100.0 * recorded.force[0, 0, 2] * centre_of_mass()[2])
+
+
+ONCE, ALWAYS = slice(30, 31), slice(None)
+
+RECORDING_LIMITS = {
+    "scaling-marker-rms": Mutation(misplace_many),
+    "scaling-marker-largest": Mutation(misplace_one),
+    "ik-marker-rms": Mutation(shake),
+    "ik-marker-largest": Mutation(jump),
+    "residual-force-peak": Mutation(push(ONCE), frozenset({"residual-force-share"})),
+    "residual-force-rms": Mutation(push(ALWAYS), frozenset({"residual-force-share"})),
+    "residual-moment-peak": Mutation(twist(ONCE), frozenset({"residual-moment-share"})),
+    "residual-moment-rms": Mutation(twist(ALWAYS), frozenset({"residual-moment-share"})),
+    "residual-force-share": Mutation(push_share),
+    "residual-moment-share": Mutation(twist_share),
+}
+
+
+@cache
+def changed_import(name: str) -> SimpleNamespace:
+    """The import of a recording that misses the limit of a row."""
+    bound = OF_RECORDINGS[name].value
+    return import_of(RECORDING_LIMITS[name].change(unchanged_recording(), BEYOND * bound))
+
+
+# --- the tests ----------------------------------------------------------------------------
+
+
+def rows_with_mutation() -> tuple[int, int]:
+    """How many rows of the registry have a mutation of their limit, and of their goal where they
+    have one; and how many rows there are."""
+    shown = [
+        row
+        for row in REGISTRY
+        if row.id in LIMITS | RECORDING_LIMITS and (row.goal is None or row.id in GOALS)
+    ]
+    return len(shown), len(REGISTRY)
+
+
+def test_every_row_has_a_mutation():
+    assert set(LIMITS) == set(OF_WALKS)
+    assert set(RECORDING_LIMITS) == set(OF_RECORDINGS)
+    found, rows = rows_with_mutation()
+    assert found == rows == len(OF_WALKS) + len(OF_RECORDINGS)
+
+
+def test_the_unchanged_walk_keeps_every_limit_and_reaches_every_goal():
+    metrics = unchanged_metrics()
+    assert {row["id"] for row in metrics["tolerances"]} == set(OF_WALKS)
+    assert failed(metrics) == missed(metrics) == set()
+    assert metrics["summary"]["refused"] == 0
+    assert metrics["summary"]["goals_reached"] == metrics["summary"]["goals"]
+
+
+@pytest.mark.parametrize("name", OF_WALKS)
+def test_a_walk_that_misses_a_limit_fails_it_and_no_other(name):
+    metrics, mutation = changed_metrics(name, "limit"), LIMITS[name]
+    assert failed(metrics) == {name} | mutation.drags
+    accepted = [row["passed"] for row in metrics["tolerances"] if row["role"] == "acceptance"]
+    assert metrics["summary"]["refused"] == accepted.count(False)
+
+
+@pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
+def test_a_walk_that_misses_a_goal_only_still_passes(name):
+    metrics = changed_metrics(name, "goal")
+    assert missed(metrics) == {name}
+    assert failed(metrics) == GOALS[name].drags
+    assert metrics["summary"]["goals_reached"] < metrics["summary"]["goals"]
+
+
+@pytest.fixture
+def no_drawings(monkeypatch):
+    """Pages without figures and without a PDF, which take seconds and tell no verdict."""
+    monkeypatch.setattr("gaitval.reporting.page.weasyprint", MagicMock())
+    monkeypatch.setattr("gaitval.reporting.report._drawings", lambda *_: defaultdict(str))
+    monkeypatch.setattr("gaitval.reporting.recording_report._drawings", lambda _: defaultdict(list))
+
+
+def told(html: str, title: str) -> list[tuple[bool, str]]:
+    """Of every line of a table about a limit: whether it is marked as failed, and its verdict."""
+    lines = re.findall(rf'<tr class="(\w*)"><td>{re.escape(escape(title))}<(.*?)</tr>', html, re.S)
+    return [
+        (mark == "failed", *re.findall(r">(FAILED|passed|goal reached)</span>", line))
+        for mark, line in lines
+    ]
+
+
+def page_of_walk(folder, metrics: dict) -> str:
+    (folder / "subject.toml").write_text(SUBJECT.to_toml(), encoding="utf-8")
+    write_json(folder / "metrics.json", metrics)
+    write_report(folder)
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def unchanged_page(tmp_path_factory, no_drawings) -> str:
+    return page_of_walk(tmp_path_factory.mktemp("unchanged"), unchanged_metrics())
+
+
+def test_the_page_of_the_unchanged_walk_tells_no_failure(unchanged_page):
+    for row in OF_WALKS.values():
+        word = "passed" if row.goal is None else "goal reached"
+        assert told(unchanged_page, row.title) == [(False, word)] * _lines(row)
+    assert "FAILED" not in unchanged_page
+
+
+@pytest.mark.parametrize("name", OF_WALKS)
+def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_drawings):
+    page, drags = page_of_walk(tmp_path, changed_metrics(name, "limit")), LIMITS[name].drags
+    for row in OF_WALKS.values():
+        marks = [mark for mark, _ in told(page, row.title)]
+        assert marks == [row.id in {name} | drags] * _lines(row)
+    row = OF_WALKS[name]
+    assert told(page, row.title) == [(True, "FAILED")] * _lines(row)
+    headline = re.search(r'class="headline">(\w+) of', page)
+    assert (headline is not None) == any(
+        OF_WALKS[other].role == "acceptance" for other in {name} | drags
+    )
+
+
+@pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
+def test_the_page_of_a_walk_tells_the_goal_that_is_missed(name, tmp_path, no_drawings):
+    page = page_of_walk(tmp_path, changed_metrics(name, "goal"))
+    row = OF_WALKS[name]
+    assert told(page, row.title) == [(False, "passed")] * _lines(row)
+
+
+def _lines(row: Tolerance) -> int:
+    """Acceptance criteria are told twice: at the top, and with their sources."""
+    return 2 if row.role == "acceptance" else 1
+
+
+def test_the_unchanged_recording_keeps_every_limit():
+    found = verdicts(import_of(unchanged_recording()))
+    assert {verdict.tolerance.id for verdict in found} == set(OF_RECORDINGS)
+    assert all(verdict.passed for verdict in found)
+
+
+@pytest.mark.parametrize("name", OF_RECORDINGS)
+def test_a_recording_that_misses_a_limit_fails_it_and_no_other(name):
+    found = verdicts(changed_import(name))
+    missed = {verdict.tolerance.id for verdict in found if not verdict.passed}
+    assert missed == {name} | RECORDING_LIMITS[name].drags
+
+
+@pytest.mark.parametrize("name", [None, *OF_RECORDINGS])
+def test_the_page_of_a_recording_tells_the_limit_that_is_missed(name, tmp_path, no_drawings):
+    found = import_of(unchanged_recording()) if name is None else changed_import(name)
+    write_recording_report(tmp_path, sample(gates=limit_rows(found)))
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    expected = set() if name is None else {name} | RECORDING_LIMITS[name].drags
+    for row in OF_RECORDINGS.values():
+        target = "standing" if row.id.startswith("scaling") else "still"
+        word = (True, "FAILED") if row.id in expected else (False, "passed")
+        assert told(page, f"{row.title} ({target})") == [word]

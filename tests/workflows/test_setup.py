@@ -1,0 +1,131 @@
+"""Set-up finds a Python that fits, or stops with the line to run. Nothing is installed here."""
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+NEEDED = ("bash", "cat", "cksum", "dirname")
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="set-up is a bash script")
+
+
+@pytest.fixture
+def commands(tmp_path):
+    """Folder that is the whole PATH: what the script itself needs, but no Python."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name in NEEDED:
+        found = shutil.which(name)
+        assert found is not None
+        (folder / name).symlink_to(found)
+    add(folder, "id", "echo 1000")  # an ordinary user
+    return folder
+
+
+def add(folder, name, script):
+    """Put a command of this name into the folder."""
+    path = folder / name
+    path.write_text(f"#!{shutil.which('bash')}\n{script}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+
+
+def python(version):
+    """A Python that says whether it fits as this version would, and makes no environment."""
+    return f"""
+if [ "$1" = - ]; then
+    code=$(cat)
+    case "$code" in
+        *ctypes*) exit 0 ;;
+        *) exec {sys.executable} -c "
+import sys
+from collections import namedtuple
+sys.version_info = namedtuple('V', 'major minor micro')({version.replace(".", ", ")}, 0)
+$code" ;;
+    esac
+fi
+echo "$0 $*"
+exit 3
+"""
+
+
+def set_up(folder, tmp_path, **environment):
+    return subprocess.run(
+        [folder / "bash", ROOT / "scripts/setup.sh"],
+        env={"PATH": str(folder), "GAITVAL_VENV": str(tmp_path / "venv"), **environment},
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("manager", "line"),
+    [
+        (
+            "apt-get",
+            "sudo apt-get update && sudo apt-get install --yes python3 python3-venv libgl1",
+        ),
+        ("dnf", "sudo dnf install python3.13 mesa-libGL pango"),
+        ("pacman", "sudo pacman -S python libglvnd pango"),
+        ("brew", "brew install python@3.13 pango"),
+    ],
+)
+def test_an_ordinary_user_without_python_is_told_the_line(commands, tmp_path, manager, line):
+    add(commands, manager, "echo must not be called; exit 9")
+    done = set_up(commands, tmp_path)
+    assert done.returncode == 2
+    assert "no Python 3.11 to 3.14 found" in done.stderr
+    assert f"    {line}" in done.stderr
+    assert "must not be called" not in done.stdout
+
+
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
+def test_takes_the_first_python_that_fits(commands, tmp_path, version):
+    add(commands, "python3", python("3.10"))
+    add(commands, "python3.13", python("3.15"))
+    add(commands, "python3.12", python(version))
+    done = set_up(commands, tmp_path)
+    assert done.returncode == 3  # of the environment that this Python does not make
+    assert done.stdout == f"{commands}/python3.12 -m venv --clear {tmp_path}/venv\n"
+
+
+def test_a_python_that_is_named_is_the_only_one_looked_at(commands, tmp_path):
+    add(commands, "python3", python("3.13"))
+    add(commands, "python3.10", python("3.10"))
+    done = set_up(commands, tmp_path, PYTHON="python3.10")
+    assert done.returncode == 2
+    assert "looked for: python3.10)" in done.stderr
+
+
+def test_asks_uv_before_the_system(commands, tmp_path):
+    add(commands, "apt-get", "echo must not be called; exit 9")
+    add(tmp_path, "managed", python("3.13"))
+    uv = f'[ "$2" = install ] || echo {tmp_path}/managed'
+    add(commands, "uv", uv)
+    done = set_up(commands, tmp_path)
+    assert f"{tmp_path}/managed -m venv --clear" in done.stdout
+    assert "must not be called" not in done.stdout
+
+
+def test_says_what_to_do_where_uv_cannot_bring_a_python(commands, tmp_path):
+    add(commands, "uv", "echo no network >&2; exit 1")
+    add(commands, "dnf", "")
+    done = set_up(commands, tmp_path)
+    assert done.returncode == 2
+    assert "no network" in done.stderr
+    assert "sudo dnf install" in done.stderr
+
+
+def test_root_gets_the_packages_of_debian(commands, tmp_path):
+    add(commands, "id", "echo 0")
+    add(commands, "env", 'shift; "$@"')
+    add(commands, "apt-get", f'echo "apt-get $*" >>{tmp_path}/calls')
+    done = set_up(commands, tmp_path)
+    assert "apt-get install --yes" in (tmp_path / "calls").read_text()
+    assert done.returncode == 2  # nothing was installed by this apt-get
+    assert "does not fit" in done.stderr

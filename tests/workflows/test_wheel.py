@@ -1,0 +1,117 @@
+"""The wheel holds all that the installed command needs, and the sdist all that the wheel needs."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from numba.core.caching import _CacheLocator
+
+from gaitval.compiled import _cache_folder
+
+ROOT = Path(__file__).parents[2]
+
+
+def built(kind: str, source: Path, folder: Path) -> Path:
+    """The wheel or sdist of a folder of sources."""
+    subprocess.run(
+        [sys.executable, "-m", "build", f"--{kind}", "--no-isolation", "--outdir", folder, source],
+        check=True,
+        capture_output=True,
+    )
+    (made,) = (path for path in folder.iterdir() if path.suffix in (".whl", ".gz"))
+    return made
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    pytest.importorskip("build", reason="the extra `dev` has what builds a wheel")
+    return built("wheel", ROOT, tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel):
+    """Folder with the contents of the wheel, as pip would place them."""
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(wheel.parent / "site")
+    return wheel.parent / "site"
+
+
+def test_models_and_policies_are_inside(installed):
+    assert (installed / "gaitval/models/xacro/humanoid.urdf.xacro").is_file()
+    assert (installed / "gaitval/datasets/builtin/S05.toml").is_file()
+    for name in ("metrics.json", "policy/policy.safetensors", "policy/policy.json"):
+        assert (installed / "gaitval/baselines/S05" / name).is_file()
+    assert (installed / "gaitval/baselines/general/policy.safetensors").is_file()
+    assert (installed / "gaitval/configurations/paper.toml").is_file()
+
+
+def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):
+    with tarfile.open(built("sdist", ROOT, tmp_path / "sdist")) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.glob("gaitval-*")
+    assert not (source / "tests").exists()
+    other = built("wheel", source, tmp_path / "wheel")
+    assert other.name == wheel.name
+    with zipfile.ZipFile(wheel) as ours, zipfile.ZipFile(other) as theirs:
+        assert theirs.namelist() == ours.namelist()
+        for name in ours.namelist():
+            assert theirs.read(name) == ours.read(name), name
+
+
+QUICK = (
+    *("training.refinement_samples=1024", "training.environments=8", "training.rollout_steps=64"),
+    *("training.workers=1", "identification.rounds=1", "identification.generations=1"),
+    *("identification.population=4", "identification.start_phases=[0.0]"),
+    *("identification.seconds=1", "correction.rounds=0", "validation.start_phases=[0.0]"),
+    *("validation.cycles=2", "validation.settling_cycles=1", "validation.consecutive_cycles=3"),
+    *("pushes.phases=[0.0]", "pushes.directions=1", "pushes.cycles=1"),
+    *("pushes.step=600", "pushes.resolution=600"),
+)
+"""Every stage of the main job, none of it long enough for a good walk."""
+
+
+def share_compiled(installed: Path, cache: Path) -> None:
+    """Let the copy load what the checkout's functions were compiled to, as far as they were yet:
+    it saves a minute. numba knows the sources, which are the same, by their folder and time."""
+    compiled = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
+    for source in (ROOT / "gaitval").rglob("*.py"):
+        copy = installed / source.relative_to(ROOT)
+        os.utime(copy, ns=(source.stat().st_atime_ns, source.stat().st_mtime_ns))
+        theirs, ours = (
+            folder / _CacheLocator.get_suitable_cache_subpath(str(path))
+            for folder, path in ((compiled, source), (cache, copy))
+        )
+        if theirs.is_dir() and not ours.exists():
+            shutil.copytree(theirs, ours)
+
+
+@pytest.mark.slow
+def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
+    """From the wheel's files alone, in an empty folder, from the stored policy to the report."""
+    code = (
+        f"import sys; sys.path.insert(0, {str(installed)!r}); import gaitval.cli as c;"
+        f"assert c.__file__.startswith({str(installed)!r}), c.__file__; c.main()"
+    )
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    share_compiled(installed, tmp_path / "cache")
+    settings = [argument for setting in QUICK for argument in ("--set", setting)]
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", code, "subject", "5", *settings],
+        cwd=empty,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    run = empty / "reports" / "S05"
+    stored = installed / "gaitval/baselines/S05/policy/policy.safetensors"
+    assert (run / "start/policy.safetensors").read_bytes() == stored.read_bytes()
+    for name in ("model.urdf", "metrics.json", "report.html", "report.pdf"):
+        assert (run / name).stat().st_size > 0
