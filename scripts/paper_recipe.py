@@ -84,8 +84,9 @@ def page(found: dict[str, Any]) -> str:
     samples = " + ".join(f"{count:,}" for count in found["samples"])
     lines = [
         f"`gaitval subject {found['subject'].removeprefix('S').lstrip('0')} --config paper "
-        f"--scratch`, {samples} samples to the end of the budget (round {found['chosen_round']} of "
-        f"{found['rounds']}), one seed ({found['seed']}), {found['date']}, {versions}. "
+        f"--scratch`, {samples} samples to the end of the budget (round {found['chosen_round']}, "
+        f"the best of {found['rounds']} by epsilon), one seed ({found['seed']}), {found['date']}, "
+        f"{versions}. "
         f"**{fell} of {len(found['starts'])} walks fall; {failed} of {len(found['verdicts'])} "
         "limits are failed.**",
         "",

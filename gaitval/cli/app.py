@@ -109,7 +109,7 @@ ConfigOption = Annotated[
         "--config",
         "-c",
         help="TOML file with some of the settings; the others keep their values. `paper`: the "
-        "paper's own state and reward, to compare with (docs/learning.md: which limits it fails).",
+        "paper's own state and reward, to compare with; its walks fall (docs/learning.md).",
         show_default=False,
     ),
 ]

@@ -62,7 +62,11 @@ def test_lost_accuracy_fails_the_check(tmp_path):
 
 @pytest.mark.parametrize(
     "command",
-    [["scripts/accuracy_tables.py", "--check"], ["scripts/ablation.py", "table", "--check"]],
+    [
+        ["scripts/accuracy_tables.py", "--check"],
+        ["scripts/ablation.py", "table", "--check"],
+        ["scripts/paper_recipe.py", "--check"],
+    ],
 )
 def test_tables_say_what_the_stored_figures_say(command):
     done = subprocess.run(
