@@ -73,7 +73,7 @@ def _git(*words: str) -> None:
 def _walk(python: str, code: Path, baseline: Path, out: Path) -> Any:
     subprocess.run(
         [python, "-c", WALK, str(baseline), str(out)],
-        env={**os.environ, "PYTHONPATH": str(code)},
+        env={**os.environ, "PYTHONPATH": str(code), "OMP_NUM_THREADS": "1"},
         check=True,
     )
     return json.loads(out.read_text())
