@@ -331,7 +331,7 @@ def test_nothing_but_gravity_and_ground_acts_on_a_walk(task, peer, monkeypatch, 
             super().__init__(steps)
             kept.append(self)
 
-    monkeypatch.setattr("gaitval.policy.rollouts.Recording", Kept)
+    monkeypatch.setattr("gaitval.policy.rollouts.Trajectory", Kept)
     rollout = roll_out(
         task,
         random_policy(task, scale=0.1),

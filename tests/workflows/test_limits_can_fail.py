@@ -18,6 +18,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from recording_summary import sample
 from standing_person import StandingPerson, standing_person
 from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 
@@ -39,7 +40,6 @@ from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.summary import limit_rows, verdicts
 from gaitval.simulation.rollout import Rollout
-from tests.reporting.test_recording_report import sample
 
 SUBJECT = load_subject("S05")
 RECORD = SUBJECT.record()
@@ -76,7 +76,7 @@ class Mutation:
 
 
 def _compared(simulated: Simulated, **arrays: np.ndarray) -> Simulated:
-    first, *others = simulated.trials
+    first, *others = simulated.walks
     return replace(simulated, walks=(replace(first, **arrays), *others))
 
 
@@ -84,7 +84,7 @@ def shift_angles(**shares: float) -> Change:
     """Add a constant, in shares of the size in degrees, to angles."""
 
     def change(simulated: Simulated, size: float) -> Simulated:
-        positions = simulated.trials[0].positions.copy()
+        positions = simulated.walks[0].positions.copy()
         for name, share in shares.items():
             positions[:, COORDINATES.index(name)] += np.deg2rad(share * size)
         return _compared(simulated, positions=positions)
@@ -93,14 +93,14 @@ def shift_angles(**shares: float) -> Change:
 
 
 def shift_moment(simulated: Simulated, size: float) -> Simulated:
-    moments = simulated.trials[0].moments.copy()
+    moments = simulated.walks[0].moments.copy()
     moments[:, ACTUATED.index("knee_angle_l")] += size * MASS
     return _compared(simulated, moments=moments)
 
 
 def shift_force(axis: int) -> Change:
     def change(simulated: Simulated, size: float) -> Simulated:
-        ground = simulated.trials[0].ground_reaction.copy()
+        ground = simulated.walks[0].ground_reaction.copy()
         ground[:, 0, axis] += size / 100.0 * WEIGHT
         return _compared(simulated, ground_reaction=ground)
 
@@ -109,7 +109,7 @@ def shift_force(axis: int) -> Change:
 
 def press_harder(simulated: Simulated, size: float) -> Simulated:
     """Scale the vertical force under the right foot, which leaves its swing empty."""
-    ground = simulated.trials[0].ground_reaction.copy()
+    ground = simulated.walks[0].ground_reaction.copy()
     share = np.sqrt((ground[:, 0, 2] ** 2).mean()) / WEIGHT
     ground[:, 0, 2] *= 1.0 + size / 100.0 / share
     return _compared(simulated, ground_reaction=ground)
@@ -117,12 +117,12 @@ def press_harder(simulated: Simulated, size: float) -> Simulated:
 
 def hurry(simulated: Simulated, size: float) -> Simulated:
     """The same steps in less time."""
-    return _compared(simulated, time=simulated.trials[0].time / (1.0 + size / 100.0))
+    return _compared(simulated, time=simulated.walks[0].time / (1.0 + size / 100.0))
 
 
 def leave_late(simulated: Simulated, size: float) -> Simulated:
     """The right foot stays on the ground, with little more than the threshold of an event."""
-    walk = simulated.trials[0]
+    walk = simulated.walks[0]
     ground = walk.ground_reaction.copy()
     stance = RECORD.stance_fraction["right"]
     late = (walk.phase % 1.0 > 0.5) & (walk.phase % 1.0 < stance + size / 100.0)
@@ -135,7 +135,7 @@ def walk_on_for(cycles: int) -> Change:
     """The second walk ends, upright, after so many cycles in a row."""
 
     def change(simulated: Simulated, size: float) -> Simulated:
-        first, second = simulated.trials
+        first, second = simulated.walks
         last = CONFIGURATION.validation.settling_cycles + 1 + cycles
         return replace(simulated, walks=(first, _rows(second, second.phase < last + 0.2)))
 
@@ -143,7 +143,7 @@ def walk_on_for(cycles: int) -> Change:
 
 
 def fall(simulated: Simulated, size: float) -> Simulated:
-    first, second = simulated.trials
+    first, second = simulated.walks
     return replace(simulated, walks=(first, replace(second, fell=np.array([1.0]))))
 
 
@@ -230,7 +230,7 @@ def metrics_of(simulated: Simulated) -> dict:
         criterion_directions=ahead,
         survived=np.reshape(stood, (len(settings.phases), -1)),
     )
-    walks = walks_of(simulated.trials, CONFIGURATION)
+    walks = walks_of(simulated.walks, CONFIGURATION)
     return validate(SUBJECT, RECORD, MODEL, walks, None, CONFIGURATION, pushes=recovery.as_dict())
 
 
@@ -343,7 +343,7 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
     placement = place_markers(
         person.model, person.measured, recorded.places, load_marker_set("wbds")
     )
-    return SimpleNamespace(body=SimpleNamespace(placement=placement), walks=[walk])
+    return SimpleNamespace(body=SimpleNamespace(placement=placement), trials=[walk])
 
 
 def misplace_one(recorded: Recorded, size: float) -> Recorded:

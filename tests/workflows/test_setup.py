@@ -68,7 +68,8 @@ def set_up(folder, tmp_path, **environment):
     [
         (
             "apt-get",
-            "sudo apt-get update && sudo apt-get install --yes python3 python3-venv libgl1",
+            "sudo apt-get update && sudo apt-get install --yes --no-install-recommends "
+            "python3 python3-venv libgl1",
         ),
         ("dnf", "sudo dnf install python3.13 mesa-libGL pango"),
         ("pacman", "sudo pacman -S python libglvnd pango"),

@@ -13,7 +13,7 @@ TESTS = Path(__file__).parents[1]
 def run_of(data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """A session of two tests that read the data and of one that reads none, as another CI
     would run it."""
-    names = ("tests/scaling/test_same_person.py", "test_compiled.py")
+    names = ("scaling/test_same_person.py", "test_compiled.py")
     return subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--color=no", *arguments]
         + [str(TESTS / name) for name in names],
