@@ -17,23 +17,6 @@ NO_ACTION = np.zeros(26, dtype=np.float32)
 SINGLE = 1e-6  # observations are single precision: 6e-8 of numbers up to ten
 
 
-@pytest.fixture(scope="module")
-def paper(task):
-    return WalkingEnvironment(changed(task, environment={"observation": "paper"}))
-
-
-@pytest.fixture(scope="module")
-def extended(task):
-    return WalkingEnvironment(changed(task, environment={"mirror": False}))
-
-
-@pytest.fixture(params=["paper", "extended"])
-def environment(request, paper, extended):
-    environment = {"paper": paper, "extended": extended}[request.param]
-    environment.difficulty = 1.0
-    return environment
-
-
 def whole_body(peer, q, qd):
     """Velocity of the centre of mass, and angular velocity I⁻¹ L, by DART's segments."""
     peer.set(q, qd)

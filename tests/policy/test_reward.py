@@ -15,11 +15,6 @@ from gaitval.reference.motion import END_EFFECTORS
 NO_ACTION = np.zeros(26, dtype=np.float32)
 
 
-@pytest.fixture(scope="module")
-def extended(task):
-    return WalkingEnvironment(changed(task, environment={"mirror": False}))
-
-
 @pytest.mark.parametrize("phase", [0.05, 0.4, 0.77])
 def test_the_reference_itself_gets_the_whole_reward(task, extended, monkeypatch, phase):
     """Every kernel is 1 and the weights sum to 1; the cost of the moments is what is configured:
