@@ -10,7 +10,7 @@ from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.reference.motion import ReferenceMotion
 
 REFERENCE_MASS = 70.0
-"""kg, of the body that `configuration.Servo` gives gains for."""
+"""kg, of the body that `configuration.ServoSettings` gives gains for."""
 
 _SERVO_OF = {
     "hip": "hip",
