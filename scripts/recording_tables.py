@@ -301,7 +301,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
 
 def _cost(model: Any, markers: Any, measured: Any, positions: Any) -> Any:
     """What inverse kinematics makes small: weighted sum of squared distances, (T,) m²."""
-    from gaitval.inverse.inverse_kinematics import marker_positions
+    from gaitval.inverse.marked_body import marker_positions
 
     squared = ((marker_positions(model, markers, positions) - measured) ** 2).sum(axis=2)
     return np.nansum(squared * [marker.weight for marker in markers], axis=1)

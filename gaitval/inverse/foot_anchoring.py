@@ -16,11 +16,8 @@ import numpy as np
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES
 from gaitval.errors import RecordError
-from gaitval.inverse.inverse_kinematics import (
-    InverseKinematics,
-    inverse_kinematics,
-    marker_positions,
-)
+from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.cleaning import low_pass, runs
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker

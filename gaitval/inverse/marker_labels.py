@@ -8,7 +8,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 

@@ -17,52 +17,45 @@ the masses as a border, so that the time is proportional to the length of the tr
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_interp_spline
+from scipy.interpolate import make_interp_spline
 from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from gaitval.arrays import Array, Flags
-from gaitval.compiled import njit
+from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES
+from gaitval.inverse.change_splines import (
+    BLOCK,
+    DEGREE,
+    ChangeSplines,
+    add_block,
+    times_band,
+)
 from gaitval.inverse.inverse_dynamics import (
     InverseDynamics,
     Residuals,
-    cardan_coordinates,
-    checked_motion,
     checked_wrenches,
     inverse_dynamics,
-    newton_euler,
     residuals,
-    root_state,
 )
-from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
+from gaitval.inverse.motion_rates import cardan_coordinates, checked_motion
+from gaitval.inverse.residual_derivatives import (
+    BODY_UNKNOWNS,
+    GROUP_OF_SEGMENT,
+    MASS_GROUPS,
+    TORSO,
+    marker_metric,
+    moved_by,
+    residual_derivatives,
+    residuals_of_frames,
+)
+from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import PARENT, ROOT_DOFS, Tree, forward, segment_frames, tree_arrays
-
-_COUNT = len(SEGMENTS)
-_DOFS = len(COORDINATES)
-_DEGREE = 5
-_ACTIVE = _DEGREE + 1
-"""B-splines that are not zero at a time."""
-_BLOCK = _ACTIVE * _DOFS
-
-MASS_GROUPS = ("pelvis", "thigh", "shank", "foot", "torso", "upper_arm", "forearm")
-"""Segments that share one mass factor; both sides alike, the toes with the foot."""
-_GROUP = np.array(
-    [
-        MASS_GROUPS.index(name.removesuffix("_r").removesuffix("_l").replace("toes", "foot"))
-        for name in SEGMENTS
-    ]
-)
-_TORSO = SEGMENTS.index("torso")
-_GLOBALS = len(MASS_GROUPS) + 3
+from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, Tree, segment_frames, tree_arrays
 
 STRIDE_S = 1.0
 """Errors of markers, forces and guessed trunk repeat from stride to stride, and within one are
@@ -70,8 +63,10 @@ alike for the time between knots: against the priors of the masses, a trial of a
 frame rate counts as the independent errors of this time, s."""
 
 LARGEST_STEPS = 20
+
 SHORTEST_STEP = 1e-3
 """Of a Gauss-Newton step: the search along it ends there."""
+
 SMALLEST_GAIN = 1e-3
 """Of the cost, relative: with less in a step the search ends."""
 
@@ -150,285 +145,73 @@ class ConsistentMotion:
     steps: int
 
 
-@njit
-def _root_residual(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    state: Array,
-    wrenches: Array,
-    work: tuple[Array, ...],
-    out: Array,
-) -> None:
-    """Residual moment and force (6,) of one frame into `out`.
+@dataclass(frozen=True)
+class _Problem:
+    """What stays the same over the steps; T frames, N = 31 × splines.
 
-    Parameters
+    Attributes
     ----------
-    state : (3, 31) coordinates with the pelvis's Cardan angles, rates, second rates.
-    wrenches : (3, 2, 3) force, point, free moment.
-    """
-    rotation, origin, axes, angular, linear, turning, wrench, generalised, q = work
-    for i in range(3, _DOFS):
-        q[0, i] = state[0, i]
-        q[1, i] = state[1, i]
-        q[2, i] = state[2, i]
-    root_state(state[0], state[1], state[2], q[0], q[1], q[2])
-    newton_euler(
-        joint_position,
-        mass,
-        centre_of_mass,
-        inertia,
-        q[0],
-        q[1],
-        q[2],
-        wrenches[0],
-        wrenches[1],
-        wrenches[2],
-        rotation,
-        origin,
-        axes,
-        angular,
-        linear,
-        turning,
-        wrench,
-        generalised,
-    )
-    for i in range(6):
-        out[i] = generalised[i]
-
-
-@njit
-def _work_arrays() -> tuple[Array, ...]:
-    return (
-        np.empty((_COUNT, 3, 3)),
-        np.empty((_COUNT, 3)),
-        np.zeros((_DOFS, 3)),
-        np.empty((_COUNT, 3)),
-        np.empty((_COUNT, 3)),
-        np.empty((_COUNT, 2, 3)),
-        np.empty((_COUNT, 2, 3)),
-        np.empty(_DOFS),
-        np.empty((3, _DOFS)),
-    )
-
-
-@njit
-def _residuals_of_frames(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    states: Array,
-    wrenches: Array,
-    out: Array,
-) -> None:
-    """Residuals (T, 6) of states (T, 3, 31) under wrenches (T, 3, 2, 3)."""
-    work = _work_arrays()
-    for t in range(len(states)):
-        _root_residual(
-            joint_position, mass, centre_of_mass, inertia, states[t], wrenches[t], work, out[t]
-        )
-
-
-@njit
-def _derivatives(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    states: Array,
-    wrenches: Array,
-    known: Flags,
-    by_state: Array,
-    by_body: Array,
-) -> None:
-    """Derivatives of the residuals.
-
-    The differences by the second rates, in which the residuals are linear, and by the rates, in
-    which they are quadratic, are exact up to rounding.
-
-    Parameters
-    ----------
-    known : (T,) frames to do.
-    by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
-    by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
-    """
-    work = _work_arrays()
-    steps = (1e-5, 1e-2, 1.0)
-    found = np.empty(6)
-    air = np.full((3, 2, 3), np.nan)
-    some_mass, some_inertia = np.empty_like(mass), np.empty_like(inertia)
-    centre = centre_of_mass.copy()
-    groups = _GLOBALS - 3
-    for t in range(len(states)):
-        if not known[t]:
-            continue
-        state = states[t].copy()
-        # Each loop calls at one place only: the compiler copies the whole recursion to each.
-        for case in range(3 * _DOFS * 2):
-            order, i, sign = case // (2 * _DOFS), case // 2 % _DOFS, 1.0 - 2.0 * (case % 2)
-            value = state[order, i]
-            state[order, i] = value + sign * steps[order]
-            _root_residual(
-                joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, found
-            )
-            state[order, i] = value
-            for r in range(6):
-                by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
-        for case in range(groups + 6):
-            # The residual is linear in the masses: what one group adds is its derivative.
-            trunk = case >= groups
-            axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
-            for s in range(_COUNT):
-                share = 1.0 if trunk or _GROUP[s] == case else 0.0
-                some_mass[s] = share * mass[s]
-                some_inertia[s] = share * inertia[s]
-            if trunk:
-                centre[_TORSO, axis] += sign * 1e-3
-            _root_residual(joint_position, some_mass, centre, some_inertia, state, air, work, found)
-            centre[_TORSO] = centre_of_mass[_TORSO]
-            for r in range(6):
-                if trunk:
-                    by_body[t, r, groups + axis] += sign * found[r] / 2e-3
-                else:
-                    by_body[t, r, case] += found[r]
-
-
-@njit
-def _marker_metric(
-    joint_position: Array,
-    segment: NDArray[np.int64],
-    place: Array,
-    weight: Array,
-    above: Flags,
-    coordinates: Array,
-    out: Array,
-) -> None:
-    """Σ w Jᵀ J of the markers' positions by the coordinates (T, 31, 31).
-
-    Parameters
-    ----------
-    segment, place, weight : (M,), (M, 3) m and (M,): of each marker, on which segment it is and
-        where on it, and how much it counts.
-    above : (14, 31) whether a coordinate moves a segment.
-    coordinates : (T, 31) with the pelvis's Cardan angles.
-    """
-    rotation, origin = np.empty((_COUNT, 3, 3)), np.empty((_COUNT, 3))
-    axes = np.zeros((_DOFS, 3))
-    q, unused, rates = np.empty(_DOFS), np.empty(3), np.zeros(3)
-    zero = np.zeros(3)
-    jacobian = np.empty((3, _DOFS))
-    arm, column = np.empty(3), np.empty(3)
-    pivot = np.zeros(_DOFS, dtype=np.int64)  # segment whose origin a coordinate turns about
-    for s in range(_COUNT):
-        for d in range(ROOT_DOFS, _DOFS):
-            if above[s, d] and not above[PARENT[s], d]:
-                pivot[d] = s
-    for t in range(len(coordinates)):
-        q[:] = coordinates[t]
-        root_state(coordinates[t], zero, zero, q, unused, unused)
-        forward(joint_position, q, rotation, origin, axes, _COUNT)
-        for i in range(3):  # axes of the Cardan angles: angular velocity at unit rates
-            rates[i] = 1.0
-            root_state(coordinates[t], rates, zero, q, axes[i], unused)
-            rates[i] = 0.0
-        for m in range(len(segment)):
-            s = segment[m]
-            point = origin[s] + rotation[s] @ place[m]
-            jacobian[:] = 0.0
-            for d in range(_DOFS):
-                if 3 <= d < ROOT_DOFS:
-                    jacobian[d - 3, d] = 1.0
-                elif above[s, d]:
-                    for i in range(3):
-                        arm[i] = point[i] - origin[pivot[d], i]
-                        column[i] = axes[d, i]
-                    jacobian[0, d] = column[1] * arm[2] - column[2] * arm[1]
-                    jacobian[1, d] = column[2] * arm[0] - column[0] * arm[2]
-                    jacobian[2, d] = column[0] * arm[1] - column[1] * arm[0]
-            for i in range(_DOFS):
-                for j in range(_DOFS):
-                    for k in range(3):
-                        out[t, i, j] += weight[m] * jacobian[k, i] * jacobian[k, j]
-
-
-@njit
-def _add_block(band: Array, start: int, block: Array) -> None:
-    """Add a symmetric block at `start` on the diagonal; `band[j, d]` is element (j + d, j)."""
-    for j in range(len(block)):
-        for i in range(j, len(block)):
-            band[start + j, i - j] += block[i, j]
-
-
-class _Splines:
-    """Quintic B-splines on equal knots: `first` (T,) the first that is not zero at each frame,
-    `values` (T, 3, 6) of the six with their first and second derivatives in time.
+    base : (T, 3, 31) recorded coordinates (Cardan angles of the pelvis) and their rates.
+    wrenches : (T, 3, 2, 3) force, point, free moment on both feet.
+    prior : band (N, 186) of the cost of a change of motion.
+    scale : (6,) makes residuals (moment, force) comparable with the prior.
+    body_sigma : (10,) standard deviations of ln mass factors and trunk offset.
+    total_mass_sigma : kg.
     """
 
-    def __init__(self, time: Array, knot: float) -> None:
-        duration = time[-1] - time[0]
-        # Knots closer than two frames could not be told apart.
-        knot = max(knot, 2.0 * float(np.diff(time).max()))
-        intervals = max(1, round(duration / knot))
-        step = duration / intervals
-        at = (time - time[0]) / step
-        self.first = np.minimum(at.astype(np.int64), intervals - 1)
-        self.count = intervals + _DEGREE
-        cardinal = BSpline.basis_element(np.arange(_ACTIVE + 1.0), extrapolate=False)
-        u = (at - self.first)[:, None] + np.arange(_DEGREE, -1, -1.0)
-        self.values = np.stack([np.nan_to_num(cardinal(u, n)) / step**n for n in range(3)], axis=1)
-        # Frames of each interval: they touch the same block of the normal equations.
-        bounds = np.searchsorted(self.first, np.arange(intervals + 1))
-        self.intervals = [
-            (i, slice(int(a), int(b))) for i, (a, b) in enumerate(pairwise(bounds)) if b > a
-        ]
+    model: BodyModel
+    base: Array
+    wrenches: Array
+    known: Flags
+    splines: ChangeSplines
+    prior: Array
+    scale: Array
+    body_sigma: Array
+    total_mass_sigma: float
 
-    def evaluate(self, coefficients: Array) -> Array:
-        """(T, 3, 31) values, rates and second rates of coefficients (count, 31)."""
-        active = coefficients[self.first[:, None] + np.arange(_ACTIVE)]
-        return np.asarray(np.einsum("tna,tai->tni", self.values, active))
+
+class _Estimate(NamedTuple):
+    """Coefficients of the change (N,), ln mass factors and trunk offset (10,); and what they give:
+    states (T, 3, 31), scaled residuals (T, 6), cost.
+    """
+
+    change: Array
+    body: Array
+    states: Array
+    residual: Array
+    cost: float
 
 
 def _prior(
     model: BodyModel,
     coordinates: Array,
     markers: Sequence[ModelMarker],
-    splines: _Splines,
+    splines: ChangeSplines,
     weight: float,
     settings: ReductionSettings,
 ) -> Array:
     """Band (N, 186) of the quadratic cost of the change of motion; N = 31 × splines."""
-    above = _moved_by()
+    above = moved_by()
     segment, place, marker_weight = _marker_arrays(markers)
-    seen = above[segment].any(axis=0) if len(markers) else np.ones(_DOFS, dtype=bool)
+    seen = above[segment].any(axis=0) if len(markers) else np.ones(COORDINATE_COUNT, dtype=bool)
     sigma = np.where(seen, settings.observed_rad, settings.unobserved_rad)
     sigma[3:ROOT_DOFS] = settings.translation_m
     tight = 1.0 / sigma**2
     slow = tight / (2.0 * np.pi * settings.highest_hz) ** 4
     joint_position = _tree(model)[0]
-    band = np.zeros((splines.count * _DOFS, _BLOCK))
-    i = np.arange(_DOFS)
+    band = np.zeros((splines.count * COORDINATE_COUNT, BLOCK))
+    i = np.arange(COORDINATE_COUNT)
     for interval, frames in splines.intervals:
         here = coordinates[frames]
-        metric = np.zeros((len(here), _DOFS, _DOFS))
-        _marker_metric(joint_position, segment, place, marker_weight, above, here, metric)
+        metric = np.zeros((len(here), COORDINATE_COUNT, COORDINATE_COUNT))
+        marker_metric(joint_position, segment, place, marker_weight, above, here, metric)
         metric /= settings.marker_m**2
         value, second = splines.values[frames, 0], splines.values[frames, 2]
         block = np.einsum("ta,tb,tij->aibj", value, value, metric)
         block[:, i, :, i] += np.multiply.outer(tight, value.T @ value)
         block[:, i, :, i] += np.multiply.outer(slow, second.T @ second)
-        _add_block(band, interval * _DOFS, weight * block.reshape(_BLOCK, _BLOCK))
+        add_block(band, interval * COORDINATE_COUNT, weight * block.reshape(BLOCK, BLOCK))
     return band
-
-
-def _times_band(band: Array, vector: Array) -> Array:
-    """Product of the symmetric matrix in `band` with a vector (N,)."""
-    product = band[:, 0] * vector
-    for d in range(1, band.shape[1]):
-        product[d:] += band[:-d, d] * vector[:-d]
-        product[:-d] += band[:-d, d] * vector[d:]
-    return np.asarray(product)
 
 
 def _with_body(model: BodyModel, body: Array) -> BodyModel:
@@ -436,28 +219,17 @@ def _with_body(model: BodyModel, body: Array) -> BodyModel:
     factors = np.exp(body[: len(MASS_GROUPS)])
     segments = []
     for s, segment in enumerate(model.segments):
-        factor = float(factors[_GROUP[s]])
+        factor = float(factors[GROUP_OF_SEGMENT[s]])
         centre = np.asarray(segment.centre_of_mass, dtype=float)
         segments.append(
             replace(
                 segment,
                 mass=segment.mass * factor,
                 inertia=np.asarray(segment.inertia) * factor,
-                centre_of_mass=centre + body[len(MASS_GROUPS) :] if s == _TORSO else centre,
+                centre_of_mass=centre + body[len(MASS_GROUPS) :] if s == TORSO else centre,
             )
         )
     return replace(model, segments=tuple(segments))
-
-
-def _moved_by() -> Flags:
-    """(14, 31) whether a coordinate moves a segment."""
-    above = np.zeros((_COUNT, _DOFS), dtype=bool)
-    above[:, :ROOT_DOFS] = True
-    for s, name in enumerate(SEGMENTS):
-        if name in PARENTS:
-            above[s] |= above[SEGMENTS.index(PARENTS[name])]
-            above[s, [COORDINATES.index(c) for c in JOINT_COORDINATES[name]]] = True
-    return above
 
 
 def _tree(model: BodyModel) -> tuple[Array, Array, Array, Array]:
@@ -465,7 +237,7 @@ def _tree(model: BodyModel) -> tuple[Array, Array, Array, Array]:
     return tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia
 
 
-def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[NDArray[np.int64], Array, Array]:
+def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[Index, Array, Array]:
     """Segment (M,), place (M, 3) m, and weight (M,) over the mean weight of each marker."""
     segment = np.array([SEGMENTS.index(marker.segment) for marker in markers], dtype=np.int64)
     place = np.array([marker.position for marker in markers], dtype=float).reshape(-1, 3)
@@ -499,43 +271,6 @@ def _marker_displacement(
     return np.asarray(np.linalg.norm(moved, axis=2))
 
 
-@dataclass(frozen=True)
-class _Problem:
-    """What stays the same over the steps; T frames, N = 31 × splines.
-
-    Attributes
-    ----------
-    base : (T, 3, 31) recorded coordinates (Cardan angles of the pelvis) and their rates.
-    wrenches : (T, 3, 2, 3) force, point, free moment on both feet.
-    prior : band (N, 186) of the cost of a change of motion.
-    scale : (6,) makes residuals (moment, force) comparable with the prior.
-    body_sigma : (10,) standard deviations of ln mass factors and trunk offset.
-    total_mass_sigma : kg.
-    """
-
-    model: BodyModel
-    base: Array
-    wrenches: Array
-    known: Flags
-    splines: _Splines
-    prior: Array
-    scale: Array
-    body_sigma: Array
-    total_mass_sigma: float
-
-
-class _Estimate(NamedTuple):
-    """Coefficients of the change (N,), ln mass factors and trunk offset (10,); and what they give:
-    states (T, 3, 31), scaled residuals (T, 6), cost.
-    """
-
-    change: Array
-    body: Array
-    states: Array
-    residual: Array
-    cost: float
-
-
 def _problem(
     model: BodyModel,
     time: Array,
@@ -546,9 +281,9 @@ def _problem(
     settings: ReductionSettings,
 ) -> _Problem:
     coordinates = cardan_coordinates(positions)
-    recorded = make_interp_spline(time, coordinates, k=_DEGREE)
+    recorded = make_interp_spline(time, coordinates, k=DEGREE)
     base = np.stack([coordinates, recorded(time, 1), recorded(time, 2)], axis=1)
-    splines = _Splines(time, settings.knot_s)
+    splines = ChangeSplines(time, settings.knot_s)
     weight = STRIDE_S / settings.knot_s / len(time)
     deviations = np.repeat([settings.residual_moment_nm, settings.residual_force_n], 3)
     body_deviations = [settings.segment_mass, settings.trunk_offset_m]
@@ -568,17 +303,19 @@ def _problem(
 def _total_mass_error(problem: _Problem, body: Array) -> tuple[float, Array]:
     """Change of the total mass in standard deviations, and its derivatives (10,)."""
     factors = np.exp(body[: len(MASS_GROUPS)])
-    masses = np.bincount(_GROUP, weights=_tree(problem.model)[1]) / problem.total_mass_sigma
+    masses = (
+        np.bincount(GROUP_OF_SEGMENT, weights=_tree(problem.model)[1]) / problem.total_mass_sigma
+    )
     return float(masses @ (factors - 1.0)), np.append(masses * factors, np.zeros(3))
 
 
 def _estimate(problem: _Problem, change: Array, body: Array) -> _Estimate:
-    states = problem.base + problem.splines.evaluate(change.reshape(-1, _DOFS))
+    states = problem.base + problem.splines.evaluate(change.reshape(-1, COORDINATE_COUNT))
     found = np.empty((len(states), 6))
     tree = _tree(_with_body(problem.model, body))
-    _residuals_of_frames(*tree, states, problem.wrenches, found)
+    residuals_of_frames(*tree, states, problem.wrenches, found)
     found = np.where(problem.known[:, None], found * problem.scale, 0.0)
-    cost = float((found**2).sum() + change @ _times_band(problem.prior, change))
+    cost = float((found**2).sum() + change @ times_band(problem.prior, change))
     cost += float(((body / problem.body_sigma) ** 2).sum())
     cost += _total_mass_error(problem, body)[0] ** 2
     return _Estimate(change, body, states, found, cost)
@@ -588,21 +325,21 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
     """Step of the change (N,) and of the body (10,), by elimination of the banded part."""
     tree = _tree(_with_body(problem.model, at.body))
     error, error_slope = _total_mass_error(problem, at.body)
-    band, slope = problem.prior.copy(), _times_band(problem.prior, at.change)
-    border = np.zeros((len(at.change), _GLOBALS))
+    band, slope = problem.prior.copy(), times_band(problem.prior, at.change)
+    border = np.zeros((len(at.change), BODY_UNKNOWNS))
     corner = np.diag(problem.body_sigma**-2.0) + np.outer(error_slope, error_slope)
     body_slope = at.body / problem.body_sigma**2 + error * error_slope
     for interval, frames in problem.splines.intervals:
         states, known = at.states[frames], problem.known[frames]
-        by_state = np.zeros((len(states), 6, 3, _DOFS))
-        by_body = np.zeros((len(states), 6, _GLOBALS))
-        _derivatives(*tree, states, problem.wrenches[frames], known, by_state, by_body)
+        by_state = np.zeros((len(states), 6, 3, COORDINATE_COUNT))
+        by_body = np.zeros((len(states), 6, BODY_UNKNOWNS))
+        residual_derivatives(*tree, states, problem.wrenches[frames], known, by_state, by_body)
         rows = np.einsum("trni,tna->trai", by_state, problem.splines.values[frames])
-        rows = (rows * problem.scale[:, None, None]).reshape(-1, _BLOCK)
-        body_rows = (by_body * problem.scale[:, None]).reshape(-1, _GLOBALS)
+        rows = (rows * problem.scale[:, None, None]).reshape(-1, BLOCK)
+        body_rows = (by_body * problem.scale[:, None]).reshape(-1, BODY_UNKNOWNS)
         residual = at.residual[frames].ravel()
-        block = slice(interval * _DOFS, interval * _DOFS + _BLOCK)
-        _add_block(band, interval * _DOFS, rows.T @ rows)
+        block = slice(interval * COORDINATE_COUNT, interval * COORDINATE_COUNT + BLOCK)
+        add_block(band, interval * COORDINATE_COUNT, rows.T @ rows)
         border[block] += rows.T @ body_rows
         slope[block] += rows.T @ residual
         corner += body_rows.T @ body_rows
@@ -617,7 +354,7 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
 
 def _solve(problem: _Problem) -> tuple[_Estimate, int]:
     """The least cost and how many steps were taken to it."""
-    best = _estimate(problem, np.zeros(len(problem.prior)), np.zeros(_GLOBALS))
+    best = _estimate(problem, np.zeros(len(problem.prior)), np.zeros(BODY_UNKNOWNS))
     for steps in range(LARGEST_STEPS):
         change_step, body_step = _gauss_newton_step(problem, best)
         length = 1.0

@@ -11,10 +11,12 @@ import numpy as np
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.coordinates import ACTUATED, AXES
+from gaitval.coordinates import ACTUATED, AXES, COORDINATES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
 ROOT_DOFS = 6
+SEGMENT_COUNT = len(SEGMENTS)
+COORDINATE_COUNT = len(COORDINATES)
 
 _INDEX = {name: i for i, name in enumerate(SEGMENTS)}
 PARENT: Index = np.array([_INDEX[PARENTS[s]] if s in PARENTS else -1 for s in SEGMENTS])

@@ -22,12 +22,9 @@ from stable_baselines3.common.running_mean_std import RunningMeanStd
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import parameter_bounds
-from gaitval.policy.environment import (
-    OBSERVATION_SIZES,
-    PARAMETERS_OBSERVED,
-    REWARD_TERMS,
-    action_size,
-)
+from gaitval.policy.environment import action_size
+from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import OBSERVATION_CLIP
 

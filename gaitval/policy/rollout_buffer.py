@@ -19,12 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.configuration import EnvironmentSettings
-from gaitval.policy.environment import (
-    OBSERVATION_SIZES,
-    REWARD_TERMS,
-    WalkingEnvironment,
-    action_size,
-)
+from gaitval.policy.environment import WalkingEnvironment, action_size
+from gaitval.policy.observation import OBSERVATION_SIZES
+from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 

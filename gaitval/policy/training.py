@@ -20,8 +20,8 @@ from gaitval.artefacts import replacing, versions, write_text
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.model.urdf import model_hash
-from gaitval.policy.environment import REWARD_TERMS
 from gaitval.policy.learner import Learner, choose_device
+from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask

@@ -11,32 +11,24 @@ from the recorded angles, moments and ground reaction, each over the accuracy th
 better; the comparison with the record is always with the record as it is.
 
 Unknown are the first harmonics of all 31 coordinates and, at every instant of stance, each foot's
-ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it. What an
-instant adds depends on the coordinates, their first two rates and the forces of that instant
-alone, so the Jacobian is found instant by instant, by central differences.
+ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it, with the laws
+and their derivatives from `walking_laws`.
 """
 
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from gaitval.arrays import Array
-from gaitval.compiled import njit
+from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.gait.record import GaitRecord
-from gaitval.inverse.inverse_dynamics import (
-    cardan_coordinates,
-    newton_euler,
-    root_state,
-    root_states,
-)
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import ROOT_DOFS, Tree, rotation_vector, tree_arrays
+from gaitval.inverse.motion_rates import cardan_coordinates, root_states
+from gaitval.model.body import BodyModel
+from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.motion import (
     FEED_FORWARD,
     SAMPLES,
@@ -47,12 +39,16 @@ from gaitval.reference.motion import (
     spectral_rate,
     static_stiffness,
 )
+from gaitval.reference.walking_laws import FOOT, FORCES, INPUTS, OUTPUTS, TRUNK, walking_laws
 
 INSTANTS = 100
 """Instants of the cycle at which the laws hold: Newton's equation at 1 % of the cycle apart."""
+
 HARMONICS = 8
 """Harmonics of the change of every coordinate."""
+
 MOST_STEPS = 15
+
 SMALLEST_GAIN = 1e-3
 """Share of the sum of squares that the last Gauss-Newton step still took away."""
 
@@ -110,184 +106,47 @@ class Accuracy(NamedTuple):
 SWING_CLEARANCE = 0.012
 """m under the lowest point of a swinging sole; people leave about 13 mm (Winter 1992, from
 memory), and a policy that is given less lifts its feet by itself, which delays the heel strike."""
-_SOLE_DEPTH = 0.004
-"""m: spheres this much higher than the lowest one count 1/e of it as part of the sole on the
-ground."""
-_LOWEST_DEPTH = 0.002
-"""m, likewise, of the smooth minimum that is the height of the sole."""
+
 _SHARING_SPHERES = 3
 """Spheres that share a foot's vertical force, for the depth it presses them in."""
+
 _LANDING = 0.05
 """Share of the cycle."""
+
 _STANCE_EDGE = 0.04
 """Share of the cycle at both ends of stance in which the foot may still slide."""
 
-_TRUNK = slice(31, 34)
-_FOOT = 34
-"""First of the six numbers of each foot: sliding (2), pivoting, height, pressure (2)."""
-_OUTPUTS = _FOOT + 12
-_RATES = 3 * 31
-_INPUTS = _RATES + 12
-_STEPS = np.concatenate(
-    [np.full(31, 1e-5), np.full(31, 1e-4), np.full(31, 1e-3), np.tile([1, 1, 1, 1e-4, 1e-4, 1], 2)]
-)
-"""Steps of the central differences: rad, rad/s, rad/s² (m likewise), N, m, Nm."""
 
-_TORSO = SEGMENTS.index("torso")
-_FEET = np.array([SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")])
-_TOES = np.array([SEGMENTS.index("toes_r"), SEGMENTS.index("toes_l")])
-_TOE_DOFS = np.array([COORDINATES.index("mtp_angle_r"), COORDINATES.index("mtp_angle_l")])
+class _Problem(NamedTuple):
+    """The fit of one record; T instants.
 
-
-class _Work(NamedTuple):
-    """Arrays that one instant needs."""
-
-    rotation: Array
-    origin: Array
-    axes: Array
-    angular: Array
-    linear: Array
-    turning: Array
-    wrench: Array
-    generalised: Array
-    state: Array
-    force: Array
-    point: Array
-    free_moment: Array
-
-
-def _work() -> _Work:
-    segments, dofs = len(SEGMENTS), len(COORDINATES)
-    return _Work(
-        np.empty((segments, 3, 3)),
-        np.empty((segments, 3)),
-        np.zeros((dofs, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 2, 3)),
-        np.empty((segments, 2, 3)),
-        np.empty(dofs),
-        np.empty((3, dofs)),
-        np.empty((2, 3)),
-        np.zeros((2, 3)),
-        np.zeros((2, 3)),
-    )
-
-
-@njit
-def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
-    """What one instant adds to the laws.
-
-    Parameters
+    Attributes
     ----------
-    x : (105,) coordinates (31) with the pelvis's Cardan angles first, their rates, their second
-        rates; then of the right and the left foot force (3) N, centre of pressure (2) m and
-        free moment Nm.
-    out : (46,) generalised forces (31) that must act beside the ground's; rotation vector of the
-        trunk; then of each foot the velocity of its sole on the ground (2) m/s, rate of turn
-        about the vertical rad/s, height of its lowest point m, and centre of pressure less the
-        middle of the sole on the ground (2) m.
+    path : three (T, 31): coordinates of the motion to change and their first two rates, without
+        the forward travel but with its speed.
+    series : three (T, 17), `_series`.
+    force : (T, 12) N, m, Nm: recorded ground reaction with a first guess of the rest.
+    scale : (12,) units of the unknown changes of `force`.
+    unknown : (T, 12) bool, where `force` may change: in stance.
+    target, weight : (T, 46) of the numbers of `walking_laws`.
+    swinging : (T, 2) bool, the foot must clear the ground.
+    clearance_weight : weight of its miss.
+    penalty, miss : (R, U), (R,): the residuals that are linear in the U unknowns are
+        penalty @ unknowns + miss.
     """
-    q, qd, qdd = work.state[0], work.state[1], work.state[2]
-    root_state(x[0:3], x[31:34], x[62:65], q[:3], qd[:3], qdd[:3])
-    for i in range(3, 31):
-        q[i], qd[i], qdd[i] = x[i], x[31 + i], x[62 + i]
-    for side in range(2):
-        first = _RATES + 6 * side
-        for i in range(3):
-            work.force[side, i] = x[first + i]
-        work.point[side, 0], work.point[side, 1] = x[first + 3], x[first + 4]
-        work.free_moment[side, 2] = x[first + 5]
-    rotation, origin, axes = work.rotation, work.origin, work.axes
-    angular, linear = work.angular, work.linear
-    newton_euler(
-        tree.joint_position,
-        tree.mass,
-        tree.centre_of_mass,
-        tree.inertia,
-        q,
-        qd,
-        qdd,
-        work.force,
-        work.point,
-        work.free_moment,
-        rotation,
-        origin,
-        axes,
-        angular,
-        linear,
-        work.turning,
-        work.wrench,
-        work.generalised,
-    )
-    for i in range(31):
-        out[i] = work.generalised[i]
-    out[_TRUNK] = rotation_vector(rotation[_TORSO])
-    spheres = tree.sphere_segment.shape[0] // 2
-    arm = np.empty((spheres, 3))
-    height = np.empty(spheres)
-    for side in range(2):
-        for n in range(spheres):
-            s = tree.sphere_segment[side * spheres + n]
-            p = tree.sphere_position[side * spheres + n]
-            for i in range(3):
-                arm[n, i] = (
-                    rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
-                )
-            arm[n, 2] -= tree.sphere_radius[side * spheres + n]
-            height[n] = origin[s, 2] + arm[n, 2]
-        lowest = height.min()
-        share = deep = 0.0
-        middle = np.zeros(2)
-        sliding = np.zeros(2)
-        toes = np.zeros(3)
-        for n in range(spheres):
-            s = tree.sphere_segment[side * spheres + n]
-            weight = np.exp(-(height[n] - lowest) / _SOLE_DEPTH)
-            share += weight
-            deep += np.exp(-(height[n] - lowest) / _LOWEST_DEPTH)
-            w, r = angular[s], arm[n]
-            sliding[0] += weight * (linear[s, 0] + w[1] * r[2] - w[2] * r[1])
-            sliding[1] += weight * (linear[s, 1] + w[2] * r[0] - w[0] * r[2])
-            for i in range(2):
-                middle[i] += weight * (origin[s, i] + r[i])
-            if s == _TOES[side]:
-                for i in range(3):
-                    toes[i] += weight * r[i]
-        first = _FOOT + 6 * side
-        for i in range(2):
-            out[first + i] = sliding[i] / share
-            out[first + 4 + i] = work.point[side, i] - middle[i] / share
-        out[first + 2] = angular[_FEET[side], 2]
-        out[first + 3] = lowest - _LOWEST_DEPTH * np.log(deep)
-        # `newton_euler` lets the whole force act on the foot: the toes carry their share of it.
-        axis, force = axes[_TOE_DOFS[side]], work.force[side]
-        moment = np.cross(toes, force) / share
-        out[_TOE_DOFS[side]] -= axis[0] * moment[0] + axis[1] * moment[1] + axis[2] * moment[2]
 
-
-@njit
-def _instants(
-    tree: Tree, inputs: Array, steps: Array, work: _Work, out: Array, slope: Array
-) -> None:
-    """`_instant` of every row of `inputs` (T, 105) into `out` (T, 46), and its derivatives into
-    `slope` (T, 46, 105) unless that is empty.
-    """
-    x = np.empty(inputs.shape[1])
-    above, below = np.empty(out.shape[1]), np.empty(out.shape[1])
-    for t in range(inputs.shape[0]):
-        x[:] = inputs[t]
-        _instant(tree, x, work, out[t])
-        if slope.shape[0] == 0:
-            continue
-        for k in range(inputs.shape[1]):
-            x[k] = inputs[t, k] + steps[k]
-            _instant(tree, x, work, above)
-            x[k] = inputs[t, k] - steps[k]
-            _instant(tree, x, work, below)
-            x[k] = inputs[t, k]
-            for j in range(out.shape[1]):
-                slope[t, j, k] = (above[j] - below[j]) / (2.0 * steps[k])
+    tree: Tree
+    path: tuple[Array, Array, Array]
+    series: tuple[Array, Array, Array]
+    force: Array
+    scale: Array
+    unknown: Flags
+    target: Array
+    weight: Array
+    swinging: Flags
+    clearance_weight: float
+    penalty: Array
+    miss: Array
 
 
 def _series(phase: Array, stride_time: float) -> tuple[Array, Array, Array]:
@@ -311,38 +170,6 @@ def _resampled(values: Array, count: int) -> Array:
     return np.asarray(np.fft.irfft(padded, count, axis=0) * (count / len(values)))
 
 
-class _Problem(NamedTuple):
-    """The fit of one record; T instants.
-
-    Attributes
-    ----------
-    path : three (T, 31): coordinates of the motion to change and their first two rates, without
-        the forward travel but with its speed.
-    series : three (T, 17), `_series`.
-    force : (T, 12) N, m, Nm: recorded ground reaction with a first guess of the rest.
-    scale : (12,) units of the unknown changes of `force`.
-    unknown : (T, 12) bool, where `force` may change: in stance.
-    target, weight : (T, 46) of `_instant`'s numbers.
-    swinging : (T, 2) bool, the foot must clear the ground.
-    clearance_weight : weight of its miss.
-    penalty, miss : (R, U), (R,): the residuals that are linear in the U unknowns are
-        penalty @ unknowns + miss.
-    """
-
-    tree: Tree
-    path: tuple[Array, Array, Array]
-    series: tuple[Array, Array, Array]
-    force: Array
-    scale: Array
-    unknown: NDArray[np.bool_]
-    target: Array
-    weight: Array
-    swinging: NDArray[np.bool_]
-    clearance_weight: float
-    penalty: Array
-    miss: Array
-
-
 def _coordinate_accuracy(accuracy: Accuracy) -> Array:
     """Accuracy (31,) of every coordinate; infinite for the lumbar ones, whose trunk is held."""
     kinds = {
@@ -363,7 +190,7 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
 
 def _penalties(
     accuracy: Accuracy, departure: Array, series: Array, force: Array, scale: Array,
-    unknown: NDArray[np.bool_],
+    unknown: Flags,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Rows (R, U) and constants (R,) of the residuals that are linear in the unknowns: departures
     of the coordinates and of the recorded forces, and roughness of the forces over time.
@@ -453,17 +280,17 @@ def _problem(
     stiffness = static_stiffness(contact, tree.sphere_radius.mean())
     depth = (np.maximum(force[..., 2], 0.0) / _SHARING_SPHERES / stiffness) ** (2.0 / 3.0)
 
-    target = np.zeros((INSTANTS, _OUTPUTS))
-    weights = np.zeros((INSTANTS, _OUTPUTS))
+    target = np.zeros((INSTANTS, OUTPUTS))
+    weights = np.zeros((INSTANTS, OUTPUTS))
     weights[:, :ROOT_DOFS] = 1.0 / (accuracy.residual * weight)
-    weights[:, _TRUNK] = 1.0 / accuracy.trunk
+    weights[:, TRUNK] = 1.0 / accuracy.trunk
     for i, side in enumerate(SIDES):
         for name in FEED_FORWARD:
             place = COORDINATES.index(f"{name}_{side[0]}")
             wanted = accuracy.adduction_moment if name == "hip_adduction" else accuracy.moment
             weights[:, place] = 1.0 / (wanted * model.mass)
             target[:, place] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
-        first = _FOOT + 6 * i
+        first = FOOT + 6 * i
         weights[:, first : first + 2] = sliding[:, i, None] / accuracy.sliding
         weights[:, first + 2] = sliding[:, i] / accuracy.pivoting
         weights[:, first + 3] = stance[:, i] / accuracy.depth
@@ -474,10 +301,9 @@ def _problem(
 
     # The first guess of the centre of pressure is the middle of the sole on the ground.
     inputs = np.hstack([*path, force.reshape(INSTANTS, 12)])
-    out = np.zeros((INSTANTS, _OUTPUTS))
-    _instants(tree, inputs, _STEPS, _work(), out, np.zeros((0, 0, 0)))
+    out = walking_laws(tree, inputs)
     for i in range(2):
-        force[:, i, 3:5] = -out[:, _FOOT + 6 * i + 4 : _FOOT + 6 * i + 6]
+        force[:, i, 3:5] = -out[:, FOOT + 6 * i + 4 : FOOT + 6 * i + 6]
 
     scale = np.tile([weight, weight, weight, 0.1, 0.1, weight], 2)
     unknown = np.repeat(stance, 6, axis=1)
@@ -512,16 +338,17 @@ def _unpacked(problem: _Problem, unknowns: Array) -> tuple[Array, Array]:
     return unknowns[:count].reshape(len(COORDINATES), terms).T, force + change * problem.scale
 
 
-def _laws(problem: _Problem, unknowns: Array, slope: Array) -> tuple[Array, Array, Array]:
-    """`_instant`'s numbers (T, 46), their weighted residuals and the weights."""
+def _laws(
+    problem: _Problem, unknowns: Array, slope: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """The numbers (T, 46) of `walking_laws`, their weighted residuals and the weights."""
     change, force = _unpacked(problem, unknowns)
     parts = [path + part @ change for path, part in zip(problem.path, problem.series, strict=True)]
-    out = np.zeros((INSTANTS, _OUTPUTS))
-    _instants(problem.tree, np.hstack([*parts, force]), _STEPS, _work(), out, slope)
+    out = walking_laws(problem.tree, np.hstack([*parts, force]), slope)
     weight = problem.weight.copy()
     residual = out - problem.target
     for i in range(2):
-        height = _FOOT + 6 * i + 3
+        height = FOOT + 6 * i + 3
         low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
         weight[low, height] = problem.clearance_weight
         residual[low, height] = out[low, height] - SWING_CLEARANCE
@@ -530,18 +357,18 @@ def _laws(problem: _Problem, unknowns: Array, slope: Array) -> tuple[Array, Arra
 
 def _normal_equations(problem: _Problem, unknowns: Array) -> tuple[Array, Array]:
     """Matrix (U, U) and gradient (U,) of half the sum of squares."""
-    slope = np.zeros((INSTANTS, _OUTPUTS, _INPUTS))
+    slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
     _, residual, weight = _laws(problem, unknowns, slope)
     slope *= weight[:, :, None]
     count = len(COORDINATES) * problem.series[0].shape[1]
-    columns = np.zeros((INSTANTS, _OUTPUTS, len(unknowns)))
+    columns = np.zeros((INSTANTS, OUTPUTS, len(unknowns)))
     for i, part in enumerate(problem.series):
         rows = slope[:, :, 31 * i : 31 * (i + 1), None] * part[:, None, None, :]
-        columns[:, :, :count] += rows.reshape(INSTANTS, _OUTPUTS, count)
+        columns[:, :, :count] += rows.reshape(INSTANTS, OUTPUTS, count)
     place = np.cumsum(problem.unknown).reshape(problem.unknown.shape) - 1 + count
     for t in range(INSTANTS):
         free = np.flatnonzero(problem.unknown[t])
-        columns[t][:, place[t, free]] = slope[t][:, _RATES + free] * problem.scale[free]
+        columns[t][:, place[t, free]] = slope[t][:, FORCES + free] * problem.scale[free]
     used = weight.reshape(-1) > 0.0
     jacobian = columns.reshape(-1, len(unknowns))[used]
     linear = problem.penalty @ unknowns + problem.miss
@@ -552,7 +379,7 @@ def _normal_equations(problem: _Problem, unknowns: Array) -> tuple[Array, Array]
 
 
 def _cost(problem: _Problem, unknowns: Array) -> float:
-    _, residual, _ = _laws(problem, unknowns, np.zeros((0, 0, 0)))
+    _, residual, _ = _laws(problem, unknowns)
     linear = problem.penalty @ unknowns + problem.miss
     return float(np.sum(residual**2) + np.sum(linear**2))
 
@@ -608,7 +435,7 @@ def fitted(
     problem = _problem(reference, record, model, contact, accuracy or Accuracy())
     unknowns = _solve(problem)
     change, force = _unpacked(problem, unknowns)
-    out, _, _ = _laws(problem, unknowns, np.zeros((0, 0, 0)))
+    out, _, _ = _laws(problem, unknowns)
 
     whole = _periodic_coordinates(reference)
     series, series_rate, _ = _series(reference.phase, record.stride_time)
@@ -631,7 +458,7 @@ def fitted(
     ) / (model.mass * GRAVITY)
     return replace(
         moved(reference, model, positions, velocities),
-        moments=_resampled(out[:, ROOT_DOFS : _TRUNK.start], SAMPLES),
+        moments=_resampled(out[:, ROOT_DOFS : TRUNK.start], SAMPLES),
         ground_reaction=ground_reaction,
         offsets=reference.offsets + change[0, ROOT_DOFS:],
     )

@@ -210,7 +210,7 @@ def with_fitted_lengths(
     measured : what the fit began with.
     fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
         the fields `hip_forward` to `shoulder_up` of `Measurements`
-        (`inverse.model_fit.LENGTH_SD`).
+        (`inverse.segment_lengths.LENGTH_SD`).
     source : how they were found, for the scaling table.
 
     Raises

@@ -124,6 +124,9 @@ def contact_forces(
 ) -> None:
     """Generalised forces of the ground on the body.
 
+    It is long because its three passes, over spheres twice and then segments, work in the same
+    arrays; none means anything without the others.
+
     Parameters
     ----------
     frames : of pelvis and legs at least.

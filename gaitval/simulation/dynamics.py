@@ -23,13 +23,12 @@ from gaitval.model.tree import (
     DOF_COUNT,
     FIRST_DOF,
     PARENT,
+    SEGMENT_COUNT,
     Frames,
     Tree,
     turned_inertia,
     turned_vector,
 )
-
-SEGMENT_COUNT = len(PARENT)
 
 
 class DynamicsWorkspace(NamedTuple):
@@ -181,6 +180,9 @@ def accelerations(
     out: Array,
 ) -> None:
     """(q̇⁺ - q̇) / h of one step: the accelerations for h = 0.
+
+    It is long because the articulated-body algorithm is one sweep to the pelvis and one back, each
+    of which needs what the other left.
 
     Parameters
     ----------

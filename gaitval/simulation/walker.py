@@ -18,9 +18,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.configuration import Configuration, ServoSettings
+from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.contact_law import ContactLaw, contact_law
@@ -35,25 +34,12 @@ from gaitval.simulation.dynamics import (
     dynamics_workspace,
     integrate,
 )
+from gaitval.simulation.servo import ReferenceTables, reference_tables, servo_stiffness
 
 if TYPE_CHECKING:
     from gaitval.simulation.skeleton import HumanSkeleton
 
 Engine = Literal["compiled", "dart"]
-
-REFERENCE_MASS = 70.0
-"""kg, of the body that `configuration.Servo` gives gains for."""
-
-_SERVO_OF = {
-    "hip": "hip",
-    "knee": "knee",
-    "ankle": "ankle",
-    "subtalar": "subtalar",
-    "mtp": "toe",
-    "lumbar": "lumbar",
-    "arm": "shoulder",
-    "elbow": "shoulder",
-}
 
 
 @dataclass(frozen=True)
@@ -72,37 +58,6 @@ class WalkingTask:
         """Task with the reference motion of a record on a model."""
         reference = consistent_reference(record, model, configuration.contact)
         return cls(model, record, reference, configuration)
-
-
-def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
-    """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg."""
-    gains = [getattr(servo, _SERVO_OF[name.split("_")[0]]) for name in ACTUATED]
-    return np.array(gains, dtype=float) * mass / REFERENCE_MASS
-
-
-class ReferenceTables(NamedTuple):
-    """Reference of the actuated coordinates, sampled over one cycle with the first sample
-    repeated at its end: (N + 1, 25) positions rad, velocities rad/s, moments Nm.
-    """
-
-    positions: Array
-    velocities: Array
-    moments: Array
-
-
-def closed_cycle(values: Array) -> Array:
-    """Samples (N, …) of one cycle with the first repeated at its end, contiguous."""
-    return np.ascontiguousarray(np.concatenate([values, values[:1]]))
-
-
-def reference_tables(reference: ReferenceMotion, feed_forward: float) -> ReferenceTables:
-    """Tables of a reference motion; the moments are weighted with `feed_forward`."""
-    actuated = slice(len(ROOT), None)
-    return ReferenceTables(
-        closed_cycle(reference.positions[:, actuated]),
-        closed_cycle(reference.velocities[:, actuated]),
-        closed_cycle(feed_forward * reference.moments),
-    )
 
 
 class WalkerBody(NamedTuple):

@@ -7,7 +7,8 @@ from marked_walk import RATE, moving_walk, spread_markers
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.inverse.foot_anchoring import anchored
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.marked_body import marker_positions
 
 FREE = {name: (-4.0, 4.0) for name in ACTUATED}
 BELT = np.array([-0.5, 0.0, 0.0])

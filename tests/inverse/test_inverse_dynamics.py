@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_walk import RATE, angular_rates, known_walk
+from known_walk import RATE, known_walk
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
@@ -13,18 +13,12 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
 from gaitval.errors import RecordError
 from gaitval.gait.record import MOMENT_NAMES
-from gaitval.inverse.inverse_dynamics import (
-    Kinematics,
-    cardan_coordinates,
-    differentiate,
-    inverse_dynamics,
-    residuals,
-)
+from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.motion_rates import Kinematics, differentiate
 from gaitval.mocap.cleaning import low_pass
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
 from gaitval.simulation.skeleton import HumanSkeleton
 
@@ -303,36 +297,6 @@ def test_measures_of_residuals(walk):
     assert measures.force_share == pytest.approx(0.01)
     height = result.centre_of_mass[chosen, 2].mean() - 0.1
     assert measures.moment_share == pytest.approx(10.0 / (height * 500.0))
-
-
-def test_rates_of_smooth_coordinates(model):
-    """Splines of order six at 150 Hz through a wave of 3 Hz; the error of a second derivative
-    falls with the fourth power of the step times the frequency, (2π·3/150)⁴/60 at most."""
-    time = np.arange(300) / 150.0
-    omega = 2 * np.pi * 3.0
-    shift = np.linspace(0, 3, 31)
-    value = 0.2 * np.sin(omega * time[:, None] + shift)
-    rate = 0.2 * omega * np.cos(omega * time[:, None] + shift)
-    second = -(omega**2) * value
-    positions = value.copy()
-    positions[:, :3] = Rotation.from_matrix(pelvis_rotation(*value[:, :3].T)).as_rotvec()
-    found = differentiate(time, positions)
-    spin, turning = angular_rates(value[:, :3], rate[:, :3], second[:, :3])
-    np.testing.assert_allclose(found.velocities[:, 3:], rate[:, 3:], atol=1e-4)
-    np.testing.assert_allclose(found.velocities[:, :3], spin, atol=1e-4)
-    np.testing.assert_allclose(found.accelerations[:, 3:], second[:, 3:], atol=0.02)
-    np.testing.assert_allclose(found.accelerations[:, :3], turning, atol=0.05)
-    np.testing.assert_array_equal(found.positions, positions)
-
-
-def test_cardan_coordinates_do_not_jump():
-    """Turning once and a half round while walking."""
-    heading = np.linspace(0.0, 3.0 * np.pi, 200)
-    positions = np.zeros((200, 31))
-    tilt, list_right = 0.1 * np.sin(heading), 0.05 * np.cos(heading)
-    positions[:, :3] = Rotation.from_matrix(pelvis_rotation(tilt, list_right, heading)).as_rotvec()
-    found = cardan_coordinates(positions)[:, :3]
-    np.testing.assert_allclose(found, np.column_stack([tilt, list_right, heading]), atol=1e-9)
 
 
 def test_what_cannot_be_used_is_said(walk):

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
 from gaitval.errors import ModelError, RecordError
-from gaitval.inverse import inverse_kinematics as module
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors, marker_positions
+from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
+from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.mocap.cleaning import low_pass
 from gaitval.model.markers import ModelMarker
 from gaitval.model.urdf import write_urdf
@@ -60,42 +60,6 @@ def test_noise_of_3_mm_leaves_less_than_a_degree(walk):
     assert 0.003 < marker_errors(found).whole_rms < 0.003 * np.sqrt(3)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_both_derivatives_are_those_of_the_cost(walk, seed):
-    model, _, markers, measured = walk
-    random = np.random.default_rng(seed)
-    weighted = [replace(m, weight=float(random.uniform(0.2, 2.0))) for m in markers]
-    problem = module._problem(model, weighted, measured)
-    work = module._work()
-    pose = random.uniform(-0.8, 0.8, 31)
-    wide = np.full(31, np.inf)
-
-    def at(pose):
-        """Cost, gradient and Hessian (lower triangle along the branches)."""
-        cost = module._evaluate(problem, problem.weight[0], problem.measured[0], pose, work)
-        return cost, work.gradient.copy(), work.normal - work.curvature
-
-    def moved(step):
-        out = np.empty(31)
-        module.moved(pose, step, -wide, wide, out)
-        return out
-
-    _, gradient, hessian = at(pose)
-    hessian = np.tril(hessian) + np.tril(hessian, -1).T
-    h = 1e-5
-    steps = h * np.eye(31)
-    differences = [(at(moved(s))[0] - at(moved(-s))[0]) / (2 * h) for s in steps]
-    np.testing.assert_allclose(gradient, differences, atol=1e-6 * np.abs(gradient).max())
-    h = 1e-4
-    steps = h * np.eye(31)
-    for i in range(31):
-        for j in range(i + 1):
-            both = at(moved(steps[i] + steps[j]))[0] + at(moved(-steps[i] - steps[j]))[0]
-            apart = at(moved(steps[i] - steps[j]))[0] + at(moved(steps[j] - steps[i]))[0]
-            second = (both - apart) / (4 * h * h)
-            assert hessian[i, j] == pytest.approx(second, abs=1e-5 * np.abs(hessian).max())
-
-
 def test_the_optimum_within_ranges_is_scipys(walk):
     model, positions, markers, measured = walk
     random = np.random.default_rng(3)
@@ -114,7 +78,7 @@ def test_the_optimum_within_ranges_is_scipys(walk):
     def residuals(pose):
         return (weight * (marker_positions(model, chosen, pose[None])[0] - frame[0])).ravel()
 
-    low, high = module.bounds(ranges)
+    low, high = bounds(ranges)
     peer = least_squares(
         residuals,
         np.clip(positions[0], low + 1e-3, high - 1e-3),

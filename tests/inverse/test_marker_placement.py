@@ -12,7 +12,7 @@ from standing_person import (
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject import load_subject
 from gaitval.errors import ScalingError
-from gaitval.inverse.inverse_kinematics import marker_positions
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers, placement_checks
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.motion_text import read_trc

@@ -7,25 +7,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
-from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError, RecordError, ScalingError
-from gaitval.inverse import model_fit as module
-from gaitval.inverse.inverse_kinematics import (
-    inverse_kinematics,
-    marker_errors,
-    marker_positions,
-    place,
-)
+from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.inverse.model_fit import ANATOMICAL_SD, LENGTH_SD, fit_model, lengths_of, with_lengths
+from gaitval.inverse.model_fit import ANATOMICAL_SD, fit_model
+from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.cleaning import low_pass
 from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.marker_sets import recognise
 from gaitval.scaling.scaling import build_body
@@ -62,7 +56,7 @@ def made_up(noise: float, *, segments=SEGMENTS, change=CHANGE, misplaced=0.004, 
     body = with_lengths(model, {k: v + change.get(k, 0.0) for k, v in lengths_of(model).items()})
     placed = spread_markers(model, segments)
     lengths = np.array([change.get(name, 0.0) for name in LENGTH_SD])
-    shift = module._coupling(model, placed) @ lengths
+    shift = skin_shifts(model, placed) @ lengths
     true = [
         replace(m, position=m.position + s + random.normal(0.0, misplaced, 3))
         for m, s in zip(placed, shift, strict=True)
@@ -184,141 +178,6 @@ def test_a_length_can_be_kept_and_stops_at_four_deviations():
     assert fit["shank"].fitted == pytest.approx(fit["shank"].prior + 4 * LENGTH_SD["shank"])
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_the_derivatives_are_those_of_the_model_markers(seed):
-    random = np.random.default_rng(seed)
-    model, _ = moving_walk()
-    markers = spread_markers(model)
-    tree = module.tree_arrays(model)
-    shifts = module._joint_shifts()
-    segment = np.array([SEGMENTS.index(m.segment) for m in markers])
-    places = np.array([m.position for m in markers])
-    pose = random.uniform(-0.9, 0.9, (1, 31))
-
-    def points(pose, lengths):
-        out = np.empty((1, len(markers), 3))
-        place(tree.joint_position + shifts @ lengths, segment, places, pose, out)
-        return out
-
-    zero = np.zeros(len(LENGTH_SD))
-    at = points(pose, zero)
-    by_place = np.empty((1, len(markers), 3, 3))
-    by_pose = np.zeros((1, len(markers), 3, 31))
-    by_length = np.zeros((1, len(markers), 3, len(LENGTH_SD)))
-    module._derivatives(
-        tree.joint_position, shifts, segment, pose, at, by_place, by_pose, by_length
-    )
-    h = 1e-6
-    wide = np.full(31, np.inf)
-    for j in range(31):
-        ends = np.empty((2, 1, 31))
-        for end, sign in zip(ends, (1, -1), strict=True):
-            module.moved(pose[0], sign * h * np.eye(31)[j], -wide, wide, end[0])
-        numeric = (points(ends[0], zero) - points(ends[1], zero)) / (2 * h)
-        np.testing.assert_allclose(by_pose[..., j], numeric, atol=1e-8)
-    for k in range(len(LENGTH_SD)):
-        step = h * np.eye(len(LENGTH_SD))[k]
-        numeric = (points(pose, step) - points(pose, -step)) / (2 * h)
-        np.testing.assert_allclose(by_length[..., k], numeric, atol=1e-8)
-    frames = segment_frames(model, pose)[:, segment]
-    np.testing.assert_allclose(by_place, frames[..., :3, :3], atol=1e-12)
-
-
-@pytest.mark.parametrize("side", ["r", "l"])
-def test_skin_stays_where_it_is_when_the_standing_trials_joints_move(side):
-    """The places that standing gives on a body with other joints, by geometry: the thigh's frame
-    has its origin at the hip and its z from the knee, and the skin does not move."""
-    model, _ = moving_walk()
-    hip = model[f"thigh_{side}"].joint_position
-    knee = hip + model[f"shank_{side}"].joint_position
-    down = np.linspace(0.0, 1.0, 5)[:, None]
-    skin = hip + down * (knee - hip)  # along the thigh, seen from the pelvis as it was
-    markers = [ModelMarker(f"{i}", f"thigh_{side}", at - hip) for i, at in enumerate(skin)]
-    markers.append(ModelMarker("asis", "pelvis", np.array([0.08, 0.1, 0.07])))
-    names = list(LENGTH_SD)
-    coupling = module._coupling(model, markers)
-    outwards = -1.0 if side == "r" else 1.0
-    for change in (
-        {"hip_up": 0.01, "thigh": 0.01},
-        {"hip_forward": 0.01},
-        {"hip_half_width": 0.01},
-    ):
-        lengths = np.array([change.get(name, 0.0) for name in names])
-        moved = np.array(
-            [
-                change.get("hip_forward", 0.0),
-                outwards * change.get("hip_half_width", 0.0),
-                change.get("hip_up", 0.0),
-            ]
-        )
-        z = hip + moved - knee
-        turn, _ = Rotation.align_vectors(z[None] / np.linalg.norm(z), [[0.0, 0.0, 1.0]])
-        places = turn.inv().apply(skin - hip - moved)
-        expected = places - np.array([m.position for m in markers[:-1]])
-        # to first order in 10 mm over the length of the thigh
-        np.testing.assert_allclose(coupling[:-1] @ lengths, expected, atol=0.0003)
-        # the pelvis's origin is between the hips, in the middle of the body
-        np.testing.assert_allclose(
-            coupling[-1] @ lengths, -moved * np.array([1.0, 0.0, 1.0]), atol=1e-12
-        )
-    longer = np.array([0.01 * (name == "thigh") for name in names])
-    # A thigh that is longer at the knee takes the skin there along.
-    np.testing.assert_allclose((coupling[:-1] @ longer)[:, 2], -0.01 * down[:, 0], atol=1e-12)
-
-
-def test_the_skin_of_shank_arm_and_trunk_goes_with_their_joints():
-    model, _ = moving_walk()
-    ends = {"shank_r": ("foot_r", "shank"), "upper_arm_l": ("forearm_l", "upper_arm")}
-    for segment, (below, length) in ends.items():
-        end = ModelMarker("end", segment, model[below].joint_position)
-        (row,) = module._coupling(model, [end])
-        step = row @ np.array([0.01 * (name == length) for name in LENGTH_SD])
-        np.testing.assert_allclose(step, [0.0, 0.0, -0.01], atol=1e-12)
-    (row,) = module._coupling(model, [ModelMarker("c7", "torso", np.array([-0.1, 0.0, 0.4]))])
-    lumbar = {"lumbar_forward": 0.01, "lumbar_up": 0.02}
-    step = row @ np.array([lumbar.get(name, 0.0) for name in LENGTH_SD])
-    np.testing.assert_allclose(step, [-0.01, 0.0, -0.02], atol=1e-12)
-
-
-def test_with_lengths_gives_those_lengths_and_keeps_mass_and_symmetry():
-    model, _ = moving_walk()
-    lengths = {k: v + 0.01 * (i + 1) for i, (k, v) in enumerate(lengths_of(model).items())}
-    lengths["hip_forward"], lengths["hip_up"] = 0.0, 0.0
-    changed = with_lengths(model, lengths)
-    for name, value in lengths_of(changed).items():
-        assert value == pytest.approx(lengths[name], abs=1e-12), name
-    assert changed.mass == pytest.approx(model.mass, rel=1e-12)
-    mirror = np.array([1.0, -1.0, 1.0])
-    for name in SEGMENTS:
-        if name.endswith("_r"):
-            right, left = changed[name], changed[f"{name[:-1]}l"]
-            np.testing.assert_allclose(right.joint_position, mirror * left.joint_position)
-            np.testing.assert_allclose(right.centre_of_mass, mirror * left.centre_of_mass)
-    for name, length in (("thigh_r", "thigh"), ("shank_l", "shank"), ("upper_arm_r", "upper_arm")):
-        ratio = lengths[length] / lengths_of(model)[length]
-        assert changed[name].centre_of_mass[2] == pytest.approx(
-            ratio * model[name].centre_of_mass[2]
-        )
-        # a thin rod's inertia grows with the square of its length
-        assert changed[name].inertia[1, 1] > 1.5 * (ratio - 1) * model[name].inertia[1, 1]
-    same = with_lengths(model, {})
-    for segment in same.segments:
-        np.testing.assert_allclose(segment.inertia, model[segment.name].inertia)
-
-
-def test_moving_the_hips_in_the_pelvis_leaves_the_rest_of_the_pelvis_and_trunk_in_place():
-    model, _ = moving_walk()
-    hips = np.array([0.007, 0.0, -0.004])
-    moved = with_lengths(model, {"hip_forward": hips[0], "hip_up": hips[2]})
-    # The pelvis's origin is between the hips; put it where they are now.
-    for name in ("pelvis", "torso"):
-        attribute = "centre_of_mass" if name == "pelvis" else "joint_position"
-        np.testing.assert_allclose(
-            getattr(moved[name], attribute) + hips, getattr(model[name], attribute), atol=1e-12
-        )
-    np.testing.assert_array_equal(moved["thigh_r"].joint_position, model["thigh_r"].joint_position)
-
-
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -351,10 +210,6 @@ def test_trials_that_cannot_be_used_are_refused():
     few = [i for i, m in enumerate(placed) if m.name in FEW]
     with pytest.raises(ScalingError, match="42 marker coordinates in the 2 frames used, too few"):
         fit_model(model, [placed[i] for i in few], stand[:, few], walk[:2, few])
-    with pytest.raises(ScalingError, match="no such lengths: femur"):
-        with_lengths(model, {"femur": 0.4})
-    with pytest.raises(ScalingError, match="above zero"):
-        with_lengths(model, {"thigh": -0.4})
 
 
 @dataclass(frozen=True)

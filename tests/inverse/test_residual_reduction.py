@@ -6,24 +6,19 @@ import numpy as np
 import pytest
 from known_walk import known_walk
 from recorded_walks import rajagopal_walk, wbds_walk
-from scipy.spatial.transform import Rotation
-from simulation_fixtures import random_state
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR
 from gaitval.errors import RecordError
-from gaitval.inverse.inverse_dynamics import cardan_coordinates, inverse_dynamics, residuals
+from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
 from gaitval.inverse.residual_reduction import (
     MASS_GROUPS,
     ReductionSettings,
-    _marker_metric,
-    _moved_by,
     reduce_residuals,
 )
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import segment_frames, tree_arrays
+from gaitval.model.tree import segment_frames
 
 LEGS = [s for s in SEGMENTS if s.split("_")[0] in ("pelvis", "thigh", "shank", "foot")]
 UPPER = [s for s in SEGMENTS if s.split("_")[0] in ("torso", "upper", "forearm")]
@@ -209,33 +204,6 @@ def test_a_looser_residual_changes_less(walk, guessed, found):
     )  # fmt: skip
     assert loose.after.force_rms > found.after.force_rms
     assert loose.marker_change_rms < found.marker_change_rms
-
-
-def test_markers_move_with_the_coordinates_as_the_metric_says():
-    """Against differences of forward kinematics, at a pose far from gait."""
-    model = known_walk(seconds=0.5).model
-    markers = markers_on(("forearm_l", "foot_r", "pelvis"))
-    segment = np.array([SEGMENTS.index(marker.segment) for marker in markers])
-    place = np.array([marker.position for marker in markers])
-    weight = np.linspace(0.5, 2.0, len(markers))
-    coordinates = cardan_coordinates(random_state(3)[0][None])
-    metric = np.zeros((1, 31, 31))
-    _marker_metric(
-        tree_arrays(model).joint_position, segment, place, weight, _moved_by(), coordinates, metric
-    )
-
-    def places(values):
-        q = values.copy()
-        q[:, :3] = Rotation.from_matrix(pelvis_rotation(*values[:, :3].T)).as_rotvec()
-        frames = segment_frames(model, q)[0, segment]
-        return (np.einsum("mij,mj->mi", frames[:, :3, :3], place) + frames[:, :3, 3]).ravel()
-
-    steps = 1e-6 * np.eye(31)
-    jacobian = np.column_stack(
-        [(places(coordinates + d) - places(coordinates - d)) / 2e-6 for d in steps]
-    )
-    expected = jacobian.T @ (np.repeat(weight, 3)[:, None] * jacobian)
-    np.testing.assert_allclose(metric[0], expected, atol=1e-6)
 
 
 def test_what_cannot_be_used_is_said(walk):

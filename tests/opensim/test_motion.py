@@ -19,7 +19,8 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames

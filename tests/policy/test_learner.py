@@ -12,8 +12,8 @@ from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy import learner as module
-from gaitval.policy.environment import OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.learner import Learner, choose_device, update_seconds
+from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 

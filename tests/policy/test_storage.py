@@ -16,7 +16,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from gaitval.configuration import EnvironmentSettings
 from gaitval.errors import PolicyError
 from gaitval.model.urdf import model_hash
-from gaitval.policy.environment import OBSERVATION_SIZES, WalkingEnvironment
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.storage import (
     NETWORK,
     NORMALISATION,

@@ -18,7 +18,7 @@ from standing_person import (
 
 from gaitval.datasets.subject import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
-from gaitval.inverse.model_fit import lengths_of, with_lengths
+from gaitval.inverse.segment_lengths import lengths_of, with_lengths
 from gaitval.scaling.joint_centres import FOOT_SHAPE, chord_centre, locate, measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, scale_subject

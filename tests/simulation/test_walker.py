@@ -1,6 +1,6 @@
 """A body in the world: it stands, slides, bounces and walks as mechanics says."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,23 +21,15 @@ from simulation_fixtures import (
     task_of,
 )
 
-from gaitval.configuration import Configuration, ContactSettings
+from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.errors import ArtefactError
-from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import roll_out
 from gaitval.simulation.contact import ground_forces
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import (
-    REFERENCE_MASS,
-    Trajectory,
-    Walker,
-    reference_tables,
-    servo_stiffness,
-)
+from gaitval.simulation.servo import servo_stiffness
+from gaitval.simulation.walker import Trajectory, Walker
 
 NO_OFFSET, NO_FORCE = np.zeros(25), np.zeros(6)
 
@@ -388,20 +380,6 @@ def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
 # ---- The servo. ----
 
 
-def test_servo_gains_are_scaled_with_the_mass(task):
-    servo = Configuration().servo
-    stiffness = dict(zip(ACTUATED, servo_stiffness(servo, REFERENCE_MASS), strict=True))
-    assert stiffness["hip_rotation_l"] == servo.hip
-    assert stiffness["knee_angle_r"] == servo.knee
-    assert stiffness["ankle_angle_r"] == servo.ankle
-    assert stiffness["subtalar_angle_r"] == servo.subtalar
-    assert stiffness["mtp_angle_l"] == servo.toe
-    assert stiffness["lumbar_bending"] == servo.lumbar
-    assert stiffness["arm_rot_r"] == stiffness["elbow_flex_l"] == servo.shoulder
-    doubled = servo_stiffness(servo, 2 * REFERENCE_MASS)
-    np.testing.assert_allclose(doubled, 2 * np.array(list(stiffness.values())))
-
-
 def test_the_servo_is_the_stated_law(task):
     """τ = k (q̂ + a - q) + d (q̂̇ - q̇) + τ_ff - β q̇ with the state after the step, k, d and β
     as configured, the reference and its moments read at the phase before the step."""
@@ -430,13 +408,6 @@ def test_the_servo_is_the_stated_law(task):
     )
     np.testing.assert_allclose(walker.mean_moments, expected, atol=1e-9)
     np.testing.assert_allclose(walker.mean_square_moments, expected**2, atol=1e-6)
-
-
-def test_reference_tables_close_the_cycle(task):
-    tables = reference_tables(task.reference, 0.5)
-    for table in tables:
-        np.testing.assert_array_equal(table[0], table[-1])
-    np.testing.assert_array_equal(tables.moments[:-1], 0.5 * task.reference.moments)
 
 
 def test_targets_move_without_steps(task):
@@ -556,88 +527,3 @@ def test_means_over_an_action_are_those_of_its_steps(task):
     np.testing.assert_allclose(
         walker.mean_square_moments, (recording.moments**2).mean(axis=0), atol=1e-7
     )
-
-
-# ---- Rollouts. ----
-
-
-@pytest.fixture(scope="module")
-def rollout(task):
-    return roll_out(
-        task,
-        random_policy(task, scale=0.1),
-        mu=nominal_parameters(),
-        start_phase=0.25,
-        cycles=0.4,
-    )
-
-
-def test_a_rollout_holds_every_physics_step(task, rollout):
-    steps = len(rollout.time)
-    constants = task.configuration.environment
-    each = constants.steps_per_action
-    pace = np.diff(rollout.phase, prepend=0.25) * task.reference.stride_time
-    pace = pace.reshape(-1, each) / constants.physics_step  # one a whole action
-    np.testing.assert_allclose(pace, np.tile(pace[:, :1], each), rtol=1e-9)
-    assert 0.0 < np.abs(pace - 1.0).max() < 0.5
-    assert rollout.phase[-each - 1] < 0.65 <= rollout.phase[-1]  # as many as 0.4 cycles take
-    np.testing.assert_allclose(np.diff(rollout.time), constants.physics_step, rtol=1e-9)
-    assert rollout.time[0] == pytest.approx(constants.physics_step)
-    assert not rollout.fell[0]
-    shapes = {f.name: getattr(rollout, f.name).shape for f in fields(rollout)}
-    assert shapes == {
-        "time": (steps,),
-        "phase": (steps,),
-        "positions": (steps, 31),
-        "velocities": (steps, 31),
-        "moments": (steps, 25),
-        "ground_reaction": (steps, 2, 3),
-        "centre_of_pressure": (steps, 2, 3),
-        "centre_of_mass": (steps, 3),
-        "root_force": (steps, 6),
-        "mu": (14,),
-        "start_phase": (1,),
-        "fell": (1,),
-    }
-
-
-def test_the_rollouts_centre_of_mass_is_darts(rollout, peer):
-    for t in range(0, len(rollout.time), 50):
-        peer.set(rollout.positions[t])
-        np.testing.assert_allclose(rollout.centre_of_mass[t], peer.skeleton.getCOM(), atol=1e-12)
-
-
-def test_the_centre_of_pressure_is_under_the_loaded_foot(task, rollout):
-    """Under the loaded foot, between heel and toes; nowhere while the foot is in the air."""
-    loaded = rollout.ground_reaction[:, :, 2] > 1.0
-    np.testing.assert_array_equal(np.isfinite(rollout.centre_of_pressure[..., 0]), loaded)
-    seen = 0
-    for t in range(0, len(rollout.time), 20):
-        frames = kinematics(task.model, rollout.positions[t], np.zeros(31))
-        for i, side in enumerate("rl"):
-            if rollout.ground_reaction[t, i, 2] > 100.0:
-                ankle = frames["origin"][SEGMENTS.index(f"foot_{side}")]
-                arm = rollout.centre_of_pressure[t, i] - ankle
-                assert -0.05 < arm[0] < 0.2
-                assert abs(arm[1]) < 0.08
-                assert rollout.centre_of_pressure[t, i, 2] == 0.0
-                seen += 1
-    assert seen > 10
-
-
-def test_a_rollout_comes_back_from_its_file(rollout, tmp_path):
-    rollout.save(tmp_path / "walk.npz")
-    loaded = Rollout.load(tmp_path / "walk.npz")
-    for field in fields(rollout):
-        name = field.name
-        seen, expected = getattr(loaded, name), getattr(rollout, name)
-        exact = name in ("time", "phase")
-        np.testing.assert_allclose(seen, expected, rtol=0.0 if exact else 1e-6, atol=1e-30)
-
-
-def test_a_damaged_rollout_is_refused(rollout, tmp_path):
-    path = tmp_path / "walk.npz"
-    rollout.save(path)
-    path.write_bytes(path.read_bytes()[:-500])
-    with pytest.raises(ArtefactError, match="truncated"):
-        Rollout.load(path)

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject import load_subject
 from gaitval.gait.record import GaitRecord
-from gaitval.inverse.inverse_dynamics import Kinematics, cardan_coordinates, inverse_dynamics
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.inverse.motion_rates import Kinematics, cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames

@@ -16,7 +16,7 @@ from known_walk import KnownWalk, known_walk
 from scipy.spatial.transform import Rotation
 from standing_person import HEADING, PERSON, StandingPerson, standing_person
 
-from gaitval.inverse.inverse_kinematics import marker_positions
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.motion_text import write_trc
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker

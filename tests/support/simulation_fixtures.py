@@ -16,7 +16,8 @@ from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.model.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
 from gaitval.model.urdf import model_hash, write_urdf
-from gaitval.policy.environment import OBSERVATION_SIZES, action_size
+from gaitval.policy.environment import action_size
+from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.storage import NETWORK, Policy
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.scaling.scaling import scale_subject

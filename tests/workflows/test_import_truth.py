@@ -31,7 +31,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject import load_subject
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
-from gaitval.inverse.inverse_dynamics import cardan_coordinates
+from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.cleaning import low_pass
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference

@@ -27,7 +27,8 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.datasets.subject import load_subject
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_positions
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.metrics.push_recovery import Push, PushRecovery, evenly_spaced, required_pushes
 from gaitval.metrics.tolerances import WALK_UNITS, Tolerance, load_registry

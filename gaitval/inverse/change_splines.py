@@ -1,0 +1,65 @@
+"""A small change of a motion as splines in time, and the banded matrices that they lead to."""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit
+from gaitval.model.tree import COORDINATE_COUNT
+
+DEGREE = 5
+"""Quintic: accelerations change without corners."""
+
+ACTIVE = DEGREE + 1
+"""B-splines that are not zero at a time."""
+
+BLOCK = ACTIVE * COORDINATE_COUNT
+"""Unknowns that meet at a time, and so the width of the band."""
+
+
+class ChangeSplines:
+    """Quintic B-splines on equal knots: `first` (T,) the first that is not zero at each frame,
+    `values` (T, 3, 6) of the six with their first and second derivatives in time.
+    """
+
+    def __init__(self, time: Array, knot: float) -> None:
+        duration = time[-1] - time[0]
+        # Knots closer than two frames could not be told apart.
+        knot = max(knot, 2.0 * float(np.diff(time).max()))
+        intervals = max(1, round(duration / knot))
+        step = duration / intervals
+        at = (time - time[0]) / step
+        self.first = np.minimum(at.astype(np.int64), intervals - 1)
+        self.count = intervals + DEGREE
+        cardinal = BSpline.basis_element(np.arange(ACTIVE + 1.0), extrapolate=False)
+        u = (at - self.first)[:, None] + np.arange(DEGREE, -1, -1.0)
+        self.values = np.stack([np.nan_to_num(cardinal(u, n)) / step**n for n in range(3)], axis=1)
+        # Frames of each interval: they touch the same block of the normal equations.
+        bounds = np.searchsorted(self.first, np.arange(intervals + 1))
+        self.intervals = [
+            (i, slice(int(a), int(b))) for i, (a, b) in enumerate(pairwise(bounds)) if b > a
+        ]
+
+    def evaluate(self, coefficients: Array) -> Array:
+        """(T, 3, 31) values, rates and second rates of coefficients (count, 31)."""
+        active = coefficients[self.first[:, None] + np.arange(ACTIVE)]
+        return np.asarray(np.einsum("tna,tai->tni", self.values, active))
+
+
+@njit
+def add_block(band: Array, start: int, block: Array) -> None:
+    """Add a symmetric block at `start` on the diagonal; `band[j, d]` is element (j + d, j)."""
+    for j in range(len(block)):
+        for i in range(j, len(block)):
+            band[start + j, i - j] += block[i, j]
+
+
+def times_band(band: Array, vector: Array) -> Array:
+    """Product of the symmetric matrix in `band` with a vector (N,)."""
+    product = band[:, 0] * vector
+    for d in range(1, band.shape[1]):
+        product[d:] += band[:-d, d] * vector[:-d]
+        product[:-d] += band[:-d, d] * vector[d:]
+    return np.asarray(product)

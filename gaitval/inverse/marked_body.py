@@ -1,0 +1,167 @@
+"""A body with markers on it, and a trial of measured ones, as arrays for the solver."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, Index
+from gaitval.compiled import njit
+from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.errors import ModelError, RecordError
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import PARENT, forward, tree_arrays
+
+LARGEST_DISTANCE = 50.0
+"""m, of a marker from the laboratory's origin; beyond it the markers are in millimetres."""
+
+
+class MarkerTrial(NamedTuple):
+    """A trial as arrays; what was not seen has weight 0 and any position.
+
+    Attributes
+    ----------
+    joint_position : (14, 3) m, as in `tree.Tree`.
+    segment : (M,) index into `SEGMENTS`.
+    position : (M, 3) m, in the frames of the segments.
+    weight : (T, M).
+    measured : (T, M, 3) m, world axes.
+    """
+
+    joint_position: Array
+    segment: Index
+    position: Array
+    weight: Array
+    measured: Array
+
+
+def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Array) -> MarkerTrial:
+    """The trial of `measured` (T, M, 3) m, NaN where not seen, for M markers on a model.
+
+    Raises
+    ------
+    ModelError : markers on unknown segments, of one name, or with unusable positions or weights.
+    RecordError : `measured` has another shape or is not in metres.
+    """
+    measured = np.asarray(measured, dtype=float)
+    problems = []
+    names = [marker.name for marker in markers]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        problems.append(f"{name}: {names.count(name)} markers of this name")
+    for marker in markers:
+        if marker.segment not in SEGMENTS:
+            problems.append(f"{marker.name}: on {marker.segment!r}, no segment of the model")
+        position = np.asarray(marker.position, dtype=float)
+        if position.shape != (3,) or not np.isfinite(position).all():
+            problems.append(f"{marker.name}: position {marker.position} is not three numbers")
+        elif np.abs(position).max() > 2.0:
+            problems.append(f"{marker.name}: {position} is over 2 m from its joint (millimetres?)")
+        if not (np.isfinite(marker.weight) and marker.weight >= 0):
+            problems.append(f"{marker.name}: weight {marker.weight} is not 0 or more")
+    if problems or not markers:
+        raise ModelError(
+            "the model's markers cannot be used:\n  "
+            + "\n  ".join(problems or ["there are none"])
+            + f"\nSegments are {', '.join(SEGMENTS)}; positions are in metres."
+        )
+    if measured.ndim != 3 or measured.shape[1:] != (len(markers), 3) or not len(measured):
+        raise RecordError(
+            f"measured markers must have shape (frames, {len(markers)}, 3) for the "
+            f"{len(markers)} markers of the model, but it is {measured.shape}."
+        )
+    seen = np.asarray(np.isfinite(measured).all(axis=2))
+    filled = np.where(seen[..., None], measured, 0.0)
+    far = np.abs(filled).max(axis=(0, 2))
+    if far.max() > LARGEST_DISTANCE:
+        raise RecordError(
+            f"marker {names[int(far.argmax())]} is {far.max():.0f} m from the laboratory's origin "
+            f"(more than {LARGEST_DISTANCE:g} m): the markers look like millimetres; divide by "
+            "1000."
+        )
+    weight = seen * np.array([marker.weight for marker in markers], dtype=float)
+    return MarkerTrial(
+        joint_position=tree_arrays(model).joint_position,
+        segment=np.array([SEGMENTS.index(marker.segment) for marker in markers], dtype=np.int64),
+        position=np.array([marker.position for marker in markers], dtype=float),
+        weight=np.ascontiguousarray(weight),
+        measured=np.ascontiguousarray(filled),
+    )
+
+
+def _check_coordinates(names: Mapping[str, object]) -> None:
+    unknown = [name for name in names if name not in ACTUATED]
+    if unknown:
+        raise ModelError(
+            f"no joint has the coordinates {', '.join(unknown)}. They are {', '.join(ACTUATED)}."
+        )
+
+
+def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
+    """Which coordinates are held (31,), and the pose (31,) that has their values and else zeros.
+
+    Raises
+    ------
+    ModelError : a coordinate that no joint has.
+    """
+    _check_coordinates(held)
+    frozen, start = np.zeros(len(COORDINATES), dtype=np.bool_), np.zeros(len(COORDINATES))
+    for name, value in held.items():
+        frozen[COORDINATES.index(name)] = True
+        start[COORDINATES.index(name)] = value
+    return frozen, start
+
+
+def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
+    """Lowest and highest value (31,) of each coordinate; infinite where no range is given.
+
+    Raises
+    ------
+    ModelError : a range that is empty, or of a coordinate that no joint has.
+    """
+    _check_coordinates(ranges)
+    low, high = np.full(len(COORDINATES), -np.inf), np.full(len(COORDINATES), np.inf)
+    for name, (lowest, highest) in ranges.items():
+        if not lowest < highest:
+            raise ModelError(f"the range of {name} is empty: from {lowest} to {highest}.")
+        low[COORDINATES.index(name)] = lowest
+        high[COORDINATES.index(name)] = highest
+    return low, high
+
+
+def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions: Array) -> Array:
+    """Where the model's markers are, (T, M, 3) m in world axes, at `positions` (T, 31)."""
+    poses = np.array(positions, dtype=float)
+    points = np.zeros((len(poses), len(markers), 3))
+    problem = marker_trial(model, markers, points)
+    place(problem.joint_position, problem.segment, problem.position, poses, points)
+    return points
+
+
+@njit
+def place(
+    joint_position: Array, segment: Index, position: Array, poses: Array, points: Array
+) -> None:
+    """Markers (T, M, 3) in world axes, into `points`.
+
+    Parameters
+    ----------
+    joint_position : (14, 3) m, as in `tree.Tree`.
+    segment : (M,) index into `SEGMENTS`.
+    position : (M, 3) m, in the frames of the segments.
+    poses : (T, 31).
+    """
+    rotation = np.empty((len(PARENT), 3, 3))
+    origin = np.empty((len(PARENT), 3))
+    axes = np.zeros((poses.shape[1], 3))
+    for t in range(len(poses)):
+        forward(joint_position, poses[t], rotation, origin, axes, len(PARENT))
+        for m in range(len(segment)):
+            s = segment[m]
+            for i in range(3):
+                points[t, m, i] = (
+                    origin[s, i]
+                    + rotation[s, i, 0] * position[m, 0]
+                    + rotation[s, i, 1] * position[m, 1]
+                    + rotation[s, i, 2] * position[m, 2]
+                )

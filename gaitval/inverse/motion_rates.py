@@ -1,0 +1,164 @@
+"""Velocities and accelerations of a motion, the pelvis's through its Cardan angles."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit
+from gaitval.coordinates import COORDINATES
+from gaitval.errors import RecordError
+from gaitval.model.rotations import pelvis_angles
+from gaitval.model.tree import COORDINATE_COUNT
+
+FEWEST_FRAMES = 6
+"""A quintic spline has six coefficients."""
+
+
+class Kinematics(NamedTuple):
+    """A motion with its rates; T frames, root convention as in `model.tree`.
+
+    Attributes
+    ----------
+    positions : (T, 31).
+    velocities : (T, 31) per second; the pelvis's angular velocity first, world axes.
+    accelerations : (T, 31) per second², rate of `velocities`.
+    """
+
+    positions: Array
+    velocities: Array
+    accelerations: Array
+
+
+def cardan_coordinates(positions: Array) -> Array:
+    """Positions (T, 31) whose first three columns are the pelvis's tilt, list and rotation
+    (`rotations.pelvis_angles`) without jumps of a full turn, rad, in place of the rotation vector.
+    """
+    coordinates = np.array(positions, dtype=float)
+    orientation = Rotation.from_rotvec(coordinates[:, :3]).as_matrix()
+    coordinates[:, :3] = np.unwrap(pelvis_angles(orientation), axis=0)
+    return coordinates
+
+
+@njit
+def root_state(
+    angles: Array,
+    rates: Array,
+    second_rates: Array,
+    rotation_vector: Array,
+    angular_velocity: Array,
+    angular_acceleration: Array,
+) -> None:
+    """Orientation and its rates from the pelvis's Cardan angles.
+
+    Parameters
+    ----------
+    angles : (3,) rad: anterior tilt about y, then the list (right side up +) about -x, then the
+        rotation (right side forward +) about z, as `rotations.pelvis_angles` gives them; of any
+        size.
+    rates, second_rates : (3,) of the angles, rad/s and rad/s².
+    rotation_vector, angular_velocity, angular_acceleration : (3,) out, world axes.
+    """
+    st, ct = np.sin(0.5 * angles[0]), np.cos(0.5 * angles[0])
+    sl, cl = np.sin(-0.5 * angles[1]), np.cos(-0.5 * angles[1])
+    sr, cr = np.sin(0.5 * angles[2]), np.cos(0.5 * angles[2])
+    # Quaternion of the product: unlike the matrix it gives the vector at half a turn as well.
+    w1, x1, y1, z1 = ct * cl, ct * sl, st * cl, -st * sl
+    w = w1 * cr - z1 * sr
+    x = x1 * cr + y1 * sr
+    y = y1 * cr - x1 * sr
+    z = z1 * cr + w1 * sr
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    sine = np.sqrt(x * x + y * y + z * z)
+    factor = 2.0 if sine < 1e-9 else 2.0 * np.arctan2(sine, w) / sine
+    rotation_vector[0], rotation_vector[1], rotation_vector[2] = factor * x, factor * y, factor * z
+
+    sin_t, cos_t = np.sin(angles[0]), np.cos(angles[0])
+    sin_l, cos_l = np.sin(angles[1]), np.cos(angles[1])
+    # Axes in world: tilt y; list -(cos t, 0, -sin t); rotation R_y(t) R_x(-l) z.
+    a0, a2 = -cos_t, sin_t
+    b0, b1, b2 = sin_t * cos_l, sin_l, cos_t * cos_l
+    dt, dl, dr = rates[0], rates[1], rates[2]
+    angular_velocity[0] = dl * a0 + dr * b0
+    angular_velocity[1] = dt + dr * b1
+    angular_velocity[2] = dl * a2 + dr * b2
+    # The list axis turns with the tilt, the rotation axis with tilt and list.
+    u0, u1, u2 = dl * a0, dt, dl * a2
+    ddt, ddl, ddr = second_rates[0], second_rates[1], second_rates[2]
+    angular_acceleration[0] = ddl * a0 + ddr * b0 + dl * (dt * a2) + dr * (u1 * b2 - u2 * b1)
+    angular_acceleration[1] = ddt + ddr * b1 + dr * (u2 * b0 - u0 * b2)
+    angular_acceleration[2] = ddl * a2 + ddr * b2 - dl * (dt * a0) + dr * (u0 * b1 - u1 * b0)
+
+
+@njit
+def root_states(angles: Array, rates: Array, second_rates: Array, out: Array) -> None:
+    """`root_state` of every frame, into (T, 3, 3)."""
+    for t in range(len(angles)):
+        root_state(angles[t], rates[t], second_rates[t], out[t, 0], out[t, 1], out[t, 2])
+
+
+def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
+    """Time (T,) and positions (T, 31) as float arrays that can be differentiated.
+
+    Raises
+    ------
+    RecordError : fewer than six frames, NaN, or times that do not increase.
+    ValueError : other shapes.
+    """
+    # One memory layout: the compiled functions are compiled anew for every other one.
+    time = np.ascontiguousarray(time, dtype=float)
+    positions = np.ascontiguousarray(positions, dtype=float)
+    if time.ndim != 1 or positions.shape != (len(time), COORDINATE_COUNT):
+        raise ValueError(
+            f"time must have shape (T,) and positions (T, {COORDINATE_COUNT}), "
+            f"however they have {time.shape} and {positions.shape}"
+        )
+    if len(time) < FEWEST_FRAMES:
+        raise RecordError(
+            f"The motion has {len(time)} frames; velocities and accelerations need at least "
+            f"{FEWEST_FRAMES}. Use a longer part of the trial."
+        )
+    if not np.all(np.diff(time) > 0):
+        at = int(np.argmin(np.diff(time) > 0))
+        raise RecordError(
+            f"The times of the motion do not increase: {time[at]:.6g} s is followed by "
+            f"{time[at + 1]:.6g} s (frame {at + 1}). Take repeated frames out."
+        )
+    missing = ~np.isfinite(positions)
+    if missing.any():
+        t, i = np.argwhere(missing)[0]
+        raise RecordError(
+            f"The motion has no value of {COORDINATES[i]} at {time[t]:.4g} s "
+            f"({missing.any(axis=1).sum()} of {len(time)} frames miss one). Leave these frames "
+            "out, or fill the gap before."
+        )
+    return time, positions
+
+
+def differentiate(time: Array, positions: Array) -> Kinematics:
+    """Velocities and accelerations of a motion by quintic splines through every frame.
+
+    Each coordinate has its own spline, the pelvis's orientation through its Cardan angles, as in
+    OpenSim's inverse dynamics (there: natural quintic splines, which differ in the first and last
+    frames only). Noise is not smoothed: filter the motion before.
+
+    Parameters
+    ----------
+    time : (T,) s, increasing; the steps may differ.
+    positions : (T, 31), root convention of `model.tree`; any heading.
+
+    Raises
+    ------
+    RecordError : fewer than six frames, NaN, or times that do not increase.
+    """
+    time, positions = checked_motion(time, positions)
+    coordinates = cardan_coordinates(positions)
+    spline = make_interp_spline(time, coordinates, k=5)
+    rates, second_rates = spline.derivative(1)(time), spline.derivative(2)(time)
+    root = np.empty((len(time), 3, 3))
+    root_states(coordinates[:, :3], rates[:, :3], second_rates[:, :3], root)
+    rates[:, :3], second_rates[:, :3] = root[:, 1], root[:, 2]
+    return Kinematics(positions, rates, second_rates)

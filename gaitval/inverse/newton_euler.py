@@ -1,0 +1,166 @@
+"""Newton's and Euler's equations of the whole body, segment by segment (compiled).
+
+A recursive scheme from the feet to the pelvis (Winter 2009, chapters 5 and 7; Featherstone 2008,
+table 5.1), in world axes about the joint of each segment. The whole ground reaction of a side acts
+on its foot segment and none on its toes.
+
+Gravity is `constants.GRAVITY` along -z.
+"""
+
+import numpy as np
+
+from gaitval.arrays import Array, Index
+from gaitval.compiled import njit
+from gaitval.constants import GRAVITY
+from gaitval.model.body import SEGMENTS
+from gaitval.model.tree import (
+    DOF_COUNT,
+    FIRST_DOF,
+    PARENT,
+    SEGMENT_COUNT,
+    forward,
+    velocities,
+)
+
+FOOT: Index = np.array([SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")])
+"""(2,) segment that the ground reaction of the right and of the left side acts on."""
+
+
+@njit
+def newton_euler(
+    joint_position: Array,
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    force: Array,
+    point: Array,
+    free_moment: Array,
+    rotation: Array,
+    origin: Array,
+    axes: Array,
+    angular: Array,
+    linear: Array,
+    turning: Array,
+    wrench: Array,
+    generalised: Array,
+) -> None:
+    """Generalised forces of one frame.
+
+    It is long because it is one recursion, outwards and back, and written out in scalars: numba
+    makes arrays of vectors on the heap, which takes longer than the sums.
+
+    Parameters
+    ----------
+    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    q, qd, qdd : (31,) positions, velocities, accelerations.
+    force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
+        that is NaN is a foot in the air.
+    rotation, origin, axes, angular, linear : out, as `tree.forward` and `tree.velocities` say.
+    turning : (14, 2, 3) out, angular acceleration and acceleration of the joint less gravity.
+    wrench : (14, 2, 3) out, moment about its joint and force of the parent on each segment.
+    generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
+    """
+    forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
+    velocities(origin, axes, qd, angular, linear, SEGMENT_COUNT)
+    for i in range(3):
+        turning[0, 0, i] = qdd[i]
+        turning[0, 1, i] = qdd[3 + i]
+    turning[0, 1, 2] += GRAVITY
+    for s in range(1, SEGMENT_COUNT):
+        p = PARENT[s]
+        w0, w1, w2 = angular[p, 0], angular[p, 1], angular[p, 2]
+        e0, e1, e2 = turning[p, 0, 0], turning[p, 0, 1], turning[p, 0, 2]
+        r0 = origin[s, 0] - origin[p, 0]
+        r1 = origin[s, 1] - origin[p, 1]
+        r2 = origin[s, 2] - origin[p, 2]
+        v0, v1, v2 = w1 * r2 - w2 * r1, w2 * r0 - w0 * r2, w0 * r1 - w1 * r0
+        turning[s, 1, 0] = turning[p, 1, 0] + e1 * r2 - e2 * r1 + w1 * v2 - w2 * v1
+        turning[s, 1, 1] = turning[p, 1, 1] + e2 * r0 - e0 * r2 + w2 * v0 - w0 * v2
+        turning[s, 1, 2] = turning[p, 1, 2] + e0 * r1 - e1 * r0 + w0 * v1 - w1 * v0
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            a0, a1, a2 = axes[d, 0], axes[d, 1], axes[d, 2]
+            # An axis turns with all rotations before it.
+            e0 += a0 * qdd[d] + (w1 * a2 - w2 * a1) * qd[d]
+            e1 += a1 * qdd[d] + (w2 * a0 - w0 * a2) * qd[d]
+            e2 += a2 * qdd[d] + (w0 * a1 - w1 * a0) * qd[d]
+            w0 += a0 * qd[d]
+            w1 += a1 * qd[d]
+            w2 += a2 * qd[d]
+        turning[s, 0, 0], turning[s, 0, 1], turning[s, 0, 2] = e0, e1, e2
+
+    for s in range(SEGMENT_COUNT):
+        c0 = c1 = c2 = 0.0
+        l0 = l1 = l2 = 0.0  # ω and α in the segment's axes
+        k0 = k1 = k2 = 0.0
+        for i in range(3):
+            c0 += rotation[s, 0, i] * centre_of_mass[s, i]
+            c1 += rotation[s, 1, i] * centre_of_mass[s, i]
+            c2 += rotation[s, 2, i] * centre_of_mass[s, i]
+            l0 += rotation[s, i, 0] * angular[s, i]
+            l1 += rotation[s, i, 1] * angular[s, i]
+            l2 += rotation[s, i, 2] * angular[s, i]
+            k0 += rotation[s, i, 0] * turning[s, 0, i]
+            k1 += rotation[s, i, 1] * turning[s, 0, i]
+            k2 += rotation[s, i, 2] * turning[s, 0, i]
+        w0, w1, w2 = angular[s, 0], angular[s, 1], angular[s, 2]
+        e0, e1, e2 = turning[s, 0, 0], turning[s, 0, 1], turning[s, 0, 2]
+        v0, v1, v2 = w1 * c2 - w2 * c1, w2 * c0 - w0 * c2, w0 * c1 - w1 * c0
+        m = mass[s]
+        f0 = m * (turning[s, 1, 0] + e1 * c2 - e2 * c1 + w1 * v2 - w2 * v1)
+        f1 = m * (turning[s, 1, 1] + e2 * c0 - e0 * c2 + w2 * v0 - w0 * v2)
+        f2 = m * (turning[s, 1, 2] + e0 * c1 - e1 * c0 + w0 * v1 - w1 * v0)
+        # Euler's equation in the segment's axes: I α + ω × I ω.
+        h0 = inertia[s, 0, 0] * l0 + inertia[s, 0, 1] * l1 + inertia[s, 0, 2] * l2
+        h1 = inertia[s, 1, 0] * l0 + inertia[s, 1, 1] * l1 + inertia[s, 1, 2] * l2
+        h2 = inertia[s, 2, 0] * l0 + inertia[s, 2, 1] * l1 + inertia[s, 2, 2] * l2
+        n0 = inertia[s, 0, 0] * k0 + inertia[s, 0, 1] * k1 + inertia[s, 0, 2] * k2
+        n1 = inertia[s, 1, 0] * k0 + inertia[s, 1, 1] * k1 + inertia[s, 1, 2] * k2
+        n2 = inertia[s, 2, 0] * k0 + inertia[s, 2, 1] * k1 + inertia[s, 2, 2] * k2
+        n0 += l1 * h2 - l2 * h1
+        n1 += l2 * h0 - l0 * h2
+        n2 += l0 * h1 - l1 * h0
+        for i in range(3):
+            wrench[s, 0, i] = rotation[s, i, 0] * n0 + rotation[s, i, 1] * n1
+            wrench[s, 0, i] += rotation[s, i, 2] * n2
+        wrench[s, 0, 0] += c1 * f2 - c2 * f1
+        wrench[s, 0, 1] += c2 * f0 - c0 * f2
+        wrench[s, 0, 2] += c0 * f1 - c1 * f0
+        wrench[s, 1, 0], wrench[s, 1, 1], wrench[s, 1, 2] = f0, f1, f2
+
+    for side in range(2):
+        if np.isnan(point[side, 0]):
+            continue
+        s = FOOT[side]
+        r0 = point[side, 0] - origin[s, 0]
+        r1 = point[side, 1] - origin[s, 1]
+        r2 = point[side, 2] - origin[s, 2]
+        f0, f1, f2 = force[side, 0], force[side, 1], force[side, 2]
+        wrench[s, 0, 0] -= free_moment[side, 0] + r1 * f2 - r2 * f1
+        wrench[s, 0, 1] -= free_moment[side, 1] + r2 * f0 - r0 * f2
+        wrench[s, 0, 2] -= free_moment[side, 2] + r0 * f1 - r1 * f0
+        for i in range(3):
+            wrench[s, 1, i] -= force[side, i]
+
+    for s in range(SEGMENT_COUNT - 1, 0, -1):
+        p = PARENT[s]
+        for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
+            generalised[d] = (
+                axes[d, 0] * wrench[s, 0, 0]
+                + axes[d, 1] * wrench[s, 0, 1]
+                + axes[d, 2] * wrench[s, 0, 2]
+            )
+        r0 = origin[s, 0] - origin[p, 0]
+        r1 = origin[s, 1] - origin[p, 1]
+        r2 = origin[s, 2] - origin[p, 2]
+        f0, f1, f2 = wrench[s, 1, 0], wrench[s, 1, 1], wrench[s, 1, 2]
+        wrench[p, 0, 0] += wrench[s, 0, 0] + r1 * f2 - r2 * f1
+        wrench[p, 0, 1] += wrench[s, 0, 1] + r2 * f0 - r0 * f2
+        wrench[p, 0, 2] += wrench[s, 0, 2] + r0 * f1 - r1 * f0
+        for i in range(3):
+            wrench[p, 1, i] += wrench[s, 1, i]
+    for i in range(3):
+        generalised[i] = wrench[0, 0, i]
+        generalised[3 + i] = wrench[0, 1, i]

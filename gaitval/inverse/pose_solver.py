@@ -1,0 +1,334 @@
+"""Newton's method for the pose that fits a frame's markers best, and from frame to frame.
+
+The exact second derivative is used, and the sparsity that branches leave, by Featherstone's LᵀL
+factorisation (Featherstone 2008, Rigid Body Dynamics Algorithms, section 6.5).
+"""
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, Index
+from gaitval.compiled import njit
+from gaitval.inverse.marked_body import MarkerTrial
+from gaitval.inverse.marker_derivatives import PARENT_COORDINATE, Workspace, evaluate
+from gaitval.model.tree import ROOT_DOFS
+
+HEADINGS = 8
+"""Headings from which a frame is started that has no good one before it."""
+
+_LONGEST_STEP = 0.5  # rad or m in one iteration
+_NEWTON_TOLERANCE = 1e-6  # rad or m: an undamped Newton step this long leaves about its square
+_DAMPED_TOLERANCE = 1e-9  # rad or m: for steps that converge linearly
+_SMALLEST_PIVOT = 1e-6  # of the diagonal; below, the matrix counts as not positive definite
+_MOST_ITERATIONS = 100
+_SUDDEN_ERROR = 0.005  # m, weighted RMS that is not yet taken for a jump
+
+
+@njit
+def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
+    """Solve (H + damping · diag) step = −gradient over what is not fixed, into `work.step`.
+
+    Featherstone's LᵀL factorisation, along the branches only. False if H is not positive
+    definite.
+    """
+    matrix, step = work.matrix, work.step
+    n = len(step)
+    for j in range(n):
+        i = j
+        while i >= 0:
+            if work.fixed[j] or work.fixed[i]:
+                matrix[j, i] = 0.0
+            elif second_order:
+                matrix[j, i] = work.normal[j, i] - work.curvature[j, i]
+            else:
+                matrix[j, i] = work.normal[j, i]
+            i = PARENT_COORDINATE[i]
+        if work.fixed[j]:
+            matrix[j, j] = 1.0
+            step[j] = 0.0
+        else:
+            matrix[j, j] += damping * work.normal[j, j]
+            step[j] = -work.gradient[j]
+    for k in range(n - 1, -1, -1):
+        smallest = 0.0 if work.fixed[k] else _SMALLEST_PIVOT * work.normal[k, k]
+        if not matrix[k, k] > smallest:
+            return False
+        pivot = np.sqrt(matrix[k, k])
+        matrix[k, k] = pivot
+        i = PARENT_COORDINATE[k]
+        while i >= 0:
+            matrix[k, i] /= pivot
+            i = PARENT_COORDINATE[i]
+        i = PARENT_COORDINATE[k]
+        while i >= 0:
+            j = i
+            while j >= 0:
+                matrix[i, j] -= matrix[k, i] * matrix[k, j]
+                j = PARENT_COORDINATE[j]
+            i = PARENT_COORDINATE[i]
+    for k in range(n - 1, -1, -1):  # Lᵀ y = −g
+        step[k] /= matrix[k, k]
+        i = PARENT_COORDINATE[k]
+        while i >= 0:
+            step[i] -= matrix[k, i] * step[k]
+            i = PARENT_COORDINATE[i]
+    for k in range(n):  # L x = y
+        i = PARENT_COORDINATE[k]
+        while i >= 0:
+            step[k] -= matrix[k, i] * step[i]
+            i = PARENT_COORDINATE[i]
+        step[k] /= matrix[k, k]
+    return True
+
+
+@njit
+def turned(vector: Array, turn: Array, out: Array) -> None:
+    """out = rotation vector, at most π long, of exp(turn) exp(vector), through quaternions."""
+    a = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    b = np.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
+    fa = np.sin(0.5 * a) / a if a > 1e-9 else 0.5
+    fb = np.sin(0.5 * b) / b if b > 1e-9 else 0.5
+    w, x, y, z = np.cos(0.5 * a), fa * vector[0], fa * vector[1], fa * vector[2]
+    c, d, e, f = np.cos(0.5 * b), fb * turn[0], fb * turn[1], fb * turn[2]
+    qw = c * w - d * x - e * y - f * z
+    qx = c * x + d * w + e * z - f * y
+    qy = c * y - d * z + e * w + f * x
+    qz = c * z + d * y - e * x + f * w
+    if qw < 0.0:
+        qw, qx, qy, qz = -qw, -qx, -qy, -qz
+    sine = np.sqrt(qx * qx + qy * qy + qz * qz)
+    factor = 2.0 * np.arctan2(sine, qw) / sine if sine > 1e-9 else 2.0
+    out[0], out[1], out[2] = factor * qx, factor * qy, factor * qz
+
+
+@njit
+def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
+    """out = pose q (31,) moved by `step` (31,), within the bounds: the pelvis turned by the
+    rotation vector step[:3] in world axes, the rest added.
+    """
+    turned(q[:3], step[:3], out[:3])
+    for i in range(3, len(q)):
+        out[i] = min(max(q[i] + step[i], low[i]), high[i])
+
+
+@njit
+def solve_frame(
+    problem: MarkerTrial,
+    weight: Array,
+    measured: Array,
+    q: Array,
+    free: Flags,
+    low: Array,
+    high: Array,
+    work: Workspace,
+) -> int:
+    """Find the best pose of one frame from q, in place.
+
+    Bounds by Bertsekas' projected Newton method (1982, SIAM J Control Optim 20:221-246): what is
+    at a bound and would go beyond stays there. Where the exact Hessian is not positive definite
+    the Gauss-Newton one is taken, with Marquardt's damping where that step does not lower the
+    cost.
+
+    Returns
+    -------
+    Number of iterations, negative if these did not suffice.
+    """
+    n = len(q)
+    damping = 0.0
+    cost = evaluate(problem, weight, measured, q, work)
+    work.cost[0] = cost
+    for iteration in range(1, _MOST_ITERATIONS + 1):
+        for j in range(n):
+            work.fixed[j] = (
+                not free[j]
+                or (q[j] <= low[j] and work.gradient[j] > 0.0)
+                or (q[j] >= high[j] and work.gradient[j] < 0.0)
+            )
+        exact = damping == 0.0
+        if exact:
+            exact = _newton_step(work, 0.0, True)
+        while not exact and not _newton_step(work, damping, False):
+            damping = max(1e-6, 10.0 * damping)
+            if damping > 1e12:
+                return -iteration
+        longest = 0.0
+        for j in range(n):
+            longest = max(longest, abs(work.step[j]))
+        if longest > _LONGEST_STEP:
+            for j in range(n):
+                work.step[j] *= _LONGEST_STEP / longest
+        moved(q, work.step, low, high, work.trial)
+        # A Newton step that a bound cuts short is not one.
+        inside = True
+        for j in range(3, n):
+            if free[j] and work.trial[j] != q[j] + work.step[j]:
+                inside = False
+        if longest < (_NEWTON_TOLERANCE if exact and inside else _DAMPED_TOLERANCE):
+            q[:] = work.trial
+            return iteration
+        # A trial that is no better leaves derivatives of another pose behind.
+        new = evaluate(problem, weight, measured, work.trial, work)
+        if new <= cost * (1.0 + 1e-13):
+            q[:] = work.trial
+            cost = new
+            work.cost[0] = cost
+            damping = 0.0 if damping < 1e-6 else 0.1 * damping
+        else:
+            if damping > 1e12:
+                return -iteration
+            damping = max(1e-4, 10.0 * damping)
+            evaluate(problem, weight, measured, q, work)
+    return -_MOST_ITERATIONS
+
+
+@njit
+def solve_from_all_sides(
+    problem: MarkerTrial,
+    weight: Array,
+    measured: Array,
+    start: Array,
+    q: Array,
+    free: Flags,
+    low: Array,
+    high: Array,
+    work: Workspace,
+) -> int:
+    """As `solve_frame`, but from `start` at headings all around, for the best of the poses that
+    these lead to, into q: the stiff body is put onto the markers first, then the joints are freed.
+    """
+    total = weight.sum()
+    best, iterations = np.inf, 0
+    for j in range(len(q)):
+        work.stiff[j] = free[j] and j < ROOT_DOFS
+    for heading in range(HEADINGS):
+        for j in range(len(q)):
+            work.other[j] = start[j] if free[j] else q[j]
+        if free[0]:
+            work.other[0], work.other[1] = 0.0, 0.0
+            work.other[2] = 2.0 * np.pi * heading / HEADINGS
+            for i in range(3):
+                work.other[3 + i] = 0.0
+                for m in range(len(weight)):
+                    work.other[3 + i] += weight[m] * measured[m, i] / total
+        solve_frame(problem, weight, measured, work.other, work.stiff, low, high, work)
+        count = solve_frame(problem, weight, measured, work.other, free, low, high, work)
+        if work.cost[0] < best:
+            best, iterations = work.cost[0], count
+            q[:] = work.other
+    work.cost[0] = best
+    return iterations
+
+
+@njit
+def _led_on(
+    q: Array, last: Array, turn: Array, free: Flags, low: Array, high: Array, out: Array
+) -> None:
+    """out = where the motion from the pose `last` to the pose q leads next, of what is free: the
+    pelvis turned by `turn` (3,) once more, the rest as much further.
+    """
+    turned(q[:3], turn, out[:3])
+    for i in range(3, len(q)):
+        if free[i]:
+            out[i] = min(max(2.0 * q[i] - last[i], low[i]), high[i])
+
+
+@njit
+def solve_trial(
+    problem: MarkerTrial,
+    positions: Array,
+    start_pose: Array,
+    free: Flags,
+    low: Array,
+    high: Array,
+    start: int,
+    direction: int,
+    iterations: Index,
+    converged: Flags,
+    work: Workspace,
+) -> None:
+    """Solve all frames from `start` forwards (direction 1) or backwards (-1), each from where
+    the motion of the last two leads; `positions[start]` is solved already. Where the markers
+    jump, this may lead into another minimum: if the error of a frame is suddenly large, it is
+    solved from all sides as well.
+    """
+    q = positions[start].copy()
+    last = q.copy()
+    turn = np.zeros(3)
+    guess = np.empty_like(q)
+    another = np.empty_like(q)
+    inverse = np.empty(3)
+    good_error = np.inf
+    known = 0
+    t = start
+    while 0 <= t < len(positions):
+        guess[:] = q
+        if known >= 2 and free[t, :ROOT_DOFS].all():
+            _led_on(q, last, turn, free[t], low, high, guess)
+        if free[t].any():
+            count = solve_frame(
+                problem, problem.weight[t], problem.measured[t], guess, free[t], low, high, work
+            )
+            total = problem.weight[t].sum()
+            if count < 0 or work.cost[0] > total * (4.0 * good_error + _SUDDEN_ERROR**2):
+                cost = work.cost[0]
+                another[:] = guess
+                other_count = solve_from_all_sides(
+                    problem,
+                    problem.weight[t],
+                    problem.measured[t],
+                    start_pose,
+                    another,
+                    free[t],
+                    low,
+                    high,
+                    work,
+                )
+                if work.cost[0] < 0.99 * cost:
+                    guess[:] = another
+                    count = other_count
+                    known = 0
+                else:
+                    work.cost[0] = cost
+            # A good error is forgotten slowly, so that a wrong minimum is left again soon.
+            error = work.cost[0] / total
+            good_error = min(error, 1.1 * good_error + 1e-6)  # m²
+            iterations[t] = abs(count)
+            converged[t] = count > 0
+            known += 1
+        else:
+            known = 0
+        last[:] = q
+        q[:] = guess
+        for i in range(3):
+            inverse[i] = -last[i]
+        turned(inverse, q[:3], turn)
+        positions[t] = q
+        t += direction
+
+
+@njit
+def solve_frames(
+    problem: MarkerTrial,
+    positions: Array,
+    free: Flags,
+    low: Array,
+    high: Array,
+    chosen: Flags,
+    iterations: Index,
+    converged: Flags,
+    work: Workspace,
+) -> None:
+    """Solve the chosen frames again from where they are."""
+    for t in range(len(positions)):
+        if chosen[t] and free[t].any():
+            count = solve_frame(
+                problem,
+                problem.weight[t],
+                problem.measured[t],
+                positions[t],
+                free[t],
+                low,
+                high,
+                work,
+            )
+            iterations[t] += abs(count)
+            converged[t] = count > 0

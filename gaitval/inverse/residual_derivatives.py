@@ -1,0 +1,252 @@
+"""Residuals on the pelvis and what they change with, frame by frame (compiled)."""
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, Index
+from gaitval.compiled import njit
+from gaitval.coordinates import COORDINATES
+from gaitval.inverse.motion_rates import root_state
+from gaitval.inverse.newton_euler import newton_euler
+from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS
+from gaitval.model.tree import (
+    COORDINATE_COUNT,
+    PARENT,
+    ROOT_DOFS,
+    SEGMENT_COUNT,
+    forward,
+)
+
+MASS_GROUPS = ("pelvis", "thigh", "shank", "foot", "torso", "upper_arm", "forearm")
+"""Segments that share one mass factor; both sides alike, the toes with the foot."""
+
+GROUP_OF_SEGMENT = np.array(
+    [
+        MASS_GROUPS.index(name.removesuffix("_r").removesuffix("_l").replace("toes", "foot"))
+        for name in SEGMENTS
+    ]
+)
+"""(14,) index into `MASS_GROUPS`."""
+
+TORSO = SEGMENTS.index("torso")
+BODY_UNKNOWNS = len(MASS_GROUPS) + 3
+"""Logarithms of the mass factors, then the offset of the trunk's centre of mass."""
+
+
+@njit
+def _root_residual(
+    joint_position: Array,
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    state: Array,
+    wrenches: Array,
+    work: tuple[Array, ...],
+    out: Array,
+) -> None:
+    """Residual moment and force (6,) of one frame into `out`.
+
+    Parameters
+    ----------
+    state : (3, 31) coordinates with the pelvis's Cardan angles, rates, second rates.
+    wrenches : (3, 2, 3) force, point, free moment.
+    """
+    rotation, origin, axes, angular, linear, turning, wrench, generalised, q = work
+    for i in range(3, COORDINATE_COUNT):
+        q[0, i] = state[0, i]
+        q[1, i] = state[1, i]
+        q[2, i] = state[2, i]
+    root_state(state[0], state[1], state[2], q[0], q[1], q[2])
+    newton_euler(
+        joint_position,
+        mass,
+        centre_of_mass,
+        inertia,
+        q[0],
+        q[1],
+        q[2],
+        wrenches[0],
+        wrenches[1],
+        wrenches[2],
+        rotation,
+        origin,
+        axes,
+        angular,
+        linear,
+        turning,
+        wrench,
+        generalised,
+    )
+    for i in range(6):
+        out[i] = generalised[i]
+
+
+@njit
+def _work_arrays() -> tuple[Array, ...]:
+    return (
+        np.empty((SEGMENT_COUNT, 3, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
+        np.zeros((COORDINATE_COUNT, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
+        np.empty((SEGMENT_COUNT, 2, 3)),
+        np.empty((SEGMENT_COUNT, 2, 3)),
+        np.empty(COORDINATE_COUNT),
+        np.empty((3, COORDINATE_COUNT)),
+    )
+
+
+@njit
+def residuals_of_frames(
+    joint_position: Array,
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    states: Array,
+    wrenches: Array,
+    out: Array,
+) -> None:
+    """Residuals (T, 6) of states (T, 3, 31) under wrenches (T, 3, 2, 3)."""
+    work = _work_arrays()
+    for t in range(len(states)):
+        _root_residual(
+            joint_position, mass, centre_of_mass, inertia, states[t], wrenches[t], work, out[t]
+        )
+
+
+@njit
+def residual_derivatives(
+    joint_position: Array,
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    states: Array,
+    wrenches: Array,
+    known: Flags,
+    by_state: Array,
+    by_body: Array,
+) -> None:
+    """Derivatives of the residuals.
+
+    The differences by the second rates, in which the residuals are linear, and by the rates, in
+    which they are quadratic, are exact up to rounding.
+
+    Parameters
+    ----------
+    known : (T,) frames to do.
+    by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
+    by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
+    """
+    work = _work_arrays()
+    steps = (1e-5, 1e-2, 1.0)
+    found = np.empty(6)
+    air = np.full((3, 2, 3), np.nan)
+    some_mass, some_inertia = np.empty_like(mass), np.empty_like(inertia)
+    centre = centre_of_mass.copy()
+    groups = BODY_UNKNOWNS - 3
+    for t in range(len(states)):
+        if not known[t]:
+            continue
+        state = states[t].copy()
+        # Each loop calls at one place only: the compiler copies the whole recursion to each.
+        for case in range(3 * COORDINATE_COUNT * 2):
+            order, i, sign = (
+                case // (2 * COORDINATE_COUNT),
+                case // 2 % COORDINATE_COUNT,
+                1.0 - 2.0 * (case % 2),
+            )
+            value = state[order, i]
+            state[order, i] = value + sign * steps[order]
+            _root_residual(
+                joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, found
+            )
+            state[order, i] = value
+            for r in range(6):
+                by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
+        for case in range(groups + 6):
+            # The residual is linear in the masses: what one group adds is its derivative.
+            trunk = case >= groups
+            axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
+            for s in range(SEGMENT_COUNT):
+                share = 1.0 if trunk or GROUP_OF_SEGMENT[s] == case else 0.0
+                some_mass[s] = share * mass[s]
+                some_inertia[s] = share * inertia[s]
+            if trunk:
+                centre[TORSO, axis] += sign * 1e-3
+            _root_residual(joint_position, some_mass, centre, some_inertia, state, air, work, found)
+            centre[TORSO] = centre_of_mass[TORSO]
+            for r in range(6):
+                if trunk:
+                    by_body[t, r, groups + axis] += sign * found[r] / 2e-3
+                else:
+                    by_body[t, r, case] += found[r]
+
+
+def moved_by() -> Flags:
+    """(14, 31) whether a coordinate moves a segment."""
+    above = np.zeros((SEGMENT_COUNT, COORDINATE_COUNT), dtype=bool)
+    above[:, :ROOT_DOFS] = True
+    for s, name in enumerate(SEGMENTS):
+        if name in PARENTS:
+            above[s] |= above[SEGMENTS.index(PARENTS[name])]
+            above[s, [COORDINATES.index(c) for c in JOINT_COORDINATES[name]]] = True
+    return above
+
+
+@njit
+def marker_metric(
+    joint_position: Array,
+    segment: Index,
+    place: Array,
+    weight: Array,
+    above: Flags,
+    coordinates: Array,
+    out: Array,
+) -> None:
+    """Σ w Jᵀ J of the markers' positions by the coordinates (T, 31, 31).
+
+    Parameters
+    ----------
+    segment, place, weight : (M,), (M, 3) m and (M,): of each marker, on which segment it is and
+        where on it, and how much it counts.
+    above : (14, 31) whether a coordinate moves a segment.
+    coordinates : (T, 31) with the pelvis's Cardan angles.
+    """
+    rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
+    axes = np.zeros((COORDINATE_COUNT, 3))
+    q, unused, rates = np.empty(COORDINATE_COUNT), np.empty(3), np.zeros(3)
+    zero = np.zeros(3)
+    jacobian = np.empty((3, COORDINATE_COUNT))
+    arm, column = np.empty(3), np.empty(3)
+    pivot = np.zeros(
+        COORDINATE_COUNT, dtype=np.int64
+    )  # segment whose origin a coordinate turns about
+    for s in range(SEGMENT_COUNT):
+        for d in range(ROOT_DOFS, COORDINATE_COUNT):
+            if above[s, d] and not above[PARENT[s], d]:
+                pivot[d] = s
+    for t in range(len(coordinates)):
+        q[:] = coordinates[t]
+        root_state(coordinates[t], zero, zero, q, unused, unused)
+        forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
+        for i in range(3):  # axes of the Cardan angles: angular velocity at unit rates
+            rates[i] = 1.0
+            root_state(coordinates[t], rates, zero, q, axes[i], unused)
+            rates[i] = 0.0
+        for m in range(len(segment)):
+            s = segment[m]
+            point = origin[s] + rotation[s] @ place[m]
+            jacobian[:] = 0.0
+            for d in range(COORDINATE_COUNT):
+                if 3 <= d < ROOT_DOFS:
+                    jacobian[d - 3, d] = 1.0
+                elif above[s, d]:
+                    for i in range(3):
+                        arm[i] = point[i] - origin[pivot[d], i]
+                        column[i] = axes[d, i]
+                    jacobian[0, d] = column[1] * arm[2] - column[2] * arm[1]
+                    jacobian[1, d] = column[2] * arm[0] - column[0] * arm[2]
+                    jacobian[2, d] = column[0] * arm[1] - column[1] * arm[0]
+            for i in range(COORDINATE_COUNT):
+                for j in range(COORDINATE_COUNT):
+                    for k in range(3):
+                        out[t, i, j] += weight[m] * jacobian[k, i] * jacobian[k, j]

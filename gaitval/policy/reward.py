@@ -1,0 +1,47 @@
+"""The reward of a step: bounded kernels of squared errors, and what the joint moments cost.
+
+As in the paper (section III-A, equations 1 and 2) with the decisions of docs/decisions.md.
+"""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit_borrowing
+from gaitval.configuration import RewardSettings
+
+REWARD_TERMS = (
+    "joint_positions",
+    "joint_velocities",
+    "centre_of_mass",
+    "pelvis_rotation",
+    "end_effectors",
+    "ground_reaction",
+    "joint_moments",
+    "pace",
+    "torque",
+)
+
+
+@njit_borrowing
+def weighted_reward(
+    weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array
+) -> float:
+    """Terms (9,) of the reward, in the order of `REWARD_TERMS`, and their sum: weights (9,) over
+    the sum of the first eight times exp(-sharpness (8,) x squared error); the last is the torque
+    cost.
+    """
+    total, reward = 0.0, 0.0
+    for i in range(8):
+        total += weights[i]
+    for i in range(8):
+        terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
+        reward += terms[i]
+    terms[8] = -weights[8] / total * effort
+    return float(reward + terms[8])
+
+
+def reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:
+    """Weights (9,) in the order of `REWARD_TERMS`, and sharpness (8,) of all but the last."""
+    weights = [getattr(reward, name) for name in REWARD_TERMS]
+    sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]
+    return np.array(weights, dtype=float), np.array(sharpness, dtype=float)

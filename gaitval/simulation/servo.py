@@ -1,0 +1,55 @@
+"""The joint servos' stiffness, and tables of the reference that they follow; `walker` says how."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import ServoSettings
+from gaitval.coordinates import ACTUATED, ROOT
+from gaitval.reference.motion import ReferenceMotion
+
+REFERENCE_MASS = 70.0
+"""kg, of the body that `configuration.ServoSettings` gives gains for."""
+
+_SERVO_OF = {
+    "hip": "hip",
+    "knee": "knee",
+    "ankle": "ankle",
+    "subtalar": "subtalar",
+    "mtp": "toe",
+    "lumbar": "lumbar",
+    "arm": "shoulder",
+    "elbow": "shoulder",
+}
+
+
+def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
+    """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg."""
+    gains = [getattr(servo, _SERVO_OF[name.split("_")[0]]) for name in ACTUATED]
+    return np.array(gains, dtype=float) * mass / REFERENCE_MASS
+
+
+class ReferenceTables(NamedTuple):
+    """Reference of the actuated coordinates, sampled over one cycle with the first sample
+    repeated at its end: (N + 1, 25) positions rad, velocities rad/s, moments Nm.
+    """
+
+    positions: Array
+    velocities: Array
+    moments: Array
+
+
+def closed_cycle(values: Array) -> Array:
+    """Samples (N, …) of one cycle with the first repeated at its end, contiguous."""
+    return np.ascontiguousarray(np.concatenate([values, values[:1]]))
+
+
+def reference_tables(reference: ReferenceMotion, feed_forward: float) -> ReferenceTables:
+    """Tables of a reference motion; the moments are weighted with `feed_forward`."""
+    actuated = slice(len(ROOT), None)
+    return ReferenceTables(
+        closed_cycle(reference.positions[:, actuated]),
+        closed_cycle(reference.velocities[:, actuated]),
+        closed_cycle(feed_forward * reference.moments),
+    )

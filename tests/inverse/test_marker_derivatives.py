@@ -1,0 +1,49 @@
+"""The derivatives of a pose's cost against differences of the cost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from marked_walk import moving_walk, spread_markers
+
+from gaitval.inverse.marked_body import marker_positions, marker_trial
+from gaitval.inverse.marker_derivatives import evaluate, workspace
+from gaitval.inverse.pose_solver import moved
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_both_derivatives_are_those_of_the_cost(seed):
+    model, positions = moving_walk()
+    markers = spread_markers(model)
+    measured = marker_positions(model, markers, positions[:1])
+    random = np.random.default_rng(seed)
+    weighted = [replace(m, weight=float(random.uniform(0.2, 2.0))) for m in markers]
+    problem = marker_trial(model, weighted, measured)
+    work = workspace()
+    pose = random.uniform(-0.8, 0.8, 31)
+    wide = np.full(31, np.inf)
+
+    def at(pose):
+        """Cost, gradient and Hessian (lower triangle along the branches)."""
+        cost = evaluate(problem, problem.weight[0], problem.measured[0], pose, work)
+        return cost, work.gradient.copy(), work.normal - work.curvature
+
+    def stepped(step):
+        out = np.empty(31)
+        moved(pose, step, -wide, wide, out)
+        return out
+
+    _, gradient, hessian = at(pose)
+    hessian = np.tril(hessian) + np.tril(hessian, -1).T
+    h = 1e-5
+    steps = h * np.eye(31)
+    differences = [(at(stepped(s))[0] - at(stepped(-s))[0]) / (2 * h) for s in steps]
+    np.testing.assert_allclose(gradient, differences, atol=1e-6 * np.abs(gradient).max())
+    h = 1e-4
+    steps = h * np.eye(31)
+    for i in range(31):
+        for j in range(i + 1):
+            both = at(stepped(steps[i] + steps[j]))[0] + at(stepped(-steps[i] - steps[j]))[0]
+            apart = at(stepped(steps[i] - steps[j]))[0] + at(stepped(steps[j] - steps[i]))[0]
+            second = (both - apart) / (4 * h * h)
+            assert hessian[i, j] == pytest.approx(second, abs=1e-5 * np.abs(hessian).max())

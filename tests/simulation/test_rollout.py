@@ -1,0 +1,95 @@
+"""A recorded rollout: what it holds of a walk, and its file."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from simulation_fixtures import kinematics, random_policy
+
+from gaitval.errors import ArtefactError
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.rollouts import roll_out
+from gaitval.simulation.rollout import Rollout
+
+
+@pytest.fixture(scope="module")
+def rollout(task):
+    return roll_out(
+        task,
+        random_policy(task, scale=0.1),
+        mu=nominal_parameters(),
+        start_phase=0.25,
+        cycles=0.4,
+    )
+
+
+def test_a_rollout_holds_every_physics_step(task, rollout):
+    steps = len(rollout.time)
+    constants = task.configuration.environment
+    each = constants.steps_per_action
+    pace = np.diff(rollout.phase, prepend=0.25) * task.reference.stride_time
+    pace = pace.reshape(-1, each) / constants.physics_step  # one a whole action
+    np.testing.assert_allclose(pace, np.tile(pace[:, :1], each), rtol=1e-9)
+    assert 0.0 < np.abs(pace - 1.0).max() < 0.5
+    assert rollout.phase[-each - 1] < 0.65 <= rollout.phase[-1]  # as many as 0.4 cycles take
+    np.testing.assert_allclose(np.diff(rollout.time), constants.physics_step, rtol=1e-9)
+    assert rollout.time[0] == pytest.approx(constants.physics_step)
+    assert not rollout.fell[0]
+    shapes = {f.name: getattr(rollout, f.name).shape for f in fields(rollout)}
+    assert shapes == {
+        "time": (steps,),
+        "phase": (steps,),
+        "positions": (steps, 31),
+        "velocities": (steps, 31),
+        "moments": (steps, 25),
+        "ground_reaction": (steps, 2, 3),
+        "centre_of_pressure": (steps, 2, 3),
+        "centre_of_mass": (steps, 3),
+        "root_force": (steps, 6),
+        "mu": (14,),
+        "start_phase": (1,),
+        "fell": (1,),
+    }
+
+
+def test_the_rollouts_centre_of_mass_is_darts(rollout, peer):
+    for t in range(0, len(rollout.time), 50):
+        peer.set(rollout.positions[t])
+        np.testing.assert_allclose(rollout.centre_of_mass[t], peer.skeleton.getCOM(), atol=1e-12)
+
+
+def test_the_centre_of_pressure_is_under_the_loaded_foot(task, rollout):
+    """Under the loaded foot, between heel and toes; nowhere while the foot is in the air."""
+    loaded = rollout.ground_reaction[:, :, 2] > 1.0
+    np.testing.assert_array_equal(np.isfinite(rollout.centre_of_pressure[..., 0]), loaded)
+    seen = 0
+    for t in range(0, len(rollout.time), 20):
+        frames = kinematics(task.model, rollout.positions[t], np.zeros(31))
+        for i, side in enumerate("rl"):
+            if rollout.ground_reaction[t, i, 2] > 100.0:
+                ankle = frames["origin"][SEGMENTS.index(f"foot_{side}")]
+                arm = rollout.centre_of_pressure[t, i] - ankle
+                assert -0.05 < arm[0] < 0.2
+                assert abs(arm[1]) < 0.08
+                assert rollout.centre_of_pressure[t, i, 2] == 0.0
+                seen += 1
+    assert seen > 10
+
+
+def test_a_rollout_comes_back_from_its_file(rollout, tmp_path):
+    rollout.save(tmp_path / "walk.npz")
+    loaded = Rollout.load(tmp_path / "walk.npz")
+    for field in fields(rollout):
+        name = field.name
+        seen, expected = getattr(loaded, name), getattr(rollout, name)
+        exact = name in ("time", "phase")
+        np.testing.assert_allclose(seen, expected, rtol=0.0 if exact else 1e-6, atol=1e-30)
+
+
+def test_a_damaged_rollout_is_refused(rollout, tmp_path):
+    path = tmp_path / "walk.npz"
+    rollout.save(path)
+    path.write_bytes(path.read_bytes()[:-500])
+    with pytest.raises(ArtefactError, match="truncated"):
+        Rollout.load(path)

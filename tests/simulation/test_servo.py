@@ -1,0 +1,28 @@
+"""The joint servos' stiffness and the tables of the reference that they follow."""
+
+import numpy as np
+
+from gaitval.configuration import Configuration
+from gaitval.coordinates import ACTUATED
+from gaitval.simulation.servo import REFERENCE_MASS, reference_tables, servo_stiffness
+
+
+def test_servo_gains_are_scaled_with_the_mass(task):
+    servo = Configuration().servo
+    stiffness = dict(zip(ACTUATED, servo_stiffness(servo, REFERENCE_MASS), strict=True))
+    assert stiffness["hip_rotation_l"] == servo.hip
+    assert stiffness["knee_angle_r"] == servo.knee
+    assert stiffness["ankle_angle_r"] == servo.ankle
+    assert stiffness["subtalar_angle_r"] == servo.subtalar
+    assert stiffness["mtp_angle_l"] == servo.toe
+    assert stiffness["lumbar_bending"] == servo.lumbar
+    assert stiffness["arm_rot_r"] == stiffness["elbow_flex_l"] == servo.shoulder
+    doubled = servo_stiffness(servo, 2 * REFERENCE_MASS)
+    np.testing.assert_allclose(doubled, 2 * np.array(list(stiffness.values())))
+
+
+def test_reference_tables_close_the_cycle(task):
+    tables = reference_tables(task.reference, 0.5)
+    for table in tables:
+        np.testing.assert_array_equal(table[0], table[-1])
+    np.testing.assert_array_equal(tables.moments[:-1], 0.5 * task.reference.moments)
