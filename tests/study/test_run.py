@@ -19,7 +19,7 @@ from gaitval.errors import ArtefactError
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import run as study
-from gaitval.study.baseline import STORED_FILES, TIMES, store_baseline
+from gaitval.study.baseline import STORED_FILES, TIMES, processors, store_baseline
 from gaitval.study.run import finished_rounds, plan, run_one, run_subject
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
@@ -501,9 +501,9 @@ def test_processors_are_counted_where_the_system_tells_less(
     """macOS and Windows do not say which processors a process may use."""
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 7)
-    assert study.processors() == 7
+    assert processors() == 7
     monkeypatch.setattr(os, "cpu_count", lambda: None)
-    assert study.processors() == 1
+    assert processors() == 1
 
 
 WITHOUT_POSIX = """
