@@ -11,13 +11,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from gaitval import __version__
 from gaitval.errors import ArtefactError
+
+if TYPE_CHECKING:  # a command that only shows its help does not wait for NumPy
+    from numpy.typing import NDArray
 
 LIBRARIES = (
     "dartpy",
@@ -79,14 +79,18 @@ def read_json(path: Path) -> Any:
         ) from None
 
 
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
     """Write named arrays as a compressed npz without pickle."""
+    import numpy as np
+
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **dict(arrays))
 
 
-def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]:
     """Read the arrays `names` of an npz, never unpickling; see `write_arrays`."""
+    import numpy as np
+
     try:
         with np.load(path, allow_pickle=False) as stored:
             missing = [name for name in names if name not in stored]

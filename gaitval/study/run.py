@@ -1,9 +1,9 @@
 """Runs the stages of a subject in order, each only when what it reads has changed.
 
 A stage is a function that reads and writes files of one run folder. `stages.json` there keeps,
-for every stage, the hashes of all it depended on and of all it wrote; a stage whose hashes
-still hold is skipped. `provenance.json` keeps versions, seed, hashes and wall times. Only
-`provenance.json` holds times, so that equal runs give equal files.
+for every stage, the hashes of all it depended on (its code among them) and of all it wrote; a
+stage whose hashes still hold is skipped. `provenance.json` keeps versions, seed, hashes and wall
+times. Only `provenance.json` holds times, so that equal runs give equal files.
 
 Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
 round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is then copied to

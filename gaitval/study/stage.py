@@ -15,10 +15,11 @@ import tomli_w
 
 from gaitval import __version__
 from gaitval.artefacts import file_hash, read_json, value_hash, versions, write_json, write_text
-from gaitval.configuration import Configuration
 from gaitval.errors import ArtefactError
+from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
+    from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
 
 INTERRUPTED = "was interrupted"
@@ -51,12 +52,13 @@ class Stage:
     Attributes
     ----------
     name : as in `stages.json`: `scale`, `train-1`.
-    run : writes `outputs`; each of them whole or not at all (`artefacts.replacing`).
+    run : writes `outputs`; each of them whole or not at all (`artefacts.replacing`). What it
+        uses of the package is the stage's code (`sources.code_of`).
     inputs : files that it reads, relative to the run folder.
     outputs : files that it writes, relative to the run folder.
     values : further JSON-able values that it depends on, such as sections of the configuration.
     workspace : a folder of its own, with what an unfinished run resumes from; emptied before
-        a run with other inputs, which must not resume from it.
+        a run with other inputs or other code, which must not resume from it.
     """
 
     name: str
@@ -78,7 +80,7 @@ class Run:
 
     folder: Path
     subject: "Subject"
-    configuration: Configuration
+    configuration: "Configuration"
     observer: Observer = field(default_factory=Observer)
 
     def sections(self, *names: str) -> dict[str, Any]:
@@ -107,10 +109,14 @@ def why_run(stage: Stage, folder: Path) -> str | None:
     record = _records(folder).get(stage.name)
     if record is None:
         return "not run yet"
-    before, now = record["inputs"], fingerprint(stage, folder)
-    changed = [name for name in sorted(before | now) if before.get(name) != now.get(name)]
+    changed = _differences(record["inputs"], fingerprint(stage, folder))
     if changed:
         return f"{', '.join(changed)} changed"
+    if "code" not in record:
+        return f"an earlier gaitval ran it, which did not keep what the code of {stage.name} was"
+    changed = _differences(record["code"], code_of(stage.run))
+    if changed:
+        return f"the code of {stage.name} has changed: {', '.join(changed)}"
     if record["outputs"] is None:
         return INTERRUPTED
     for name in stage.outputs:
@@ -119,6 +125,11 @@ def why_run(stage: Stage, folder: Path) -> str | None:
         if file_hash(folder / name) != record["outputs"].get(name):
             return f"{name} was changed or damaged"
     return None
+
+
+def _differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """Names of the hashes that are not the same, or there only once."""
+    return [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
 
 
 def run_stage(
@@ -135,11 +146,12 @@ def run_stage(
         observer.skipped(stage.name)
         return False
     records = _records(folder)
-    inputs = fingerprint(stage, folder)
-    same_inputs = records.get(stage.name, {}).get("inputs") == inputs
-    if stage.workspace and (force or not same_inputs):
+    inputs, code = fingerprint(stage, folder), code_of(stage.run)
+    before = records.get(stage.name, {})
+    same = before.get("inputs") == inputs and before.get("code") == code
+    if stage.workspace and (force or not same):
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
-    records[stage.name] = {"inputs": inputs, "outputs": None}
+    records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
     write_json(folder / "stages.json", records)
 
     observer.started(stage.name, reason)
@@ -205,7 +217,7 @@ def held(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def open_run(
-    subject: "Subject", configuration: Configuration, folder: Path, observer: Observer
+    subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """A run folder, held by this process alone, with the subject and configuration stored."""
     try:

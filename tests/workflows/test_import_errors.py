@@ -22,6 +22,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
+from gaitval.cli import display
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.foot_forces import zero_plates
@@ -44,7 +45,7 @@ UP_IS_Z = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
     """Messages of the command line as text without colours."""
     text = io.StringIO()
-    monkeypatch.setattr(cli, "messages", Console(file=text, width=200))
+    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
     return text  # type: ignore[return-value]
 
 

@@ -1,0 +1,275 @@
+"""What the command line shows: the live view of stages, and tables."""
+
+import csv
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from gaitval.study.stage import INTERRUPTED, Observer
+
+if TYPE_CHECKING:
+    from gaitval.metrics.regression import Row
+    from gaitval.session.session import Import
+
+PLAIN_SECONDS = 30.0
+"""Time between lines of progress where the output is not a terminal."""
+
+# Tables are not squeezed into 80 columns where there is no terminal.
+output = Console(width=None if sys.stdout.isatty() else 120)
+messages = Console(stderr=True)
+
+
+class Live(Observer):
+    """Tells of stages and their progress: a bar on a terminal, else a line now and then.
+
+    `console` may be a terminal or not.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.stage = ""
+        self._bar: Progress | None = None
+        self._task = TaskID(0)
+        self._begun = self._last_line = monotonic()
+        self._first_done = 0.0
+
+    def say(self, message: str) -> None:
+        """Print a line as it is."""
+        self.console.print(message, markup=False, highlight=False, soft_wrap=True)
+
+    def skipped(self, stage: str) -> None:
+        """Say that a stage was up to date."""
+        self.say(f"{stage}: up to date")
+
+    def started(self, stage: str, reason: str) -> None:
+        """Say that a stage runs or resumes, and why."""
+        self.stage = stage
+        self._begun = self._last_line = monotonic()
+        self._first_done = -1.0
+        self.say(f"{stage}: {'resumes' if reason == INTERRUPTED else 'starts'} ({reason})")
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """Show how far a stage is.
+
+        Parameters
+        ----------
+        values : `total` and one of `samples`, `generation`, `rounds` or `pushes` count the work;
+            all others (`reward`, `cycles`, ...) are shown beside it.
+        """
+        unit = next(
+            name for name in ("samples", "generation", "rounds", "pushes") if name in values
+        )
+        done, total = values[unit], values["total"]
+        rest = "  ".join(
+            f"{_label(name)} {value:.3g}"
+            for name, value in values.items()
+            if name not in (unit, "total")
+        )
+        if self._first_done < 0:
+            self._first_done = done
+        if self.console.is_terminal:
+            self._show_bar(unit, done, total, rest)
+        elif monotonic() - self._last_line >= PLAIN_SECONDS:
+            self._last_line = monotonic()
+            self.say(
+                f"{self.stage}: {done:,.0f} of {total:,.0f} {unit}  {rest}  "
+                f"{self._time_left(done, total)}"
+            )
+
+    def finished(self, stage: str, seconds: float) -> None:
+        """Say how long a stage took."""
+        self.close()
+        self.say(f"{stage}: done in {_duration(seconds)}")
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _show_bar(self, unit: str, done: float, total: float, rest: str) -> None:
+        if self._bar is None:
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TaskProgressColumn(),
+                TextColumn("{task.completed:,.0f} {task.fields[unit]}  {task.fields[rest]}"),
+                TimeElapsedColumn(),
+                TextColumn("left"),
+                # Rates differ between learning and evaluation, so look at minutes, not seconds.
+                TimeRemainingColumn(elapsed_when_finished=False),
+                console=self.console,
+                speed_estimate_period=180.0,
+                transient=True,
+            )
+            self._task = self._bar.add_task(
+                self.stage, total=total, completed=int(done), unit=unit, rest=rest
+            )
+            self._bar.start()
+        self._bar.update(self._task, completed=done, total=total, rest=rest)
+
+    def _time_left(self, done: float, total: float) -> str:
+        progressed = done - self._first_done
+        if progressed <= 0:
+            return ""
+        seconds = (monotonic() - self._begun) * (total - done) / progressed
+        return f"{_duration(seconds)} left"
+
+
+@contextmanager
+def live_view() -> Iterator[Live]:
+    """What a command tells of its stages, on `messages`."""
+    live = Live(messages)
+    try:
+        yield live
+    finally:
+        live.close()
+
+
+def plain(text: str) -> None:
+    """Print a line with paths in it: whole, without marks or colours."""
+    output.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _label(name: str) -> str:
+    return "cycles walked" if name == "cycles" else name.replace("_", " ")
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+def print_csv(path: Path, title: str) -> None:
+    """A CSV file as a table, numbers to four digits."""
+    with path.open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    table = Table(title=title)
+    for name in header:
+        table.add_column(name.replace("_", " "), overflow="fold")
+    for row in rows:
+        table.add_row(*(_short(cell) for cell in row))
+    output.print(table)
+
+
+def _short(cell: str) -> str:
+    try:
+        return f"{float(cell):.4g}"
+    except ValueError:
+        return cell
+
+
+def print_tolerances(metrics: Mapping[str, Any]) -> None:
+    """Verdicts of `metrics.json`, those that failed in red."""
+    table = Table(title=f"{metrics['subject']['identifier']}: accuracy against the record")
+    for name in ("measure", "of", "value", "limit", "goal", "unit", "status", "verdict"):
+        table.add_column(name)
+    for row in metrics["tolerances"]:
+        value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
+        limit = f"{row['limit'].replace('_', ' ')} {row['tolerance']:g}"
+        verdict = "goal" if row["reached"] else "pass" if row["passed"] else "[red]fail[/]"
+        table.add_row(
+            row["measure"],
+            row["target"],
+            value,
+            limit,
+            "" if row["goal"] is None else f"{row['goal']:g}",
+            row["unit"],
+            row["status"],
+            verdict,
+        )
+    output.print(table)
+
+
+def print_pushes(recovery: Mapping[str, Any]) -> None:
+    """Largest push survived by phase and direction; left is positive."""
+    table = Table(title="Largest push survived, N (degrees from straight ahead, left positive)")
+    table.add_column("phase")
+    for direction in recovery["directions"]:
+        table.add_column(f"{direction:g}", justify="right")
+    for phase, forces in zip(recovery["phases"], recovery["largest"], strict=True):
+        table.add_row(f"{phase:g}", *(f"{force:g}" for force in forces))
+    output.print(table)
+
+
+def print_import(found: "Import") -> None:
+    """Published limits of an import, and what was measured of the walk."""
+    from gaitval.session.summary import limit_rows, scaling_methods, spatiotemporal_rows
+
+    table = Table(title=f"{found.request.identifier}: the recording against published limits")
+    for name in ("measure", "value", "at most", "unit", "verdict"):
+        table.add_column(name)
+    for row in limit_rows(found):
+        value = "not measured" if row.value is None else f"{row.value:.3g}"
+        verdict = "pass" if row.passed else "[red]fail[/]"
+        table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
+    output.print(table)
+    table = Table(title="Distance of measured and model markers in walking")
+    for name in ("scaling", "RMS cm", "largest cm", ""):
+        table.add_column(name)
+    for method in scaling_methods(found):
+        table.add_row(
+            method.name,
+            f"{100 * method.trial_rms:.2f}",
+            f"{100 * method.trial_largest:.2f}",
+            "used" if method.chosen else "",
+        )
+    output.print(table)
+    table = Table(title="Gait")
+    for name in ("parameter", "right", "left", "unit"):
+        table.add_column(name)
+    for entry in spatiotemporal_rows(found.trials):
+        sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
+        table.add_row(entry.name, *sides, entry.unit)
+    output.print(table)
+
+
+def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
+    if pair is None:
+        return "not measured"
+    mean, deviation = pair
+    spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
+    return f"{mean:.{digits}f}{spread}"
+
+
+def print_moved(rows: "Sequence[Row]") -> None:
+    """Measures that moved by more than their margin; nothing where there are none."""
+    moved = [row for row in rows if row.change != "kept"]
+    if not moved:
+        return
+    table = Table(title="What moved by more than its margin")
+    for name in ("measure", "of", "baseline", "now", "margin", "unit", "change"):
+        table.add_column(name)
+    for row in moved:
+        table.add_row(
+            row.measure,
+            row.target,
+            _number(row.baseline),
+            _number(row.current),
+            f"{row.margin:g}",
+            row.unit,
+            "[red]lost[/]" if row.change == "lost" else row.change,
+        )
+    output.print(table)
+
+
+def _number(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"

@@ -1,0 +1,302 @@
+"""Commands of recorded data: the built-in subjects, an import, and published data sets."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import (
+    BarColumn,
+    DownloadColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+    TransferSpeedColumn,
+)
+from rich.table import Table
+
+from gaitval.cli import display
+from gaitval.cli.app import ConfigOption, SetOption, app, command
+
+
+@command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
+def subjects(
+    build: Annotated[
+        Path | None,
+        typer.Option(
+            "--build",
+            metavar="FOLDER",
+            help="Compute the table anew from the WBDS files in FOLDER.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option("--out", "-o", help="Where --build writes the subjects."),
+    ] = Path("subjects"),
+) -> None:
+    """List the built-in subjects, or compute them anew from the WBDS dataset."""
+    from gaitval.datasets.subject import builtin_subjects
+
+    if build is not None:
+        from gaitval.datasets.wbds import build_subjects
+
+        build_subjects(build, out)
+        display.output.print(f"Wrote the subjects to {out}", highlight=False)
+        return
+    table = Table(title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)")
+    for name in ("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"):
+        table.add_column(name)
+    for person in builtin_subjects():
+        table.add_row(
+            person.identifier,
+            person.source,
+            person.sex,
+            "" if person.age_years is None else f"{person.age_years:g}",
+            f"{person.mass_kg:g}",
+            f"{person.height_m:g}",
+            f"{person.walking_speed_m_s:g}",
+        )
+    display.output.print(table)
+
+
+StaticOption = Annotated[
+    Path,
+    typer.Option("--static", metavar="FILE", help="Standing trial: C3D, TRC.", show_default=False),
+]
+TrialOption = Annotated[
+    list[Path],
+    typer.Option(
+        "--trial",
+        metavar="FILE",
+        help="Walking trial: C3D, TRC, WBDS mkr.txt. May be repeated; the cycles are pooled.",
+        show_default=False,
+    ),
+]
+MassOption = Annotated[float, typer.Option("--mass", help="Body mass, kg.", show_default=False)]
+HeightOption = Annotated[float, typer.Option("--height", help="Stature, m.", show_default=False)]
+OutOption = Annotated[
+    Path,
+    typer.Option("--out", "-o", help="Folder; its name becomes the subject's.", show_default=False),
+]
+ForcesOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--forces",
+        metavar="FILE",
+        help="Ground reaction (MOT, STO, WBDS grf.txt) of a trial that has none in its own "
+        "file; one for each --trial.",
+        show_default=False,
+    ),
+]
+MarkerSetOption = Annotated[
+    str | None,
+    typer.Option(
+        "--marker-set",
+        help="wbds, plug_in_gait, rajagopal, or a TOML file; recognised by its names if left out.",
+        show_default=False,
+    ),
+]
+AxesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--axes",
+        help='Axes of the laboratory, as "forward=+x up=+y"; found from the standing trial '
+        "if left out.",
+        show_default=False,
+    ),
+]
+KneeWidthOption = Annotated[
+    float | None,
+    typer.Option("--knee-width", help="m, for sets without medial markers.", show_default=False),
+]
+AnkleWidthOption = Annotated[
+    float | None,
+    typer.Option("--ankle-width", help="m, likewise.", show_default=False),
+]
+ElbowWidthOption = Annotated[
+    float | None,
+    typer.Option("--elbow-width", help="m, likewise.", show_default=False),
+]
+AgeOption = Annotated[
+    float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
+]
+CitationOption = Annotated[
+    str, typer.Option("--citation", help="Where the recording is published.")
+]
+LicenceOption = Annotated[str, typer.Option("--licence", help="Of the recording.")]
+ConsistentOption = Annotated[
+    bool,
+    typer.Option(
+        "--consistent",
+        help="Change motion and masses as little as brings the residual forces down.",
+    ),
+]
+KinematicsOnlyOption = Annotated[
+    bool,
+    typer.Option("--kinematics-only", help="Without forces: model, angles and cycles."),
+]
+SexOption = Annotated[
+    str,
+    typer.Option("--sex", metavar="F|M", help="Chooses the segment tables.", show_default=False),
+]
+
+
+@command(
+    "gaitval import --static stand.c3d --trial walk.c3d --mass 74.3 --height 1.725 --sex M "
+    "--out reports/mine",
+    "gaitval import --static stand.trc --trial walk.trc --forces walk_grf.mot --mass 85 "
+    "--height 1.83 --sex M --out reports/theirs",
+    "gaitval subject reports/mine/subject.toml      # then the main job, as for a built-in subject",
+    name="import",
+)
+def import_command(
+    static: StaticOption,
+    trial: TrialOption,
+    mass: MassOption,
+    height: HeightOption,
+    sex: SexOption,
+    out: OutOption,
+    forces: ForcesOption = None,
+    marker_set: MarkerSetOption = None,
+    axes: AxesOption = None,
+    knee_width: KneeWidthOption = None,
+    ankle_width: AnkleWidthOption = None,
+    elbow_width: ElbowWidthOption = None,
+    age: AgeOption = None,
+    citation: CitationOption = "Own recording, not published",
+    licence: LicenceOption = "not stated",
+    consistent: ConsistentOption = False,
+    kinematics_only: KinematicsOnlyOption = False,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+) -> None:
+    """Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
+
+    Finds the axes and the marker set, cleans the markers, scales the body and fits it to the
+    standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
+    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Says what it
+    decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
+    the model, motion, moments and forces as OpenSim's files.
+    """
+    from gaitval.configuration import load_configuration
+    from gaitval.session.request import Request
+    from gaitval.session.session import work_out
+    from gaitval.session.subject import check_person, subject_of
+    from gaitval.session.write import FOLDER, check_folder, write_import, write_subject
+
+    configuration = load_configuration(config, settings=settings or ())
+    check_folder(out)
+    request = Request(
+        static=static,
+        trials=tuple(trial),
+        forces=tuple(forces or ()),
+        identifier=_identifier(out),
+        mass_kg=mass,
+        height_m=height,
+        sex=check_person(mass, height, sex),
+        marker_set=marker_set,
+        axes=axes,
+        knee_width_m=knee_width,
+        ankle_width_m=ankle_width,
+        elbow_width_m=elbow_width,
+        without_forces=kinematics_only,
+        consistent=consistent,
+    )
+    with display.live_view() as live:
+        found = work_out(
+            request, configuration.processing, lambda step, text: live.say(f"{step}: {text}")
+        )
+    subject = None
+    if not kinematics_only:
+        subject = subject_of(found, age_years=age, citation=citation, licence=licence)
+    written = write_import(out, found, configuration)
+    display.print_import(found)
+    page = out / FOLDER / "recording.html"
+    display.plain(f"Page: {page} ({len(written)} files beside it)")
+    if subject is not None:
+        path = write_subject(out, subject)
+        display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+
+
+def _identifier(out: Path) -> str:
+    """A subject's name from the name of its folder."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
+    return name or "subject"
+
+
+data_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="Published data sets: what there is, and their download.",
+)
+app.add_typer(data_app, name="data")
+
+FolderOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--folder", help="Where the data lie; by default the user's cache.", show_default=False
+    ),
+]
+
+
+@data_app.command(
+    "list",
+    help="List the data sets that can be fetched, and what of them is on this machine."
+    "\n\n\b\nExamples:\n  gaitval data list",
+)
+def data_list(folder: FolderOption = None) -> None:
+    """List the data sets."""
+    from gaitval.datasets.archive import datasets
+
+    for state in datasets(folder):
+        dataset = state.dataset
+        missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
+        display.output.print(f"[bold]{dataset.name}[/]  {dataset.title}", highlight=False)
+        display.output.print(
+            f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
+            f"  {dataset.citation}\n  {state.folder}: {missing}",
+            highlight=False,
+            markup=False,
+        )
+
+
+@data_app.command(
+    "fetch",
+    help="Download a data set by its DOI, verify and unpack it. The same command resumes."
+    "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
+)
+def data_fetch(
+    name: Annotated[str, typer.Argument(help="Name of the data set, see `gaitval data list`.")],
+    folder: FolderOption = None,
+) -> None:
+    """Download a data set."""
+    from gaitval.datasets.archive import fetch
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        DownloadColumn(),
+        TransferSpeedColumn(),
+        TimeRemainingColumn(),
+        console=display.messages,
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(file: str, done: int, total: int | None) -> None:
+        if file not in tasks:
+            tasks[file] = bar.add_task(file, total=total)
+        bar.update(tasks[file], completed=done, total=total)
+
+    with bar:
+        files = fetch(name, folder, on_progress=show)
+    for file in files:
+        how = "downloaded" if file.downloaded else "was here"
+        if file.resumed_from:
+            how += f", continued from {file.resumed_from / 1e6:.0f} MB"
+        display.output.print(
+            f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
+            highlight=False,
+            soft_wrap=True,
+        )

@@ -1,0 +1,344 @@
+"""Commands of a subject's run: one for each stage, all of them, and stored baselines."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval.artefacts import read_json
+from gaitval.cli import display
+from gaitval.cli.app import (
+    ConfigOption,
+    ForceOption,
+    OutOption,
+    RoundOption,
+    ScratchOption,
+    SetOption,
+    SubjectArgument,
+    command,
+)
+from gaitval.errors import ToleranceError
+
+if TYPE_CHECKING:
+    from gaitval.configuration import Configuration
+    from gaitval.study.stage import Run
+
+
+def _configuration(
+    config: Path | None, settings: list[str] | None, stored: Path | None
+) -> "Configuration":
+    """Settings of a command; a stage alone keeps those its run folder was made with."""
+    from gaitval.configuration import load_configuration
+
+    if config is None and stored is not None and stored.is_file():
+        config = stored
+    return load_configuration(config, settings=settings or ())
+
+
+@contextmanager
+def _opened(
+    subject: str,
+    out: Path | None,
+    config: Path | None,
+    settings: list[str] | None,
+    *,
+    keep_settings: bool,
+) -> Iterator["Run"]:
+    from gaitval.datasets.subject import load_subject
+    from gaitval.study.stage import open_run
+
+    person = load_subject(subject)
+    folder = out or Path("reports") / person.identifier
+    stored = folder / "configuration.toml" if keep_settings else None
+    configuration = _configuration(config, settings, stored)
+    with display.live_view() as live, open_run(person, configuration, folder, live) as run:
+        yield run
+
+
+def _stage(
+    name: str,
+    subject: str,
+    out: Path | None,
+    config: Path | None,
+    settings: list[str] | None,
+    force: bool,
+    *,
+    round_number: int = 1,
+    scratch: bool = False,
+) -> Path:
+    """Run one stage; the run folder."""
+    from gaitval.study.run import run_one
+
+    with _opened(subject, out, config, settings, keep_settings=True) as run:
+        run_one(run, name, round_number=round_number, scratch=scratch, force=force)
+        return run.folder
+
+
+@command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
+def scale(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Scale the body model to the subject: model.urdf, scaling.csv.
+
+    Segment lengths come from the markers of the standing trial, masses and inertias from de
+    Leva (1996). Prints length, mass, factor against the population mean and source of each.
+    """
+    folder = _stage("scale", subject, out, config, settings, force)
+    display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
+
+
+@command("gaitval reference 5")
+def reference(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Build the reference motion from the recorded gait: reference.npz."""
+    _stage("reference", subject, out, config, settings, force)
+
+
+@command(
+    "gaitval train 5",
+    "gaitval train 5 --scratch --set training.samples=500000 --set seed=1",
+    "tensorboard --logdir reports/S05",
+)
+def train(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    round_number: RoundOption = 1,
+    scratch: ScratchOption = False,
+) -> None:
+    """Train a walking policy (PPO): rounds/1/policy.
+
+    The longest stage. Interrupt it when you like: the same command resumes. It starts from
+    the stored policy of the same body where there is one, else from the general policy.
+    """
+    _stage(
+        "train",
+        subject,
+        out,
+        config,
+        settings,
+        force,
+        round_number=round_number,
+        scratch=scratch,
+    )
+
+
+@command("gaitval identify 5", "gaitval identify 5 --set identification.generations=30")
+def identify(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    round_number: RoundOption = 1,
+) -> None:
+    """Identify the 14 body parameters mu (CMA-ES): identification.json.
+
+    Rolls the policy out at fixed mu, and looks for the joint damping, friction, lengths and
+    joint locations at which it walks most like the record.
+    """
+    _stage("identify", subject, out, config, settings, force, round_number=round_number)
+
+
+@command("gaitval correct 5", "gaitval correct 5 --set correction.rounds=0")
+def correct(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Correct what the policy is asked for: correction.json.
+
+    Walks, compares with the record, and changes the reference motion by a degree or so until
+    the walk itself is the record (iterative learning control).
+    """
+    _stage("correct", subject, out, config, settings, force)
+
+
+@command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")
+def simulate(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Walk with the trained policy, without pushes: rollouts/.
+
+    The identified body walks for a hundred gait cycles from every start phase, the nominal one
+    from the first as far as it is compared.
+    """
+    _stage("simulate", subject, out, config, settings, force)
+
+
+@command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")
+def push(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Push the walker, and find which pushes it survives: push.json.
+
+    Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
+    cycle. Prints the largest force up to which every tested push was survived.
+    """
+    folder = _stage("push", subject, out, config, settings, force)
+    display.print_pushes(read_json(folder / "push.json")["recovery"])
+
+
+@command("gaitval validate 5")
+def validate(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Compare the walks with the record and with tolerances: metrics.json.
+
+    Prints what passed and what failed; exit code 1 where a tolerance that decides the verdict
+    is failed. To hold a policy to the accuracy it had, use `gaitval check`.
+    """
+    folder = _stage("validate", subject, out, config, settings, force)
+    metrics = read_json(folder / "metrics.json")
+    display.print_tolerances(metrics)
+    refused = metrics["summary"]["refused"]
+    if refused:
+        raise ToleranceError(
+            f"{refused} of {refused + metrics['summary']['accepted']} acceptance tolerances are "
+            f"failed (table above). All is stored in {folder / 'metrics.json'}; `gaitval report` "
+            "shows the curves."
+        )
+
+
+@command("gaitval report 5")
+def report(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Write the report: report.html and report.pdf."""
+    folder = _stage("report", subject, out, config, settings, force)
+    display.output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
+
+
+@command(
+    "gaitval subject 5               # from the stored policy: minutes",
+    "gaitval subject 5 --scratch     # from nothing: twice as long",
+    "gaitval subject my_patient.toml --out runs/patient",
+    "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
+    name="subject",
+)
+def subject_command(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
+    scratch: ScratchOption = False,
+) -> None:
+    """Do the main job: all stages, from the recorded gait to the report.
+
+    Trains and identifies in turn until epsilon is below identification.kappa or
+    identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
+    """
+    from gaitval.study.run import run_subject
+
+    with _opened(subject, out, config, settings, keep_settings=False) as run:
+        run_subject(run, scratch=scratch, force=force)
+    display.print_tolerances(read_json(run.folder / "metrics.json"))
+    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+
+
+@command("gaitval baseline 5")
+def baseline(
+    subject: SubjectArgument,
+    out: OutOption = None,
+    target: Annotated[
+        Path | None,
+        typer.Option(
+            "--to", help="Where to store it; by default RUN FOLDER/baseline.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Store the policy, mu and metrics of a finished run, for `gaitval check`.
+
+    Commit the folder that this writes: it is small, and holds all that `check` needs.
+    """
+    from gaitval.datasets.subject import load_subject
+    from gaitval.study.baseline import store_baseline
+
+    identifier = load_subject(subject).identifier
+    folder = out or Path("reports") / identifier
+    target = target or folder / "baseline"
+    store_baseline(folder, target)
+    display.output.print(f"Stored {target}", highlight=False)
+
+
+@command(
+    "gaitval check --baseline reports/S05/baseline/metrics.json",
+    "gaitval check --baseline reports/S05/baseline/metrics.json --junit accuracy.xml",
+)
+def check(
+    baseline: Annotated[
+        Path,
+        typer.Option(
+            "--baseline",
+            metavar="FILE",
+            help="metrics.json of a stored baseline, with the policy beside it.",
+            show_default=False,
+        ),
+    ],
+    junit: Annotated[
+        Path | None,
+        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Only the cycles that are compared: seconds, without pushes."),
+    ] = False,
+) -> None:
+    """Walk a stored policy again, and fail where accuracy was lost.
+
+    Simulates and validates with the code and libraries of now, and compares every measure
+    with the stored one. Exit code 1 and a table of what moved where a measure got worse by
+    more than its margin; 0 otherwise.
+    """
+    from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
+    from gaitval.study.baseline import walk_again
+
+    stored = read_json(baseline)
+    with display.live_view() as live:
+        now = walk_again(baseline.parent, live, quick=quick)
+        rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
+    if junit is not None:
+        write_junit(rows, junit)
+    display.print_moved(rows)
+    failures = lost(rows)
+    if failures:
+        raise ToleranceError(
+            f"{len(failures)} of {len(rows)} measures are worse than in {baseline} by more than "
+            "their margin (table above). If the change is meant, store a new baseline with "
+            "`gaitval baseline SUBJECT`."
+        )
+    display.output.print(
+        f"{len(rows)} measures within their margins of {baseline}", highlight=False
+    )

@@ -1,0 +1,197 @@
+"""The sources that a stage uses: what has to be equal for its files to stand.
+
+Imports are read from the syntax trees of the package, not from a running interpreter, so that a
+stage which is only looked at loads nothing. A module outside `study/` counts whole, with all that
+it imports, also inside functions. In `study/`, where one file holds all stages, only the
+definitions count that a stage's function reaches by name. Comments, docstrings and layout are no
+code: a change of them runs nothing again.
+"""
+
+import ast
+import hashlib
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Final, NamedTuple
+
+PACKAGE: Final = Path(__file__).parents[1]
+
+DATA: Final = {
+    "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
+    "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
+    "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css"),
+    "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
+}
+"""Data that a module reads, relative to the package; the body model lies inside it in a wheel."""
+
+
+class _Place(NamedTuple):
+    """A definition by the dotted name of its module and its own; a whole module without."""
+
+    module: str
+    name: str | None
+
+
+def code_of(function: Callable[..., object], package: Path = PACKAGE) -> dict[str, str]:
+    """Hash of every source and data file that a stage's function uses.
+
+    Parameters
+    ----------
+    function : of a module of the package; a function inside another stands for the outer one. One
+        from elsewhere uses nothing that is told.
+    package : folder of the package.
+
+    Returns
+    -------
+    SHA-256 by file, relative to the folder that the package lies in, such as
+    `gaitval/scaling/scaling.py`.
+    """
+    start = _Place(function.__module__, function.__qualname__.partition(".")[0])
+    return dict(_code(start, package)) if _file(start.module, package) else {}
+
+
+@cache
+def _code(start: _Place, package: Path) -> dict[str, str]:
+    found: dict[str, list[str]] = {}
+    left, seen = [start], {start}
+    while left:
+        place = left.pop()
+        tree = _tree(place.module, package)
+        parts = tree.body if place.name is None else _definitions(tree, place.name)
+        if place.name is None or parts:
+            found.setdefault(place.module, []).extend(map(_text, parts))
+        for reached in _reached(place, parts, package):
+            if reached not in seen:
+                seen.add(reached)
+                left.append(reached)
+    hashes = {}
+    for module, texts in found.items():
+        path = _file(module, package)
+        assert path is not None
+        hashes[_name(path, package)] = _hash("\n".join(sorted(texts)).encode())
+        for pattern in DATA.get(module, ()):
+            for data in package.glob(pattern) if ".." not in pattern else _beside(package, pattern):
+                hashes[_name(data, package)] = _hash(data.read_bytes().replace(b"\r\n", b"\n"))
+    return hashes
+
+
+def _beside(package: Path, pattern: str) -> Iterator[Path]:
+    return package.parent.glob(pattern.removeprefix("../"))
+
+
+def _reached(place: _Place, parts: list[ast.stmt], package: Path) -> Iterator[_Place]:
+    """What some statements of a module use of the package."""
+    if place.name is None:
+        yield from _imported_by(place.module, package)
+        return
+    bound = {
+        name: target
+        for statement in _tree(place.module, package).body
+        # What is imported for type checkers alone says of which class an argument is.
+        for each in (statement.body if isinstance(statement, ast.If) else [statement])
+        for name, target in _imports(each, package)
+    }
+    for part in parts:
+        for node in ast.walk(part):
+            if isinstance(node, ast.Name):
+                yield bound.get(node.id, _Place(place.module, node.id))
+            elif isinstance(node, ast.Constant) and node.value in bound:
+                yield bound[node.value]  # an annotation in quotes
+            for _, target in _imports(node, package):
+                yield target
+
+
+@cache
+def _imported_by(module: str, package: Path) -> tuple[_Place, ...]:
+    """What a module imports of the package, wherever in it."""
+    tree = _tree(module, package)
+    return tuple({target for node in _nodes(tree) for _, target in _imports(node, package)})
+
+
+def _nodes(part: ast.AST) -> Iterator[ast.AST]:
+    """All nodes of a tree but what only a type checker reads."""
+    if isinstance(part, ast.If) and getattr(part.test, "id", "") == "TYPE_CHECKING":
+        return
+    yield part
+    for child in ast.iter_child_nodes(part):
+        yield from _nodes(child)
+
+
+def _imports(node: ast.AST, package: Path) -> Iterator[tuple[str, _Place]]:
+    """The name that an import binds, and what of the package it stands for.
+
+    `gaitval` itself holds the version, which is among the inputs of every stage, and the names of
+    the Python interface, which no stage uses.
+    """
+    if isinstance(node, ast.Import):
+        for alias in node.names:
+            if alias.name != package.name and _file(alias.name, package):
+                yield alias.asname or alias.name, _Place(alias.name, None)
+    elif isinstance(node, ast.ImportFrom) and node.module:
+        for alias in node.names:
+            whole = f"{node.module}.{alias.name}"
+            if _file(whole, package):
+                yield alias.asname or alias.name, _Place(whole, None)
+            elif node.module != package.name and _file(node.module, package):
+                fine = node.module.startswith(f"{package.name}.study.")
+                yield alias.asname or alias.name, _Place(node.module, alias.name if fine else None)
+
+
+def _definitions(tree: ast.Module, name: str) -> list[ast.stmt]:
+    """The statements of a module that define a name."""
+    found = []
+    for statement in tree.body:
+        match statement:
+            case ast.FunctionDef(name=defined) | ast.ClassDef(name=defined):
+                names = [defined]
+            case ast.Assign(targets=targets):
+                names = [node.id for node in targets if isinstance(node, ast.Name)]
+            case ast.AnnAssign(target=ast.Name(id=defined)):
+                names = [defined]
+            case _:
+                names = []
+        if name in names:
+            found.append(statement)
+    return found
+
+
+@cache
+def _file(module: str, package: Path) -> Path | None:
+    """The file of a module by its dotted name; None for one of another package."""
+    first, *rest = module.split(".")
+    if first != package.name:
+        return None
+    path = package.joinpath(*rest)
+    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+@cache
+def _tree(module: str, package: Path) -> ast.Module:
+    path = _file(module, package)
+    assert path is not None
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef):
+            node.body = [each for each in node.body if not _is_text(each)]
+    return tree
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    """Whether a statement is a docstring, which does nothing."""
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+
+
+@cache
+def _text(statement: ast.stmt) -> str:
+    return ast.dump(statement)
+
+
+def _name(path: Path, package: Path) -> str:
+    return path.relative_to(package.parent).as_posix()
+
+
+def _hash(text: bytes) -> str:
+    return hashlib.sha256(text).hexdigest()

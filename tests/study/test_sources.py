@@ -1,0 +1,253 @@
+"""The code of a stage: a change of what it uses is told with the file, and of nothing else."""
+
+import ast
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.study import sources, stages
+from gaitval.study.sources import DATA, PACKAGE, code_of
+from gaitval.study.stage import INTERRUPTED, Stage, run_stage, why_run
+
+FILES = {
+    "__init__.py": "from small.other import never\n",
+    "study/__init__.py": "",
+    "study/stages.py": '''from typing import TYPE_CHECKING
+from small.study.inputs import doubled
+if TYPE_CHECKING:
+    from small.person import Person
+FACTOR = 3
+def scale_stage(person: "Person"):
+    """Multiplies."""
+    def run():
+        from small.scaling import scaled
+        return scaled(FACTOR) + doubled()  # a comment
+    return run
+def push_stage():
+    def run():
+        from small.pushes import push
+    return run
+''',
+    "study/inputs.py": "from small.ground import two\ndef doubled():\n    return two\n"
+    "def unused():\n    from small.other import never\n",
+    "scaling.py": "def scaled(n):\n    import small.lengths\n    return n\n",
+    "lengths.py": "LENGTH = 1.0\n",
+    "ground.py": "two = 2\n",
+    "person.py": "class Person:\n    pass\n",
+    "pushes.py": "push = 300\n",
+    "other.py": "never = True\n",
+}
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    for name, text in FILES.items():
+        write_text(tmp_path / "small" / name, text)
+    return tmp_path / "small"
+
+
+def function(name: str, module: str = "small.study.stages") -> Callable[[], None]:
+    def run() -> None:
+        pass
+
+    run.__module__, run.__qualname__ = module, f"{name}.<locals>.run"
+    return run
+
+
+@pytest.fixture
+def code(package: Path) -> Callable[[], dict[str, str]]:
+    """The code of `scale_stage` as a new process finds it."""
+
+    def found() -> dict[str, str]:
+        for cached in (sources._code, sources._tree, sources._file, sources._imported_by):
+            cached.cache_clear()
+        return code_of(function("scale_stage"), package)
+
+    return found
+
+
+def test_what_a_stage_reaches_is_its_code_and_nothing_else(code) -> None:
+    assert {name.removeprefix("small/") for name in code()} == {
+        "study/stages.py",
+        "study/inputs.py",
+        "scaling.py",
+        "lengths.py",
+        "ground.py",
+        "person.py",
+    }
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("study/stages.py", "FACTOR = 3", "FACTOR = 4"),
+        ("study/stages.py", "scaled(FACTOR) +", "scaled(FACTOR) -"),
+        ("study/inputs.py", "return two", "return two + 1"),
+        ("scaling.py", "return n", "return -n"),
+        ("lengths.py", "1.0", "1.1"),
+        ("ground.py", "2", "3"),
+        ("person.py", "pass", "age = 1"),
+    ],
+)
+def test_a_change_is_seen_in_its_file(package: Path, code, file: str, old: str, new: str) -> None:
+    before = code()
+    write_text(package / file, FILES[file].replace(old, new))
+    after = code()
+    assert {name for name in before if before[name] != after[name]} == {f"small/{file}"}
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("study/stages.py", "# a comment", "# another"),
+        ("study/stages.py", "Multiplies.", "Multiplies a length."),
+        ("study/stages.py", "import push\n", "import push as other\n"),
+        ("study/inputs.py", "def unused():\n", "def unused():\n    print()\n"),
+        ("pushes.py", "300", "400"),
+        ("other.py", "True", "False"),
+        ("__init__.py", "from", "import sys\nfrom"),
+    ],
+)
+def test_what_is_not_its_code_is_not_seen(
+    package: Path, code, file: str, old: str, new: str
+) -> None:
+    before = code()
+    assert old in FILES[file]
+    write_text(package / file, FILES[file].replace(old, new))
+    assert code() == before
+
+
+def test_functions_of_elsewhere_have_no_code_here(package: Path) -> None:
+    assert code_of(function("scale_stage", "tests.somewhere"), package) == {}
+
+
+STAGE_CODE = {
+    "scale_stage": ("scaling/scaling.py", "model/urdf.py", "datasets/subject.py"),
+    "reference_stage": ("reference/dynamic_fit.py", "datasets/subject.py", "compiled.py"),
+    "train_stage": ("policy/training.py", "policy/learner.py", "simulation/walker.py"),
+    "identify_stage": ("identification/identify.py", "simulation/contact.py"),
+    "evaluate_stage": ("metrics/epsilon.py", "policy/rollouts.py"),
+    "choose_stage": ("study/inputs.py",),
+    "correct_stage": ("learning_control/correct.py", "metrics/tolerances.toml"),
+    "simulate_stage": ("simulation/walker.py", "metrics/rollouts.py", "reference/adjustment.py"),
+    "push_stage": ("metrics/push_recovery.py", "reference/adjustment.py"),
+    "validate_stage": ("metrics/validation.py", "metrics/tolerances.toml"),
+    "report_stage": ("reporting/report.py", "reporting/report.html.j2"),
+}
+NOT_CODE = {
+    "train_stage": ("reporting/", "metrics/", "session/", "cli/", "opensim/"),
+    "scale_stage": ("policy/", "simulation/", "metrics/"),
+    "push_stage": ("reporting/", "identification/", "metrics/validation.py"),
+    "validate_stage": ("reporting/", "cli/", "policy/training.py"),
+}
+
+
+@pytest.mark.parametrize("name", STAGE_CODE)
+def test_every_stage_knows_the_code_that_it_runs(name: str) -> None:
+    stage = getattr(stages, name)
+    found = code_of(function(name, stage.__module__))
+    assert {f"gaitval/{each}" for each in STAGE_CODE[name]} <= found.keys()
+    strangers = tuple(f"gaitval/{each}" for each in NOT_CODE.get(name, ()))
+    assert not [each for each in found if each.startswith(strangers)] if strangers else True
+
+
+def test_the_templates_of_the_body_are_code_of_scale() -> None:
+    assert "models/xacro/leg.xacro" in code_of(function("scale_stage", "gaitval.study.stages"))
+
+
+NOT_READ_BY_A_STAGE = (
+    "configurations/",  # the settings themselves are inputs
+    "datasets/",  # likewise the subject
+    "metrics/metrics.schema.json",  # written from the models
+    "session/import.schema.json",
+    "identification/identification.schema.json",
+    "py.typed",
+)
+
+
+def test_all_data_files_are_known_to_the_module_that_reads_them() -> None:
+    assert all(importlib.util.find_spec(module) for module in DATA)
+    read = {path for patterns in DATA.values() for each in patterns for path in PACKAGE.glob(each)}
+    files = [path for path in PACKAGE.rglob("*") if path.is_file()]
+    unknown = [
+        path
+        for path in files
+        if path.suffix not in (".py", ".pyc")
+        and path not in read
+        and not path.relative_to(PACKAGE).as_posix().startswith(NOT_READ_BY_A_STAGE)
+    ]
+    assert not unknown
+
+
+def test_no_stage_imports_by_a_name_that_is_worked_out() -> None:
+    """Imports are read from the syntax: `importlib` would hide them."""
+    for path in PACKAGE.rglob("*.py"):
+        if path.parent == PACKAGE or path.parent.name == "cli":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            assert getattr(node, "attr", "") != "import_module", path
+
+
+# --- the records of a run folder ----------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write_json(tmp_path / "provenance.json", {"stages": {}})
+    return tmp_path
+
+
+@pytest.fixture
+def scale(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Stage]:
+    """A stage whose code has this hash; it fails where `ready.txt` is not there."""
+
+    def stage(code: str) -> Stage:
+        def run() -> None:
+            write_text(folder / "work" / "half.txt", code)
+            (folder / "ready.txt").read_text()
+            write_text(folder / "model.urdf", code)
+
+        found = {"gaitval/scaling/scaling.py": code, "gaitval/errors.py": "0"}
+        monkeypatch.setattr("gaitval.study.stage.code_of", lambda function: found)
+        return Stage("scale", run, (), ("model.urdf",), workspace="work")
+
+    write_text(folder / "ready.txt", "")
+    return stage
+
+
+def test_a_stage_runs_again_after_a_change_of_its_code_and_says_where(folder: Path, scale) -> None:
+    assert run_stage(scale("a"), folder)
+    assert why_run(scale("a"), folder) is None
+    reason = "the code of scale has changed: gaitval/scaling/scaling.py"
+    assert why_run(scale("b"), folder) == reason
+    assert run_stage(scale("b"), folder)
+    assert why_run(scale("b"), folder) is None
+
+
+def test_a_record_without_code_runs_again_and_says_so(folder: Path, scale) -> None:
+    run_stage(scale("a"), folder)
+    records = read_json(folder / "stages.json")
+    del records["scale"]["code"]
+    write_json(folder / "stages.json", records)
+    assert "did not keep what the code of scale was" in (why_run(scale("a"), folder) or "")
+    assert run_stage(scale("a"), folder)
+    assert why_run(scale("a"), folder) is None
+
+
+def test_what_other_code_began_is_not_resumed(folder: Path, scale) -> None:
+    (folder / "ready.txt").unlink()
+    for code in ("a", "b"):
+        with pytest.raises(FileNotFoundError):
+            run_stage(scale(code), folder)
+    assert why_run(scale("b"), folder) == INTERRUPTED
+    write_text(folder / "work" / "more.txt", "")
+    write_text(folder / "ready.txt", "")
+    run_stage(scale("b"), folder)
+    assert (folder / "work" / "more.txt").exists()  # the same code goes on
+    (folder / "ready.txt").unlink()
+    with pytest.raises(FileNotFoundError):
+        run_stage(scale("c"), folder)
+    assert not (folder / "work" / "more.txt").exists()
