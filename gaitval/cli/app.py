@@ -260,7 +260,7 @@ def _opened(
     *,
     keep_settings: bool,
 ) -> Iterator[Run]:
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
 
     person = load_subject(subject)
     folder = out or Path("reports") / person.identifier
@@ -436,7 +436,7 @@ def subjects(
     ] = Path("subjects"),
 ) -> None:
     """List the built-in subjects, or compute them anew from the WBDS dataset."""
-    from gaitval.datasets.subject import builtin_subjects
+    from gaitval.datasets.subject_file import builtin_subjects
 
     if build is not None:
         from gaitval.datasets.wbds import build_subjects
@@ -906,7 +906,7 @@ def baseline(
 
     Commit the folder that this writes: it is small, and holds all that `check` needs.
     """
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
 
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier

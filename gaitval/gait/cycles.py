@@ -12,10 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, runs
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
-from gaitval.mocap.cleaning import runs
 from gaitval.mocap.foot_markers import facing, foot_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 

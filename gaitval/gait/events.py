@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.mocap.cleaning import low_pass, runs
+from gaitval.gait.filters import low_pass
 from gaitval.mocap.foot_markers import FootMarkers, facing, foot_markers, pelvis_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 

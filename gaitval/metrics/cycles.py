@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from gaitval.arrays import Array, Index
+from gaitval.arrays import Array, Index, runs
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import LowPass
-from gaitval.mocap.cleaning import runs
 from gaitval.simulation.rollout import Rollout
 
 SAMPLES = 101

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError, RecordError, ScalingError
+from gaitval.gait.filters import low_pass
 from gaitval.inverse import model_fit as module
 from gaitval.inverse.inverse_kinematics import (
     inverse_kinematics,
@@ -21,7 +22,6 @@ from gaitval.inverse.inverse_kinematics import (
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, LENGTH_SD, fit_model, lengths_of, with_lengths
 from gaitval.mocap.axes import detect_axes
-from gaitval.mocap.cleaning import low_pass
 from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker

@@ -9,10 +9,13 @@ from synthetic_recording import LANDMARKS, SEGMENTS, walk
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
+from gaitval.gait.filters import low_pass
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.cleaning import CleaningReport, clean, low_pass, opposite_marker
-from gaitval.mocap.motion_text import read_trc, read_wbds_markers
+from gaitval.mocap.cleaning import CleaningReport, clean
+from gaitval.mocap.exchanges import opposite_marker
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.trc import read_trc
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval.mocap.motion_text import (
-    StorageTable,
-    read_ground_reaction,
-    read_storage,
-    read_trc,
-    read_wbds_forces,
-    read_wbds_markers,
-    sample_rate,
-    write_storage,
-    write_trc,
-)
+from gaitval.mocap.mot import StorageTable, read_ground_reaction, read_storage, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.text_table import sample_rate
+from gaitval.mocap.trc import read_trc, write_trc
+from gaitval.mocap.wbds_text import read_wbds_forces, read_wbds_markers
 
 FORCE, POINT, TORQUE = (30.0, 700.0, -20.0), (0.5, 0.0, 0.3), (0.0, 4.0, 0.0)
 
