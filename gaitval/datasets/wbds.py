@@ -48,13 +48,13 @@ from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
     MOMENT_TOLERANCE,
-    ROWS,
     fit_curve,
     fit_force,
     mean_vertical_force,
     stance_fraction,
 )
 from gaitval.gait.record import PeriodicCurve
+from gaitval.gait.sampling import SAMPLES
 
 CITATION: Final = (
     "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "
@@ -172,12 +172,12 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
         path = people_path if someone is None else strides_path
         raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
 
-    phase = np.arange(ROWS) / (ROWS - 1)
+    phase = np.arange(SAMPLES) / (SAMPLES - 1)
     angles = {
         name: fit_curve(name, phase, values, ANGLE_TOLERANCE, angles_path)
         for name, values in sampled_angles.items()
     }
-    trusted = np.delete(np.arange(ROWS), MOMENT_SEAM)
+    trusted = np.delete(np.arange(SAMPLES), MOMENT_SEAM)
     moments = {
         name: fit_curve(name, phase[trusted], values[trusted], MOMENT_TOLERANCE, kinetics_path)
         for name, values in kinetics.moments.items()
@@ -211,7 +211,7 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
             "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
             "paper": None if paper is None else dict(zip(Printed.model_fields, paper, strict=True)),
             "gait": Gait(
-                samples=ROWS,
+                samples=SAMPLES,
                 angles=angles,
                 moments=moments,
                 forces=Forces(right=forces["right"], left=forces["left"]),

@@ -20,9 +20,9 @@ from gaitval.datasets.subject import (
 )
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
-    ROWS,
     STANCE_THRESHOLD,
 )
+from gaitval.gait.sampling import SAMPLES
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 
@@ -129,10 +129,10 @@ def _read_processed(
     header = lines[0].split("\t") if lines else []
     _refuse(path, _header_problems(header, columns, other))
     problems = []
-    if len(lines) - 1 != ROWS:
+    if len(lines) - 1 != SAMPLES:
         problems.append(
-            f"{len(lines) - 1} rows of data, {ROWS} expected (0 to 100 % of the gait cycle): the "
-            "file is truncated or not time-normalised. Download it again."
+            f"{len(lines) - 1} rows of data, {SAMPLES} expected (0 to 100 % of the gait cycle): "
+            "the file is truncated or not time-normalised. Download it again."
         )
     table = np.full((len(lines) - 1, len(header)), np.nan)
     for i, line in enumerate(lines[1:]):
@@ -158,7 +158,7 @@ def _read_processed(
                 )
     _refuse(path, problems)
     found = {name: table[:, header.index(name)] for name in columns}
-    if not np.array_equal(found.pop("Time"), np.arange(ROWS)):
+    if not np.array_equal(found.pop("Time"), np.arange(SAMPLES)):
         _refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
     return found
 

@@ -13,6 +13,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES
 from gaitval.gait.events import marker_stance
+from gaitval.gait.sampling import interpolated
 from gaitval.mocap.foot_markers import FootMarkers, foot_markers
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import Plate, Recording
@@ -52,7 +53,7 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
     outlines, lows = [], []
     for column, side in enumerate(SIDES):
         foot: FootMarkers = markers[side]
-        outline = _interpolated(foot.outline, frames)
+        outline = interpolated(foot.outline, frames)
         height = outline[:, :, 2]
         with np.errstate(invalid="ignore"):
             # of all frames, the foot spends more than half low
@@ -61,15 +62,6 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
         outlines.append(outline)
         lows.append(low)
     return Feet((outlines[0], outlines[1]), (lows[0], lows[1]), stance)
-
-
-def _interpolated(values: Array, frames: Array) -> Array:
-    """Linear interpolation of (T, ...) at fractional frames; the last value is held."""
-    frames = np.clip(frames, 0.0, len(values) - 1)
-    below = np.minimum(frames.astype(int), max(len(values) - 2, 0))
-    above = np.minimum(below + 1, len(values) - 1)
-    share = (frames - below).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray((1.0 - share) * values[below] + share * values[above])
 
 
 def reaches(plate: Plate, outline: Array) -> Flags:

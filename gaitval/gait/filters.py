@@ -43,19 +43,47 @@ def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4
             f"one period of the low-pass at {cutoff_hz:g} Hz: the trial is too short to filter. "
             "Give a longer one."
         )
-    passes = 0.5 * order
     warped = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2.0) - 1.0) ** (1.0 / order)
-    sections = butter(int(passes), np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
+    sections = butter(order // 2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
     filtered = values.reshape(len(values), -1).copy()
     seen = np.isfinite(filtered)
     if seen.all():
-        # the ends are extended over one period of the cut-off, in which the filter settles
-        padding = min(period, len(values) - 1)
-        filtered = np.asarray(sosfiltfilt(sections, filtered, axis=0, padlen=padding))
+        filtered = _both_ways(sections, filtered, period)
     else:
         for column in range(filtered.shape[1]):
             for begin, end in zip(*runs(seen[:, column]), strict=True):
                 block = filtered[begin:end, column]
-                padding = min(period, len(block) - 1)
-                filtered[begin:end, column] = sosfiltfilt(sections, block, padlen=padding)
+                filtered[begin:end, column] = _both_ways(sections, block, period)
     return filtered.reshape(values.shape)
+
+
+def low_pass_simulated(values: ArrayLike, *, step: float, frequency: float) -> Array:
+    """Zero-lag fourth-order Butterworth low-pass along the first axis, of densely sampled values.
+
+    A second-order filter runs forwards and backwards. Two passes would attenuate to 1/2 at the
+    design frequency, so that one is raised by 1/(√2 − 1)^¼: the gain at `frequency` is then
+    1/√2 (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2). Unlike
+    `low_pass` it takes the correction as printed, without the bilinear transformation, which
+    changes the cut-off by less than 0.3 % at 500 Hz and 20 Hz; and it takes any length. The stored
+    accuracy of the subjects was measured with it.
+
+    Parameters
+    ----------
+    values : (T, ...) uniformly sampled, without gaps.
+    step : s, time between samples.
+    frequency : Hz, below about 0.8 of half the sample rate.
+    """
+    values = np.asarray(values, dtype=float)
+    if len(values) < 2:
+        return values
+    single_pass = frequency / (np.sqrt(2.0) - 1.0) ** 0.25
+    sections = butter(2, single_pass, fs=1.0 / step, output="sos")
+    return _both_ways(sections, values, round(1.0 / (frequency * step)))
+
+
+def _both_ways(sections: Array, values: Array, period: int) -> Array:
+    """Filter (T, ...) forwards and backwards; the ends are extended over one period of the
+    cut-off, in which the filter settles.
+    """
+    padding = min(period, len(values) - 1)
+    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))

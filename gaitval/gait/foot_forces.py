@@ -31,6 +31,7 @@ from gaitval.gait.plate_contacts import (
     judge_unshown,
     owners_of,
 )
+from gaitval.gait.sampling import bridged
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
@@ -244,12 +245,10 @@ def _moment(plate: Plate) -> Array:
     if plate.moment is not None:
         return plate.moment
     point = plate.centre_of_pressure
-    known = np.isfinite(point).all(axis=1)
+    known = np.asarray(np.isfinite(point).all(axis=1))
     if not known.any():
         return np.zeros_like(plate.force)
-    samples = np.arange(len(point))
-    filled = np.stack([np.interp(samples, samples[known], x[known]) for x in point.T], axis=1)
-    return np.asarray(np.cross(filled, plate.force) + plate.free_moment)
+    return np.asarray(np.cross(bridged(point, known), plate.force) + plate.free_moment)
 
 
 def _from_wrench(
