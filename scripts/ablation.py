@@ -22,7 +22,7 @@ from marked_table import with_table
 
 from gaitval.artefacts import value_hash, versions, write_json
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparison import compare_curve, low_pass_of, recorded_curves, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import required_pushes, survives, trials, without_drift

@@ -11,7 +11,7 @@ from marked_table import with_table
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.model.rotations import pelvis_angles
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import side_phase

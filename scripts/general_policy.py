@@ -11,7 +11,7 @@ from typing import Any
 
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
 from gaitval.scaling.scaling import scale_subject

@@ -18,7 +18,7 @@ from marked_table import with_table
 from numpy.typing import NDArray
 
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.gait.record import GaitRecord
 
 PAGE = Path(__file__).parent.parent / "docs" / "decisions.md"

@@ -126,7 +126,7 @@ def _rounded(value: Any) -> Any:
 
 def _marker_errors(walk: Any, data: Path | None) -> dict[str, dict[str, float]]:
     from gaitval.inverse.inverse_kinematics import marker_errors
-    from gaitval.mocap.motion_text import read_storage
+    from gaitval.mocap.mot import read_storage
 
     found = {}
     for method, kinematics in (("joint fit", walk.kinematics), ("marker pairs", walk.compared)):

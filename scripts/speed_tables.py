@@ -30,7 +30,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.tree import Tree, empty_frames, forward, velocities

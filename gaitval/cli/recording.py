@@ -37,7 +37,7 @@ def subjects(
     ] = Path("subjects"),
 ) -> None:
     """List the built-in subjects, or compute them anew from the WBDS dataset."""
-    from gaitval.datasets.subject import builtin_subjects
+    from gaitval.datasets.subject_file import builtin_subjects
 
     if build is not None:
         from gaitval.datasets.wbds import build_subjects

@@ -46,7 +46,7 @@ def _opened(
     *,
     keep_settings: bool,
 ) -> Iterator["Run"]:
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stage import open_run
 
     person = load_subject(subject)
@@ -283,7 +283,7 @@ def baseline(
 
     Commit the folder that this writes: it is small, and holds all that `check` needs.
     """
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
     from gaitval.study.baseline import store_baseline
 
     identifier = load_subject(subject).identifier

@@ -12,15 +12,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, runs
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
-from gaitval.mocap.cleaning import runs
+from gaitval.gait.sampling import SAMPLES, interpolated
 from gaitval.mocap.foot_markers import facing, foot_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
-
-SAMPLES: Final = 101
-"""Points of a normalised gait cycle: 0, 1, … 100 %."""
 
 PLAUSIBLE_STRIDE: Final = (0.5, 3.5)
 """s. Fast walking has strides of 0.8 s; a patient at 0.2 m/s has strides of 3 s."""
@@ -314,14 +311,7 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
             + " They are of another trial, or cut."
         )
     wanted = np.linspace(cycle.start, cycle.end, SAMPLES)
-    samples = np.clip((wanted - time[0]) / spacing, 0.0, len(time) - 1.0)
-    below = np.minimum(samples.astype(np.int64), len(time) - 2)
-    share = (samples - below).reshape(-1, *[1] * (values.ndim - 1))
-    # a neighbour with no weight may be NaN
-    return np.asarray(
-        np.where(share < 1.0, (1.0 - share) * np.where(share < 1.0, values[below], 0.0), 0.0)
-        + np.where(share > 0.0, share * np.where(share > 0.0, values[below + 1], 0.0), 0.0)
-    )
+    return interpolated(values, (wanted - time[0]) / spacing, lone=True)
 
 
 Part = tuple[Array, Array, Sequence[GaitCycle]]
@@ -433,8 +423,7 @@ def spatiotemporal(
     stride_time = end - start
     cadence = 120.0 / stride_time
     stride_length = (second - first)[:, 0]
-    step_length = (second - between)[:, 0]
-    across = (second - between)[:, 1]
+    step_length, step_width = length_and_width(side, second, between)
     return SpatioTemporal(
         side=side,
         stride_time=stride_time,
@@ -442,13 +431,31 @@ def spatiotemporal(
         cadence=cadence,
         stride_length=stride_length,
         step_length=step_length,
-        step_width=across if side == "left" else -across,
+        step_width=step_width,
         stance_fraction=(toe_off - start) / stride_time,
         double_support_fraction=((opposite_toe_off - start) + (toe_off - opposite_strike))
         / stride_time,
         speed=stride_length / stride_time,
         walk_ratio=step_length / cadence,
     )
+
+
+def length_and_width(side: Side, places: Array, others: Array) -> tuple[Array, Array]:
+    """Length and width of steps, (n,) m each, of a recording or of a simulation.
+
+    Parameters
+    ----------
+    side : of the foot that steps.
+    places : (n, 2) m, forward and left: where it comes to stand.
+    others : (n, 2) m, where the other foot stands before.
+
+    Returns
+    -------
+    tuple
+        Forward, and sideways, positive when the right foot stands right of the left one.
+    """
+    steps = places - others
+    return steps[:, 0], steps[:, 1] if side == "left" else -steps[:, 1]
 
 
 class _Places:

@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.mocap.cleaning import low_pass, runs
+from gaitval.gait.filters import low_pass
+from gaitval.gait.sampling import bridged
 from gaitval.mocap.foot_markers import FootMarkers, facing, foot_markers, pelvis_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
@@ -60,12 +61,34 @@ def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDA
     loaded : (T,) True where the force is above the threshold.
     rate : Hz.
     """
-    loaded = loaded.copy()
-    for state, shortest in ((False, BOUNCE_SECONDS), (True, SCUFF_SECONDS)):
-        for begin, end in zip(*runs(loaded == state), strict=True):
-            if begin > 0 and end < len(loaded) and end - begin < shortest * rate:
-                loaded[begin:end] = not state
-    return runs(loaded)
+    return runs(on_ground(loaded, rate=rate, scuff_s=SCUFF_SECONDS)[0])
+
+
+def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int]:
+    """When a foot is on the ground: bounces closed, then scuffs dropped.
+
+    Gaps shorter than `BOUNCE_SECONDS` are bounces. At the ends of a trial or of a simulation a gap
+    or a contact may be a part of a longer one, and stays.
+
+    Parameters
+    ----------
+    loaded : (T,) True where the force is above the threshold.
+    rate : Hz.
+    scuff_s : s, contacts shorter than this are scuffs.
+
+    Returns
+    -------
+    tuple
+        (T,) True on the ground, and the number of scuffs.
+    """
+    on = loaded.copy()
+    scuffs = 0
+    for state, shortest in ((False, BOUNCE_SECONDS), (True, scuff_s)):
+        for begin, end in zip(*runs(on == state), strict=True):
+            if begin > 0 and end < len(on) and end - begin < shortest * rate:
+                on[begin:end] = not state
+                scuffs += state
+    return on, scuffs
 
 
 def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Event, ...]:
@@ -136,9 +159,7 @@ def _foot_events(
     if known.sum() < 2:
         return []
     # gaps are bridged for the filter, and events in them are dropped below
-    samples = np.arange(len(time))
-    bridged = np.stack([np.interp(samples, samples[known], column[known]) for column in columns.T])
-    heel, front, ahead = low_pass(bridged.T, rate=rate, cutoff_hz=FOOT_CUTOFF_HZ).T
+    heel, front, ahead = low_pass(bridged(columns, known), rate=rate, cutoff_hz=FOOT_CUTOFF_HZ).T
     excursion = float(np.ptp(ahead))
     if excursion < SHORTEST_EXCURSION:
         return []

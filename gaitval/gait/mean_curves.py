@@ -14,9 +14,6 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.record import Curve, Force, fit_periodic
 
-ROWS: Final = 101
-"""Rows of a mean curve: 0 to 100 % of the gait cycle."""
-
 ANGLE_TOLERANCE: Final = float(np.radians(0.3))
 """rad. Small beside the 5° above which a change between sessions is detectable (Wilken 2012)."""
 MOMENT_TOLERANCE: Final = 0.02

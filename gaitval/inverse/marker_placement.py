@@ -25,11 +25,11 @@ from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     MARKER_OFFSET,
-    Place,
     arms_hang,
     locate,
     pelvis_frame,
 )
+from gaitval.scaling.landmarks import Place
 from gaitval.scaling.marker_sets import MarkerSet
 from gaitval.scaling.measurements import Measurements
 

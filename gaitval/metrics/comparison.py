@@ -10,7 +10,8 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, LowPass
-from gaitval.metrics.cycles import SAMPLES, GaitCycles, cut, filtered
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.cycles import GaitCycles, cut, filtered
 from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 

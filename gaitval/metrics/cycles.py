@@ -4,21 +4,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.signal import butter, sosfiltfilt
+from numpy.typing import NDArray
 
-from gaitval.arrays import Array, Index
+from gaitval.arrays import Array, Index, runs
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.cycles import length_and_width
+from gaitval.gait.events import on_ground
+from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import LowPass
-from gaitval.mocap.cleaning import runs
+from gaitval.gait.sampling import SAMPLES, interpolated
 from gaitval.simulation.rollout import Rollout
 
-SAMPLES = 101
-"""Points of a normalised gait cycle: 0, 1, ... 100 %."""
-
-BOUNCE_SECONDS = 0.05
-"""A foot off the ground for less than this has bounced; it has not begun a swing."""
 SCUFF_SECONDS = 0.15
 """A foot on the ground for less than this has scuffed or dragged; no stance phase of walking is
 this short (stance lasts 0.5 s or more at the speeds of the record)."""
@@ -72,34 +69,11 @@ class GaitCycles:
         )
 
 
-def low_pass(values: ArrayLike, *, step: float, frequency: float) -> Array:
-    """Zero-lag fourth-order Butterworth low-pass along the first axis.
-
-    A second-order filter runs forwards and backwards. Two passes would attenuate to 1/2 at the
-    design frequency, so that one is raised by 1/(√2 − 1)^¼: the gain at `frequency` is then
-    1/√2 (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2).
-
-    Parameters
-    ----------
-    values : (T, ...) uniformly sampled.
-    step : s, time between samples.
-    frequency : Hz, below about 0.8 of half the sample rate.
-    """
-    values = np.asarray(values, dtype=float)
-    if len(values) < 2:
-        return values
-    single_pass = frequency / (np.sqrt(2.0) - 1.0) ** 0.25
-    sections = butter(2, single_pass, fs=1.0 / step, output="sos")
-    # the ends are extended over one period of the cut-off, in which the filter settles
-    padding = min(len(values) - 1, round(1.0 / (frequency * step)))
-    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
-
-
 def foot_events(vertical_force: Array, *, step: float, threshold: float) -> FootEvents:
     """Heel strikes and toe-offs of one foot from its unfiltered vertical ground reaction.
 
-    Gaps in contact shorter than `BOUNCE_SECONDS` are closed, then contacts shorter than
-    `SCUFF_SECONDS` are dropped and counted.
+    Bounces are closed, then contacts shorter than `SCUFF_SECONDS` are dropped and counted
+    (`gait.events.on_ground`).
 
     Parameters
     ----------
@@ -107,24 +81,13 @@ def foot_events(vertical_force: Array, *, step: float, threshold: float) -> Foot
     step : s, time between samples.
     threshold : N, the foot is on the ground above it.
     """
-    length = len(vertical_force)
-    on = vertical_force > threshold
-    begins, ends = runs(~on)
-    for begin, end in zip(begins, ends, strict=True):
-        if begin > 0 and end < length and (end - begin) * step < BOUNCE_SECONDS:
-            on[begin:end] = True
+    on, scuffs = on_ground(vertical_force > threshold, rate=1.0 / step, scuff_s=SCUFF_SECONDS)
     begins, ends = runs(on)
-    # a contact cut by the beginning or the end of the walk may be a stance: it stays
-    whole = (begins > 0) & (ends < length)
-    scuffed = whole & ((ends - begins) * step < SCUFF_SECONDS)
-    for begin, end in zip(begins[scuffed], ends[scuffed], strict=True):
-        on[begin:end] = False
-    begins, ends = begins[~scuffed], ends[~scuffed]
     return FootEvents(
         on_ground=on,
         heel_strikes=begins[begins > 0],
-        toe_offs=ends[ends < length],
-        scuffs=int(scuffed.sum()),
+        toe_offs=ends[ends < len(on)],
+        scuffs=scuffs,
     )
 
 
@@ -162,17 +125,15 @@ def step_of(rollout: Rollout) -> float:
 def cut(values: Array, starts: Index, ends: Index) -> Array:
     """Curves over the gait cycle: (n, 101, ...) from `values` (T, ...), linearly interpolated."""
     samples = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    below = np.minimum(samples.astype(np.int64), len(values) - 2)
-    weight = (samples - below).reshape(samples.shape + (1,) * (values.ndim - 1))
-    return np.asarray(values[below] * (1.0 - weight) + values[below + 1] * weight)
+    return interpolated(values, samples)
 
 
 def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
-    """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N after `low_pass`."""
+    """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N after `low_pass_simulated`."""
     step = step_of(rollout)
     return (
-        low_pass(rollout.moments, step=step, frequency=filters.moments_hz),
-        low_pass(rollout.ground_reaction, step=step, frequency=filters.forces_hz),
+        low_pass_simulated(rollout.moments, step=step, frequency=filters.moments_hz),
+        low_pass_simulated(rollout.ground_reaction, step=step, frequency=filters.forces_hz),
     )
 
 
@@ -225,8 +186,8 @@ def spatiotemporal(
         # the other foot's last stance that began before this one
         before = np.searchsorted(cycles.starts[other], cycles.starts[side]) - 1
         known = before >= 0
-        steps = places[side][known] - places[other][before[known]]
-        found[f"step_length_{side}"] = steps[:, 0]
-        widths.append(steps[:, 1] if side == "left" else -steps[:, 1])
+        length, width = length_and_width(side, places[side][known], places[other][before[known]])
+        found[f"step_length_{side}"] = length
+        widths.append(width)
     found["step_width"] = np.concatenate(widths)
     return found

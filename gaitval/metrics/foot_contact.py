@@ -16,7 +16,8 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.metrics.cycles import SAMPLES, GaitCycles
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.cycles import GaitCycles
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames

@@ -363,6 +363,35 @@ def turn_to_walking_direction(
             "frames, so the direction of walking is unknown. Label the trial, or cut it to the "
             "part in which the person is seen, and export it again."
         )
+    _check_same_axes(recording, landmarks, pelvis)
+    velocity, how = _walking_velocity(recording, landmarks, pelvis)
+    speed = float(np.linalg.norm(velocity))
+    angle = float(np.arctan2(velocity[1], velocity[0]))
+    quarter = round(angle / (np.pi / 2)) * np.pi / 2
+    if abs(angle - quarter) <= ALONG_AXIS:
+        turned_by, off = -quarter, angle - quarter
+    else:
+        turned_by, off = -angle, 0.0
+    cosine, sine = np.cos(turned_by), np.sin(turned_by)
+    rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+    if off or not turned_by:
+        rotation = np.round(rotation)  # a multiple of a right angle, exactly
+    turned = recording.turned(rotation)
+    _check_facing(turned, landmarks)
+    by = np.degrees(turned_by) % 360
+    text = f"Walks {how} at {speed:.2f} m/s; "
+    text += f"turned by {by if by <= 180 else by - 360:.0f}° about the vertical to walk along +x"
+    return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
+
+
+def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> None:
+    """Refuse a trial in other axes than the standing trial, or in another unit.
+
+    Parameters
+    ----------
+    pelvis : (T, 3) m, its path.
+    """
+    where = recording.source
     upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
     upward = upward[np.isfinite(upward).all(axis=1)]
     if len(upward):
@@ -376,6 +405,23 @@ def turn_to_walking_direction(
                 "above the ankles: this trial has other axes than the standing trial. Export both "
                 "in the same axes."
             )
+
+
+def _walking_velocity(
+    recording: Recording, landmarks: Mapping[str, str], pelvis: Array
+) -> tuple[Array, str]:
+    """Horizontal velocity (2,) m/s relative to what is under the feet, and how it was walked.
+
+    Parameters
+    ----------
+    pelvis : (T, 3) m, its path.
+
+    Raises
+    ------
+    RecordError : the person turns round, or does not walk.
+    """
+    where = recording.source
+    seen = np.isfinite(pelvis).all(axis=1)
     time = recording.time[seen]
     drift = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])
     ground = _ground_velocity(recording, landmarks)
@@ -396,22 +442,7 @@ def turn_to_walking_direction(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "
             "m/s): not a walking trial. Give it as --static if the person stands."
         )
-    angle = float(np.arctan2(velocity[1], velocity[0]))
-    quarter = round(angle / (np.pi / 2)) * np.pi / 2
-    if abs(angle - quarter) <= ALONG_AXIS:
-        turned_by, off = -quarter, angle - quarter
-    else:
-        turned_by, off = -angle, 0.0
-    cosine, sine = np.cos(turned_by), np.sin(turned_by)
-    rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
-    if off or not turned_by:
-        rotation = np.round(rotation)  # a multiple of a right angle, exactly
-    turned = recording.turned(rotation)
-    _check_facing(turned, landmarks)
-    by = np.degrees(turned_by) % 360
-    text = f"Walks {how} at {speed:.2f} m/s; "
-    text += f"turned by {by if by <= 180 else by - 360:.0f}° about the vertical to walk along +x"
-    return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
+    return velocity, how
 
 
 def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, ...]) -> Array:

@@ -20,6 +20,9 @@ UNLOADED_N: Final = 10.0
 as on the ground, so that everything that is used later is kept. A plate's noise of 1 N moves
 the centre of pressure by a tenth of its lever arm there, and without bound under it."""
 
+CERTAIN_LOAD_N: Final = 200.0
+"""Over this a force is a person's and neither an offset nor noise, N."""
+
 
 def plate_axes(corners: Array) -> Array:
     """Axes of a plate as the columns of a rotation (plate to laboratory), shape (3, 3).

@@ -12,14 +12,12 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.c3d import CERTAIN_LOAD_N, read_c3d
-from gaitval.mocap.motion_text import (
-    read_ground_reaction,
-    read_trc,
-    read_wbds_forces,
-    read_wbds_markers,
-)
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N
+from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.trc import read_trc
+from gaitval.mocap.wbds_text import read_wbds_forces, read_wbds_markers
 
 LARGEST_MISMATCH_S: Final = 0.1
 """Markers and forces of one trial end within this of each other, s; exports differ by a frame."""

@@ -1,6 +1,6 @@
 """A motion-capture trial: marker trajectories, force plates and events, as one type.
 
-Readers (`gaitval.mocap.c3d`, `gaitval.mocap.motion_text`) return it in the axes of the laboratory;
+Readers (`gaitval.mocap.c3d` and others) return it in the axes of the laboratory;
 `Recording.turned` brings it into the project's (REP-103: x forward, y left, z up). SI units
 throughout: m, N, Nm, s.
 """

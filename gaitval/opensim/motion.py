@@ -14,8 +14,9 @@ from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.mocap.motion_text import StorageTable, read_storage, write_storage, write_trc
+from gaitval.mocap.mot import StorageTable, read_storage, write_storage
 from gaitval.mocap.recording import FootForces, Recording
+from gaitval.mocap.trc import write_trc
 from gaitval.opensim.coordinates import (
     OPENSIM_COORDINATES,
     PELVIS_TRANSLATIONS,

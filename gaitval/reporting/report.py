@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.validation import check_metrics

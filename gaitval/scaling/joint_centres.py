@@ -16,51 +16,24 @@ What a marker set lacks is found as follows.
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
+from gaitval.scaling.landmarks import (
+    Place,
+    check_sides,
+    check_upright,
+    check_widths,
+    heading_of,
+    landmarks_of,
+    middle_psis,
+    unit_vector,
+)
 from gaitval.scaling.measurements import Leg, Measurements
-
-Place = Sequence[float] | Array
-
-LANDMARKS = (
-    "ASIS",
-    "PSIS",
-    "Knee",
-    "Knee.Medial",
-    "Ankle",
-    "Ankle.Medial",
-    "Heel",
-    "MT1",
-    "MT5",
-)
-"""Landmarks of each side from which the legs are measured: spines of the pelvis, lateral and
-medial femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
-
-LANDMARK_NAMES = (
-    *(f"{side}.{name}" for side in "RL" for name in LANDMARKS),
-    "Sacrum",
-    *(
-        f"{side}.{name}"
-        for side in "RL"
-        for name in (
-            *("Thigh", "Shank", "MT2", "Toe", "Acromion", "Elbow", "Elbow.Medial"),
-            *("Wrist", "Wrist.Radial", "Wrist.Ulnar"),
-        )
-    ),
-)
-"""All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
-which lie in the frontal plane of the segment; Toe is any marker beyond the metatarsal heads, and
-Wrist a single marker on the wrist."""
-
-LARGEST_COORDINATE = 20.0
-"""A standing person is within this of the origin of the laboratory, m; beyond it the
-markers are in millimetres."""
 
 MARKER_OFFSET = 0.010
 """Assumed distance of a marker's centre from the skin, m."""
@@ -82,13 +55,6 @@ FOOT_SHAPE = {
 other one, to the medial side of it, and above the other one, in lengths of that line in the plane
 of the floor. Means of the 20 feet of the ten built-in subjects (WBDS); 1 SD of the length is
 3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
-
-WIDTHS = {
-    "knee_width": (0.06, 0.17),
-    "ankle_width": (0.04, 0.12),
-    "elbow_width": (0.04, 0.12),
-}
-"""Plausible widths across the epicondyles and malleoli, m."""
 
 
 def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
@@ -118,9 +84,9 @@ def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Arr
     """Axes of the pelvis as columns (x forward, y left, z up), shape (3, 3): y along the
     ASIS, x in the plane of the ASIS and the middle of the PSIS (ISB, Wu et al. 2002).
     """
-    y = _unit(left_asis - right_asis)
+    y = unit_vector(left_asis - right_asis)
     forward = (right_asis + left_asis) / 2 - middle_psis
-    z = _unit(np.cross(forward, y))
+    z = unit_vector(np.cross(forward, y))
     return np.column_stack([np.cross(y, z), y, z])
 
 
@@ -149,7 +115,7 @@ def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float
     aside = (lateral - wand) - ((lateral - wand) @ along) * along
     share = half_width / distance
     return np.asarray(
-        lateral + half_width * (share * along + np.sqrt(1.0 - share**2) * _unit(aside))
+        lateral + half_width * (share * along + np.sqrt(1.0 - share**2) * unit_vector(aside))
     )
 
 
@@ -232,20 +198,10 @@ def arms_hang(points: Mapping[str, Array]) -> bool:
         shoulder = points.get(f"{side}.Shoulder.Centre")
         elbow = points.get(f"{side}.Elbow.Centre", points.get(f"{side}.Elbow"))
         if shoulder is not None and elbow is not None:
-            down = -_unit(elbow - shoulder)[2]
+            down = -unit_vector(elbow - shoulder)[2]
             if down < np.cos(np.radians(LARGEST_ELEVATION)):
                 return False
     return True
-
-
-def _unit(vector: Array) -> Array:
-    return np.asarray(vector / np.linalg.norm(vector))
-
-
-def _fail(problem: str, names: Iterable[str], advice: str) -> None:
-    listed = ", ".join(names)
-    if listed:
-        raise ScalingError(f"{problem}: {listed}. {advice}")
 
 
 def _standing(
@@ -257,13 +213,13 @@ def _standing(
     """Where the person faces, (3, 3) with x, y and z as columns, and all landmarks and joint
     centres in these axes.
     """
-    _check_widths(knee_width, ankle_width, elbow_width)
-    points = _points(markers, knee_width, ankle_width)
-    _check_upright(points)
-    heading = _heading(points)
+    check_widths(knee_width, ankle_width, elbow_width)
+    points = landmarks_of(markers, knee_width, ankle_width)
+    check_upright(points)
+    heading = heading_of(points)
     points = {name: heading.T @ point for name, point in points.items()}
-    _check_sides(points)
-    points["Mid.PSIS"] = _middle_psis(points)
+    check_sides(points)
+    points["Mid.PSIS"] = middle_psis(points)
 
     asis = points["R.ASIS"], points["L.ASIS"]
     middle_asis = (asis[0] + asis[1]) / 2
@@ -289,165 +245,6 @@ def _right_hip(points: Mapping[str, Array]) -> Array:
     return hip_joint_centre(
         float(np.linalg.norm(asis[1] - asis[0])),
         float(np.linalg.norm(middle_asis - points["Mid.PSIS"])),
-    )
-
-
-def _check_widths(*widths: float | None) -> None:
-    problems = []
-    for (name, (low, high)), width in zip(WIDTHS.items(), widths, strict=True):
-        if width is not None and not low <= width <= high:
-            hint = next(
-                (
-                    f" (this looks like {unit}: give {width * factor:g})"
-                    for unit, factor in (("centimetres", 0.01), ("millimetres", 0.001))
-                    if low <= width * factor <= high
-                ),
-                "",
-            )
-            problems.append(f"{_option(name)} {width:g}, plausible are {low:g} to {high:g} m{hint}")
-    _fail("implausible width of a joint", problems, "Measure it across the bones, in metres.")
-
-
-def _option(name: str) -> str:
-    """A width as the command line names it."""
-    return f"--{name.replace('_', '-')}"
-
-
-def _points(
-    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
-) -> dict[str, Array]:
-    needed = _needed(markers, knee_width, ankle_width)
-    missing = [name for name in needed if name not in markers]
-    without_medial = [name for name in missing if not name.endswith(".Medial")]
-    _fail(
-        "markers missing from the standing trial",
-        missing,
-        (
-            "The leg's joint centres cannot be found without them; use a trial with all of: "
-            + ", ".join(needed)
-            + "."
-            if without_medial
-            else "Without the medial markers give the width of the joint, across the bones, in "
-            "metres: "
-            + " and ".join(
-                _option(f"{joint.lower()}_width")
-                for joint in ("Knee", "Ankle")
-                if any(joint in name for name in missing)
-            )
-            + " of gaitval import."
-        ),
-    )
-    used = [*needed, *(n for n in LANDMARK_NAMES if n in markers and n not in needed)]
-    _fail(
-        "markers that are not three numbers",
-        [name for name in used if np.shape(markers[name]) != (3,)],
-        "A marker is x, y, z in metres.",
-    )
-    points = {name: np.asarray(markers[name], dtype=np.float64) for name in used}
-    _fail(
-        "markers without a finite position (gaps in the standing trial)",
-        [name for name in needed if not np.isfinite(points[name]).all()],
-        "Use a frame in which every marker was seen.",
-    )
-    points = {name: point for name, point in points.items() if np.isfinite(point).all()}
-    _fail(
-        f"markers more than {LARGEST_COORDINATE:g} m from the laboratory's origin",
-        [name for name, p in points.items() if np.abs(p).max() > LARGEST_COORDINATE],
-        "They look like millimetres: divide by 1000.",
-    )
-    return points
-
-
-def _needed(
-    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
-) -> list[str]:
-    """Landmarks without which nothing else can take their place."""
-    needed = [f"{side}.{name}" for side in "RL" for name in LANDMARKS]
-    replaced: set[str] = set()
-    if "Sacrum" in markers:
-        replaced.update(n for n in ("R.PSIS", "L.PSIS") if n not in markers)
-    for side in "RL":
-        if knee_width is not None:
-            replaced.add(f"{side}.Knee.Medial")
-        if ankle_width is not None:
-            replaced.add(f"{side}.Ankle.Medial")
-        first, second, fifth = (f"{side}.{name}" for name in ("MT1", "MT2", "MT5"))
-        if fifth in markers or second in markers:
-            replaced.add(first)
-        if second in markers and first not in markers:
-            replaced.add(fifth)
-    return [name for name in needed if name in markers or name not in replaced]
-
-
-def _check_upright(points: Mapping[str, Array]) -> None:
-    chain = ("ASIS", "Knee", "Ankle")
-    problems = [
-        f"{side}.{lower} ({points[f'{side}.{lower}'][2]:.3f} m) not below "
-        f"{side}.{upper} ({points[f'{side}.{upper}'][2]:.3f} m)"
-        for side in "RL"
-        for upper, lower in pairwise(chain)
-        if points[f"{side}.{lower}"][2] >= points[f"{side}.{upper}"][2]
-    ]
-    _fail(
-        "the standing trial is not upright",
-        problems,
-        "z must point up (axes x forward, y left, z up); check the conversion of the axes.",
-    )
-
-
-def _middle_psis(points: Mapping[str, Array]) -> Array:
-    if "R.PSIS" in points and "L.PSIS" in points:
-        return np.asarray((points["R.PSIS"] + points["L.PSIS"]) / 2)
-    return points["Sacrum"]
-
-
-def _heading(points: Mapping[str, Array]) -> Array:
-    """Rotation about z whose x is where the pelvis faces, columns as axes, shape (3, 3)."""
-    forward = points["R.ASIS"] + points["L.ASIS"]
-    if "R.PSIS" in points and "L.PSIS" in points:
-        forward = forward - points["R.PSIS"] - points["L.PSIS"]
-    else:
-        forward = forward - 2 * points["Sacrum"]
-    x = _unit(np.array([forward[0], forward[1], 0.0]))
-    z = np.array([0.0, 0.0, 1.0])
-    return np.column_stack([x, np.cross(z, x), z])
-
-
-def _check_sides(points: Mapping[str, Array]) -> None:
-    # Hands may be folded.
-    paired = [name[2:] for name in LANDMARK_NAMES if name[:2] == "R." and "Wrist" not in name]
-    _fail(
-        "left and right markers look swapped (the left one is on the right)",
-        [
-            name
-            for name in paired
-            if {f"R.{name}", f"L.{name}"} <= points.keys()
-            and points[f"L.{name}"][1] <= points[f"R.{name}"][1]
-        ],
-        "y must point to the left of the person, forward being from the PSIS to the ASIS; "
-        "check the conversion of the axes and the names of the markers.",
-    )
-    swapped = [
-        f"{side}.{medial} and {side}.{lateral}"
-        for side, sign in (("R", 1.0), ("L", -1.0))
-        for lateral, medial in (("Knee", "Knee.Medial"), ("Ankle", "Ankle.Medial"), ("MT5", "MT1"))
-        if {f"{side}.{medial}", f"{side}.{lateral}"} <= points.keys()
-        and sign * (points[f"{side}.{medial}"][1] - points[f"{side}.{lateral}"][1]) <= 0
-    ]
-    _fail(
-        "medial and lateral markers look swapped",
-        swapped,
-        "Knee, Ankle and MT5 are the lateral ones; check the names of the markers.",
-    )
-    _fail(
-        "the heel is in front of the toes",
-        [
-            f"{side}.Heel and {side}.{toe}"
-            for side in "RL"
-            for toe in [next(n for n in ("MT1", "MT5", "MT2") if f"{side}.{n}" in points)]
-            if points[f"{side}.Heel"][0] >= points[f"{side}.{toe}"][0]
-        ],
-        "Check the names of the markers.",
     )
 
 
@@ -484,7 +281,7 @@ def _hinge(
     # Without a wand the axis is taken across the pelvis.
     place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
     centre = chord_centre(proximal, lateral, place, width / 2 + MARKER_OFFSET)
-    if _unit(centre - lateral) @ inwards < 0.5:
+    if unit_vector(centre - lateral) @ inwards < 0.5:
         raise ScalingError(
             f"the wand marker {side}.{wand} does not lie to the side of the {joint.lower()}: the "
             f"axis of the joint would point more than 60 degrees away from the midline. Place it "
@@ -531,7 +328,7 @@ def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, sid
     sides = np.stack([first, second])
     in_plane = sides.T @ np.linalg.solve(sides @ sides.T, np.full(2, half_width**2))
     depth = float(np.sqrt(max(half_width**2 - float(in_plane @ in_plane), 0.0)))
-    out_of_plane = depth * _unit(np.cross(first, second))
+    out_of_plane = depth * unit_vector(np.cross(first, second))
     centre = np.asarray(lateral + in_plane + out_of_plane)
     bend = np.cross(centre - shoulder, wrist - centre) @ (lateral - centre)
     if bend * (1.0 if side == "R" else -1.0) < 0:  # extended: the other of the two solutions
@@ -589,7 +386,7 @@ def _leg(points: Mapping[str, Array], hip: Array, side: str) -> Leg:
     heel = points[f"{side}.Heel"]
     metatarsals = np.stack([points[f"{side}.MT1"], points[f"{side}.MT5"]])
     along = metatarsals.mean(axis=0) - heel
-    x = _unit(np.array([along[0], along[1], 0.0]))
+    x = unit_vector(np.array([along[0], along[1], 0.0]))
     z = np.array([0.0, 0.0, 1.0])
     medial = np.cross(z, x) * (1.0 if side == "R" else -1.0)
     frame = np.column_stack([x, medial, z])

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
-from gaitval.scaling.joint_centres import LANDMARK_NAMES
+from gaitval.scaling.landmarks import LANDMARK_NAMES
 
 _Point = TypeVar("_Point")
 

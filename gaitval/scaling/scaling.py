@@ -14,29 +14,24 @@ de Leva's trunk is straight above the hips; so the lumbar joint lies behind the 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
-from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
 from gaitval.errors import ScalingError
-from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
+from gaitval.model.body import BodyModel
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
     SHOULDER_HALF_WIDTH,
     SHOULDER_HEIGHT,
-    TOES_MASS,
     WINTER,
-    Sex,
-    inertia_tensor,
     mass_fractions,
     mean_length,
-    shifted_inertia,
 )
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.person import Individual, MeasuredPerson, Person
+from gaitval.scaling.segments import Lengths, body_of
 from gaitval.scaling.tape import measure_by_tape
 
 PLAUSIBLE_FACTOR = (0.80, 1.25)
@@ -57,66 +52,6 @@ about 12 +- 6."""
 PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
 """Half the distance between the hip joints, and between the shoulder joints, over stature. The
 built-in subjects' hips have 0.047-0.070; 0.100 is expected of shoulders."""
-
-SPHERE_RADIUS = 0.020
-"""Radius of the contact spheres, m; see `_spheres`."""
-
-SPHERES = {
-    "heel": ("foot", 0.0019, -0.0038),
-    "midfoot_lateral": ("foot", 0.0662, 0.0264),
-    "ball_medial": ("foot", 0.1484, -0.0287),
-    "ball_lateral": ("foot", 0.1330, 0.0516),
-    "toes_medial": ("toes", 0.1788 + 0.0600, 0.00108 - 0.0188),
-    "toes_lateral": ("toes", 0.1788 + 0.0450, 0.00108 + 0.0619),
-}
-"""Segment, and forward and lateral position of each sphere under the published right foot, m,
-from the origin of OpenSim's calcaneus (Falisse et al. 2022; the toes' joint of Rajagopal et
-al. 2016 is at 0.1788, 0.00108)."""
-
-PUBLISHED_WIDTH = 0.0951
-"""Distance between markers on the first and fifth metatarsal heads of the published foot, m:
-the lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, and the medial
-one is taken to lie as far inside."""
-
-
-class Individual(Protocol):
-    """What scaling needs of a subject whose lengths are given."""
-
-    @property
-    def identifier(self) -> str:
-        """Becomes the model's name."""
-
-    @property
-    def sex(self) -> Sex:
-        """Chooses de Leva's table."""
-
-    @property
-    def mass_kg(self) -> float:
-        """Body mass, kg."""
-
-    @property
-    def height_m(self) -> float:
-        """Stature, m."""
-
-
-class Person(Individual, Protocol):
-    """What scaling needs of a subject; `gaitval.datasets.subject.Subject` has it."""
-
-    @property
-    def markers(self) -> Mapping[str, Sequence[float]]:
-        """Standing trial, (3,) m each; see `joint_centres`. May be empty."""
-
-
-class MeasuredPerson(Person, Protocol):
-    """A person with lengths of other sources than markers."""
-
-    @property
-    def measurements(self) -> Mapping[str, object]:
-        """As `Measurements.to_dict` stores them; empty where not known."""
-
-    @property
-    def tape(self) -> Mapping[str, float]:
-        """Lengths by tape measure, m, as `tape.measure_by_tape` takes them; may be empty."""
 
 
 @dataclass(frozen=True)
@@ -152,36 +87,6 @@ class ScaledBody:
     def frame(self) -> pd.DataFrame:
         """The table with a row per segment and the fields of `SegmentRow` as columns."""
         return pd.DataFrame([asdict(row) for row in self.table])
-
-
-@dataclass(frozen=True)
-class _Lengths:
-    """Lengths of the model, m; the foot's points as in `measurements.Leg`."""
-
-    thigh: float
-    shank: float
-    ankle_height: float
-    heel: Array
-    metatarsals: Array
-    foot: float
-    head: float
-    upper_trunk: float
-    middle_trunk: float
-    lower_trunk: float
-    shoulder_height: float
-    shoulder_half_width: float
-    upper_arm: float
-    forearm: float
-    hand: float
-
-
-@dataclass(frozen=True)
-class _Part:
-    """A rigid piece: mass, centre of mass (3,) m, inertia (3, 3) about it."""
-
-    mass: float
-    centre: Array
-    inertia: Array
 
 
 def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
@@ -229,14 +134,14 @@ def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
     lengths = _lengths(measured, subject)
     table = _table(measured, lengths, subject)
     _check(measured, table, subject)
-    return ScaledBody(_build(measured, lengths, subject), table)
+    return ScaledBody(body_of(measured, lengths, subject), table)
 
 
-def _lengths(measured: Measurements, subject: Individual) -> _Lengths:
+def _lengths(measured: Measurements, subject: Individual) -> Lengths:
     right, left, sex = measured.right, measured.left, subject.sex
     trunk = _trunk_factor(measured, subject)
     proportions = DE_LEVA[sex]
-    return _Lengths(
+    return Lengths(
         thigh=(right.thigh + left.thigh) / 2,
         shank=(right.shank + left.shank) / 2,
         ankle_height=(right.ankle_height + left.ankle_height) / 2,
@@ -278,9 +183,7 @@ def _trunk_factor(measured: Measurements, subject: Individual) -> float:
     return (subject.height_m - measured.hip_height) / sum(table[name].length for name in names)
 
 
-def _table(
-    measured: Measurements, lengths: _Lengths, subject: Individual
-) -> tuple[SegmentRow, ...]:
+def _table(measured: Measurements, lengths: Lengths, subject: Individual) -> tuple[SegmentRow, ...]:
     stature, sex = subject.height_m, subject.sex
     right, left = measured.right, measured.left
     fractions = mass_fractions(sex)
@@ -375,239 +278,3 @@ def _origin(measured: Measurements) -> str:
     """What to call the measurements in messages."""
     sources = measured.sources.values()
     return "standing trial" if all(s.startswith("markers") for s in sources) else "measured body"
-
-
-def _build(measured: Measurements, lengths: _Lengths, subject: Individual) -> BodyModel:
-    masses = {
-        name: fraction * subject.mass_kg for name, fraction in mass_fractions(subject.sex).items()
-    }
-    bodies = {
-        "pelvis": (np.zeros(3), _pelvis(measured, lengths, masses, subject.sex)),
-        "torso": (_lumbar_joint(measured, lengths), _torso(lengths, masses, subject.sex)),
-    }
-    foot, toes = _foot_and_toes(lengths, masses["foot"], subject.sex)
-    right = {
-        "thigh": (
-            np.array([0.0, -measured.hip_half_width, 0.0]),
-            _hanging("thigh", masses, lengths.thigh, subject.sex),
-        ),
-        "shank": (
-            np.array([0.0, 0.0, -lengths.thigh]),
-            _hanging("shank", masses, lengths.shank, subject.sex),
-        ),
-        "foot": (np.array([0.0, 0.0, -lengths.shank]), foot),
-        "toes": (_toe_joint(lengths), toes),
-        "upper_arm": (
-            np.array(
-                [
-                    0.0,
-                    -lengths.shoulder_half_width,
-                    (
-                        lengths.shoulder_height - lengths.lower_trunk
-                        if measured.shoulder_up is None
-                        else measured.shoulder_up
-                    ),
-                ]
-            ),
-            _hanging("upper arm", masses, lengths.upper_arm, subject.sex),
-        ),
-        "forearm": (
-            np.array([0.0, 0.0, -lengths.upper_arm]),
-            _forearm_and_hand(lengths, masses, subject.sex),
-        ),
-    }
-    mirror = np.array([1.0, -1.0, 1.0])
-    for name, (joint, part) in right.items():
-        bodies[f"{name}_r"] = joint, part
-        bodies[f"{name}_l"] = mirror * joint, _mirrored(part)
-    return BodyModel(
-        name=subject.identifier,
-        segments=tuple(
-            Segment(
-                name,
-                bodies[name][0],
-                part.mass,
-                part.centre,
-                # Exactly symmetric: a URDF stores one triangle.
-                (part.inertia + part.inertia.T) / 2,
-            )
-            for name in SEGMENTS
-            for part in [bodies[name][1]]
-        ),
-        spheres=_spheres(lengths),
-    )
-
-
-def _mirrored(part: _Part) -> _Part:
-    mirror = np.diag([1.0, -1.0, 1.0])
-    return _Part(part.mass, mirror @ part.centre, mirror @ part.inertia @ mirror)
-
-
-def _combined(parts: Sequence[_Part]) -> _Part:
-    """Several pieces, all in the same axes, as one rigid body."""
-    mass = sum(part.mass for part in parts)
-    centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
-    inertia = sum(
-        (part.inertia + shifted_inertia(part.mass, part.centre - centre) for part in parts),
-        np.zeros((3, 3)),
-    )
-    return _Part(mass, centre, inertia)
-
-
-def _hanging(name: str, masses: Mapping[str, float], length: float, sex: Sex) -> _Part:
-    """A segment that hangs along -z from its joint."""
-    proportions = DE_LEVA[sex][name]
-    return _Part(
-        masses[name],
-        np.array([0.0, 0.0, -proportions.centre_of_mass * length]),
-        inertia_tensor(proportions, masses[name], length),
-    )
-
-
-def _forearm_and_hand(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
-    hand = DE_LEVA[sex]["hand"]
-    # The palm faces the thigh, a quarter turn from the anatomical position of the table.
-    hanging = _Part(
-        masses["hand"],
-        np.array([0.0, 0.0, -lengths.forearm - hand.centre_of_mass * lengths.hand]),
-        inertia_tensor(
-            hand, masses["hand"], lengths.hand, ("transverse", "sagittal", "longitudinal")
-        ),
-    )
-    return _combined([_hanging("forearm", masses, lengths.forearm, sex), hanging])
-
-
-def _standing_to_neutral(measured: Measurements) -> Array:
-    """Rotation, (3, 3), that takes vectors fixed to the pelvis in standing to its axes."""
-    c, s = np.cos(measured.pelvic_tilt), np.sin(measured.pelvic_tilt)
-    return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-
-
-def _lumbar_joint(measured: Measurements, lengths: _Lengths) -> Array:
-    """As fitted, or at the navel (OMPH), where de Leva parts lower and middle trunk."""
-    joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
-    for axis, fitted in ((0, measured.lumbar_forward), (2, measured.lumbar_up)):
-        if fitted is not None:
-            joint[axis] = fitted
-    return np.asarray(joint - _hips_moved(measured))
-
-
-def _hips_moved(measured: Measurements) -> Array:
-    """How far the hips, and with them the pelvis' origin, were moved in the pelvis, (3,) m."""
-    return np.array([measured.hip_forward or 0.0, 0.0, measured.hip_up or 0.0])
-
-
-def _pelvis(
-    measured: Measurements, lengths: _Lengths, masses: Mapping[str, float], sex: Sex
-) -> _Part:
-    proportions, length = DE_LEVA[sex]["lower trunk"], lengths.lower_trunk
-    mass = masses["lower trunk"]
-    turn = _standing_to_neutral(measured)
-    centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
-    inertia = turn @ inertia_tensor(proportions, mass, length) @ turn.T
-    return _Part(mass, turn @ centre - _hips_moved(measured), inertia)
-
-
-def _torso(lengths: _Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
-    """Middle and upper trunk and head, stacked upwards from the lumbar joint."""
-    parts = []
-    top = 0.0
-    for name, length in (
-        ("middle trunk", lengths.middle_trunk),
-        ("upper trunk", lengths.upper_trunk),
-        ("head", lengths.head),
-    ):
-        proportions = DE_LEVA[sex][name]
-        top += length
-        parts.append(
-            _Part(
-                masses[name],
-                np.array([0.0, 0.0, top - proportions.centre_of_mass * length]),
-                inertia_tensor(proportions, masses[name], length),
-            )
-        )
-    return _combined(parts)
-
-
-def _toe_joint(lengths: _Lengths) -> Array:
-    """Between the first and fifth metatarsal heads, at half the height of the skin there."""
-    middle = lengths.metatarsals.mean(axis=0)
-    return np.array([middle[0], middle[1], (middle[2] - lengths.ankle_height) / 2])
-
-
-def _foot_and_toes(lengths: _Lengths, mass: float, sex: Sex) -> tuple[_Part, _Part]:
-    """de Leva's foot, from the heel to the toe tip at half the ankle's height, less the toes,
-    a solid ellipsoid from the toe joint to the tip; together they are de Leva's foot.
-    """
-    proportions, toe_joint = DE_LEVA[sex]["foot"], _toe_joint(lengths)
-    share = proportions.centre_of_mass * lengths.foot
-    along = share / (toe_joint[0] - lengths.heel[0])
-    centre = np.array(
-        [
-            lengths.heel[0] + share,
-            lengths.heel[1] + along * (toe_joint[1] - lengths.heel[1]),
-            -lengths.ankle_height / 2,
-        ]
-    )
-    whole = inertia_tensor(
-        proportions, mass, lengths.foot, ("longitudinal", "transverse", "sagittal")
-    )
-
-    tip = lengths.heel[0] + lengths.foot
-    toes_length = tip - toe_joint[0]
-    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
-    height = 2 * (lengths.ankle_height + toe_joint[2])
-    squares = (np.array([toes_length, width, height]) / 2) ** 2
-    toes_mass = TOES_MASS * mass
-    toes = _Part(
-        toes_mass,
-        np.array([toes_length / 2, 0.0, 0.0]),
-        np.diag(toes_mass / 5 * (squares.sum() - squares)),
-    )
-
-    toes_centre = toe_joint + toes.centre
-    foot_mass = mass - toes_mass
-    foot_centre = (mass * centre - toes_mass * toes_centre) / foot_mass
-    inertia = (
-        whole
-        - toes.inertia
-        - shifted_inertia(toes_mass, toes_centre - centre)
-        - shifted_inertia(foot_mass, foot_centre - centre)
-    )
-    return _Part(foot_mass, foot_centre, inertia), toes
-
-
-def _spheres(lengths: _Lengths) -> tuple[ContactSphere, ...]:
-    """The published spheres under this foot: their outline from heel to toes is the foot's,
-    and they are spread in proportion to the width across the metatarsal heads.
-
-    The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
-    points 20° up comes down 5 mm, about 2 % of the cycle, later than the recorded force does.
-    """
-    forward = np.array([place[1] for place in SPHERES.values()])
-    lateral = np.array([place[2] for place in SPHERES.values()])
-    stretch = (lengths.foot - 2 * SPHERE_RADIUS) / (forward.max() - forward.min())
-    x = lengths.heel[0] + SPHERE_RADIUS + stretch * (forward - forward.min())
-    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
-    published_middle = (SPHERES["ball_medial"][2] + SPHERES["ball_lateral"][2]) / 2
-    y = lengths.metatarsals[:, 1].mean() - width / PUBLISHED_WIDTH * (lateral - published_middle)
-    z = SPHERE_RADIUS - lengths.ankle_height
-    joint = _toe_joint(lengths)
-    spheres = []
-    for side in SIDES:
-        mirror = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
-        for (name, (segment, _, _)), forward_position, left_position in zip(
-            SPHERES.items(), x, y, strict=True
-        ):
-            place = np.array([forward_position, left_position, z])
-            if segment == "toes":
-                place = place - joint
-            spheres.append(
-                ContactSphere(
-                    name=f"contact_{name}_{side[0]}",
-                    segment=f"{segment}_{side[0]}",
-                    position=mirror * place,
-                    radius=SPHERE_RADIUS,
-                )
-            )
-    return tuple(spheres)

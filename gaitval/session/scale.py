@@ -7,10 +7,10 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
+from gaitval.gait.filters import low_pass
 from gaitval.inverse.marker_labels import check_exchanged
 from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, FittedLength, ModelFit, fit_model
-from gaitval.mocap.cleaning import low_pass
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker

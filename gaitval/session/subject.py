@@ -7,14 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import (
-    Forces,
-    Gait,
-    StanceFraction,
-    Subject,
-    make_subject,
-    mass_and_height_problems,
-)
+from gaitval.datasets.plausible import mass_and_height_problems
+from gaitval.datasets.subject import Forces, Gait, StanceFraction, Subject, make_subject
 from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (

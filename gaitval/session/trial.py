@@ -20,14 +20,16 @@ from gaitval.gait.cycles import (
     without_gaps,
 )
 from gaitval.gait.events import find_events
-from gaitval.gait.foot_forces import assign_forces, resample_forces, zero_plates
+from gaitval.gait.filters import low_pass
+from gaitval.gait.foot_forces import assign_forces, resample_forces
+from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.inverse.residual_reduction import ConsistentMotion, reduce_residuals
-from gaitval.mocap.cleaning import Finding, low_pass
+from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Event, FootForces, Recording
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright

@@ -84,7 +84,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
     quick : only the walks that are compared with the record, in seconds. How far the policy walks
         and which pushes it survives is then not measured (`regression.LONG_MEASURES`).
     """
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
 
     missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
     if missing:

@@ -18,6 +18,7 @@ from gaitval.artefacts import write_json
 from gaitval.cli import app as cli
 from gaitval.cli import display, study
 from gaitval.datasets import archive
+from gaitval.datasets.download import Progress
 from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.study.baseline import STORED_FILES
@@ -88,7 +89,7 @@ def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.Strin
 
 
 def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fetch(name: str, folder: Path, *, on_progress: archive.Progress) -> list[archive.Fetched]:
+    def fetch(name: str, folder: Path, *, on_progress: Progress) -> list[archive.Fetched]:
         on_progress("walks.zip", 5, 10)
         file = archive.Fetched(folder / "walks.zip", None, 10, "ab12", "registry", True, 4_000_000)
         return [file]
@@ -188,7 +189,7 @@ def test_a_stage_without_the_earlier_ones_says_what_to_run(
 def test_swapped_columns_of_a_users_subject_are_refused(
     tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    from gaitval.datasets.subject import load_subject
+    from gaitval.datasets.subject_file import load_subject
 
     text = load_subject("5").to_toml()
     text = text.replace("mass_kg = 64.95", "mass_kg = 153").replace(

@@ -23,16 +23,11 @@ import pytest
 import requests
 from pooch.downloaders import FigshareRepository
 
-from gaitval.datasets import archive
-from gaitval.datasets.archive import (
-    CHUNK,
-    ArchiveFile,
-    Dataset,
-    datasets,
-    fetch,
-    fetch_dataset,
-    registry,
-)
+from gaitval.datasets import archive, download, unpacking
+from gaitval.datasets import repository as repository_module
+from gaitval.datasets.archive import datasets, fetch, fetch_dataset
+from gaitval.datasets.download import CHUNK
+from gaitval.datasets.registry import ArchiveFile, Dataset, registry
 from gaitval.errors import ArchiveError, GaitvalError
 
 
@@ -115,7 +110,7 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture(autouse=True)
 def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archive, "WAITS", (0.0, 0.0))
+    monkeypatch.setattr(download, "WAITS", (0.0, 0.0))
     # a proxy of the machine must not stand between the test and its server
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
 
@@ -321,7 +316,7 @@ def figshare(server: Server, monkeypatch: pytest.MonkeyPatch, stated: dict[str, 
         ]
         return found
 
-    monkeypatch.setattr(archive, "doi_to_repository", repository)
+    monkeypatch.setattr(repository_module, "doi_to_repository", repository)
 
 
 UNKNOWN = ArchiveFile("table.csv")
@@ -390,7 +385,7 @@ def test_doi_that_leads_nowhere(
     def repository(doi: str, **_: object) -> None:
         raise failure
 
-    monkeypatch.setattr(archive, "doi_to_repository", repository)
+    monkeypatch.setattr(repository_module, "doi_to_repository", repository)
     with pytest.raises(ArchiveError, match=message):
         fetch_dataset(dataset(PUBLISHED), tmp_path)
     # the hash is known: with another address the DOI is not needed
@@ -443,7 +438,7 @@ def test_unsafe_archive_is_refused(server: Server, tmp_path: Path, content: byte
 def test_archive_that_is_too_large_unpacked(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(archive, "UNPACKED_LIMIT", len(TRIAL))
+    monkeypatch.setattr(unpacking, "UNPACKED_LIMIT", len(TRIAL))
     with pytest.raises(ArchiveError, match="Nothing was unpacked"):
         fetch_dataset(dataset(PUBLISHED), tmp_path, base_url=server.address)
     assert not (tmp_path / "walks/data").exists()
@@ -452,14 +447,14 @@ def test_archive_that_is_too_large_unpacked(
 def test_damaged_archive_leaves_what_was_unpacked_before(tmp_path: Path) -> None:
     good, bad = tmp_path / "good.zip", tmp_path / "bad.zip"
     good.write_bytes(ARCHIVE)
-    archive.unpack(good, tmp_path / "data")
+    unpacking.unpack(good, tmp_path / "data")
     middle = len(TRIAL) // 2
     bad.write_bytes(ARCHIVE[:middle] + b"?" + ARCHIVE[middle + 1 :])
     with pytest.raises(ArchiveError, match="CRC"):
-        archive.unpack(bad, tmp_path / "data")
+        unpacking.unpack(bad, tmp_path / "data")
     bad.write_bytes(b"<html>not found</html>")
     with pytest.raises(ArchiveError, match="not a zip file"):
-        archive.unpack(bad, tmp_path / "data")
+        unpacking.unpack(bad, tmp_path / "data")
     assert files_in(tmp_path / "data") == {"trials/WBDS01walkT01mkr.txt", "readme.txt"}
     assert {path.name for path in tmp_path.iterdir()} == {"good.zip", "bad.zip", "data"}
 
@@ -468,7 +463,7 @@ def test_full_disk_is_told_before_the_download(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usage = SimpleNamespace(free=10**6)
-    monkeypatch.setattr(archive.shutil, "disk_usage", lambda _: usage)
+    monkeypatch.setattr(unpacking.shutil, "disk_usage", lambda _: usage)
     with pytest.raises(ArchiveError, match=r"0\.00 GB are free.*0\.20 GB are needed"):
         fetch_dataset(dataset(PUBLISHED), tmp_path, base_url=server.address)
     assert server.ranges == []
@@ -480,7 +475,7 @@ def test_folder_that_cannot_be_written(
     def no_room(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(archive, "_download", no_room)
+    monkeypatch.setattr(archive, "download_part", no_room)
     with pytest.raises(ArchiveError, match="No space left"):
         fetch_dataset(dataset(PUBLISHED), tmp_path, base_url=server.address)
     (tmp_path / "file").write_text("")

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gaitval.datasets.subject import (
-    BUILTIN,
-    Subject,
-    builtin_subjects,
-    load_subject,
-    make_subject,
-    parse_subject,
-)
+from gaitval.datasets.subject import Subject, make_subject
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES, LowPass
 from gaitval.scaling.joint_centres import measure

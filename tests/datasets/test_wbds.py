@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets import wbds
-from gaitval.datasets.subject import BUILTIN, builtin_subjects, load_subject
+from gaitval.datasets import wbds, wbds_files
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import RecordError
 from gaitval.gait import mean_curves
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 
 HEADERS = {
-    "ang": ["Time", *(side + name for side in "RL" for name in wbds._ANGLES)],
+    "ang": ["Time", *(side + name for side in "RL" for name in wbds_files._ANGLES)],
     "knt": [
         "Time",
-        *(side + name for side in "RL" for name in (*wbds._MOMENTS, "GRFX", "GRFY", "GRFZ")),
+        *(side + name for side in "RL" for name in (*wbds_files._MOMENTS, "GRFX", "GRFY", "GRFZ")),
     ],
 }
 
@@ -51,7 +51,7 @@ def write(folder, kind, columns):
 
 
 def read(path):
-    return wbds.read_angles(path) if "ang" in path.name else wbds.read_kinetics(path)
+    return wbds_files.read_angles(path) if "ang" in path.name else wbds_files.read_kinetics(path)
 
 
 def test_angles_become_radians_with_the_project_s_names(tmp_path):
@@ -167,9 +167,9 @@ def test_refused_when_the_files_are_exchanged(tmp_path):
     angles = write(tmp_path, "ang", synthetic("ang"))
     moments = write(tmp_path, "knt", synthetic("knt"))
     with pytest.raises(RecordError, match="ang and knt files look exchanged"):
-        wbds.read_angles(moments)
+        wbds_files.read_angles(moments)
     with pytest.raises(RecordError, match="ang and knt files look exchanged"):
-        wbds.read_kinetics(angles)
+        wbds_files.read_kinetics(angles)
 
 
 def test_refused_when_truncated_between_or_within_rows(tmp_path):
@@ -238,9 +238,9 @@ def test_curves_reproduce_the_recorded_rows(gait_data, subject):
     person, trial = BUILTIN[subject.identifier].split()
     stem = gait_data / "wbds" / "processed" / f"{person}walk{trial}"
     record, phase = subject.record(), np.arange(101) / 100
-    for name, rows in wbds.read_angles(stem.with_name(stem.name + "ang.txt")).items():
+    for name, rows in wbds_files.read_angles(stem.with_name(stem.name + "ang.txt")).items():
         assert np.degrees(np.abs(record.angles[name](phase) - rows).max()) < 0.301, name
-    kinetics = wbds.read_kinetics(stem.with_name(stem.name + "knt.txt"))
+    kinetics = wbds_files.read_kinetics(stem.with_name(stem.name + "knt.txt"))
     trusted = np.delete(np.arange(101), wbds.MOMENT_SEAM)
     for name, rows in kinetics.moments.items():
         difference = record.moments[name](phase[trusted]) - rows[trusted]
@@ -281,11 +281,11 @@ def test_one_pelvis(subject):
 
 def test_static_markers_are_metres_with_left_to_the_left(gait_data):
     path = gait_data / "wbds" / "static_markers_10subjects.csv"
-    markers = wbds.read_static_markers(path, "WBDS14")
+    markers = wbds_files.read_static_markers(path, "WBDS14")
     assert len(markers) == 28
     assert markers["R.ASIS"] == pytest.approx((0.773, -1.356, 0.824), abs=1e-3)
     with pytest.raises(RecordError, match="no row for WBDS99"):
-        wbds.read_static_markers(path, "WBDS99")
+        wbds_files.read_static_markers(path, "WBDS99")
 
 
 def test_markers_in_metres_are_refused(gait_data, tmp_path):
@@ -296,7 +296,7 @@ def test_markers_in_metres_are_refused(gait_data, tmp_path):
         lines[0] + "\n" + ",".join([name, *(str(float(n) / 1000) for n in numbers)]) + "\n"
     )
     with pytest.raises(RecordError, match="looks like metres"):
-        wbds.read_static_markers(path, name)
+        wbds_files.read_static_markers(path, name)
 
 
 def test_pelvis_of_another_sign_is_refused(gait_data, tmp_path):
@@ -319,7 +319,7 @@ def test_pelvis_of_another_sign_is_refused(gait_data, tmp_path):
 
 def test_stride_times_are_those_of_the_cadence(gait_data):
     """Two steps a stride; checks that the table's columns mean what we read."""
-    rows = wbds._rows(gait_data / "wbds" / "stride_times.csv", ["cadence_steps_min"])
+    rows = wbds_files.table_rows(gait_data / "wbds" / "stride_times.csv", ["cadence_steps_min"])
     for row in rows:
         stride_time = 120 / float(row["cadence_steps_min"])
         assert float(row["stride_time_s"]) == pytest.approx(stride_time, rel=1e-3)

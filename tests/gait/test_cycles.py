@@ -28,10 +28,11 @@ from gaitval.gait.cycles import (
     spatiotemporal,
 )
 from gaitval.gait.events import find_events
-from gaitval.gait.foot_forces import assign_forces, zero_plates
+from gaitval.gait.foot_forces import assign_forces
+from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.motion_text import read_wbds_markers
 from gaitval.mocap.recording import Event, FootForces
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

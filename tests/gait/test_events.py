@@ -27,11 +27,12 @@ from gaitval.gait.events import (
     marker_events,
     marker_stance,
 )
-from gaitval.gait.foot_forces import assign_forces, zero_plates
+from gaitval.gait.foot_forces import assign_forces
+from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.motion_text import read_trc
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
+from gaitval.mocap.trc import read_trc
 
 PROCESSING = ProcessingSettings()
 KINDS: tuple[EventKind, ...] = ("heel_strike", "toe_off")

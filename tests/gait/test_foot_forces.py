@@ -23,9 +23,11 @@ from synthetic_recording import (
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
-from gaitval.gait.foot_forces import assign_forces, resample_forces, zero_plates
+from gaitval.gait.filters import low_pass
+from gaitval.gait.foot_forces import assign_forces, resample_forces
+from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.cleaning import Finding, low_pass
+from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import FootForces, Plate, Recording
 

@@ -12,11 +12,11 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
 from gaitval.errors import RecordError
+from gaitval.gait.filters import low_pass
 from gaitval.gait.record import MOMENT_NAMES
 from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.motion_rates import Kinematics, differentiate
-from gaitval.mocap.cleaning import low_pass
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames, tree_arrays

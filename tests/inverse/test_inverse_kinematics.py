@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
 from gaitval.errors import ModelError, RecordError
+from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
-from gaitval.mocap.cleaning import low_pass
 from gaitval.model.markers import ModelMarker
 from gaitval.model.urdf import write_urdf
 

@@ -10,12 +10,12 @@ from standing_person import (
 )
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers, placement_checks
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.motion_text import read_trc
+from gaitval.mocap.trc import read_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.joint_centres import ACROMION_TO_SHOULDER, measure
 from gaitval.scaling.marker_sets import load_marker_set, recognise

@@ -10,13 +10,13 @@ from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError, RecordError, ScalingError
+from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, fit_model
 from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
 from gaitval.mocap.axes import detect_axes
-from gaitval.mocap.cleaning import low_pass
 from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker

@@ -12,7 +12,7 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.learning_control.correct import correct, error, search
 from gaitval.metrics.tolerances import aim

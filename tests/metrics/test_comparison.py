@@ -6,7 +6,7 @@ from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import (
     Curves,

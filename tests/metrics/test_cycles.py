@@ -14,14 +14,7 @@ from synthetic_walk import (
 )
 
 from gaitval.coordinates import SIDES
-from gaitval.metrics.cycles import (
-    cut,
-    find_cycles,
-    foot_events,
-    low_pass,
-    spatiotemporal,
-    walking_speed,
-)
+from gaitval.metrics.cycles import cut, find_cycles, foot_events, spatiotemporal, walking_speed
 
 RECORD = synthetic_record()
 
@@ -73,29 +66,6 @@ def test_a_scuff_in_swing_is_counted_but_is_no_stance():
     assert events.heel_strikes.tolist() == [300, 1400]
     assert events.scuffs == 1
     assert not events.on_ground[1170]
-
-
-@pytest.mark.parametrize("frequency", [1.0, 5.0, 10.0, 20.0])
-def test_the_filter_has_the_gain_of_its_transfer_function_and_no_lag(frequency):
-    step, cut_off = 0.001, 10.0
-    time = step * np.arange(8000)
-    wave = np.sin(2 * np.pi * frequency * time)
-    inner = slice(2000, 6000)  # a whole number of periods, away from the ends
-    filtered = low_pass(wave, step=step, frequency=cut_off)[inner]
-    # two passes of a second-order Butterworth filter (bilinear transform, prewarped)
-    single_pass = cut_off / (np.sqrt(2) - 1) ** 0.25
-    ratio = np.tan(np.pi * frequency * step) / np.tan(np.pi * single_pass * step)
-    gain = 1 / (1 + ratio**4)
-    np.testing.assert_allclose(filtered, gain * wave[inner], atol=1e-6)
-    if frequency == cut_off:
-        assert gain == pytest.approx(np.sqrt(0.5), abs=1e-3)
-
-
-def test_the_filter_takes_walks_of_a_few_samples():
-    for length in (0, 1, 2, 5):
-        assert low_pass(np.ones((length, 3)), step=0.001, frequency=10.0) == pytest.approx(
-            np.ones((length, 3))
-        )
 
 
 def test_cut_interpolates_between_samples():

@@ -7,7 +7,7 @@ import pytest
 from synthetic_walk import STANCE, periodic, synthetic_record
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import builtin_subjects
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import PeriodicCurve
 from gaitval.metrics.record_consistency import consistency
 

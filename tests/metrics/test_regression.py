@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 import pytest
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
 from gaitval.metrics.tolerances import load_registry

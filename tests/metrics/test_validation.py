@@ -19,7 +19,7 @@ from synthetic_walk import (
 )
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.validation import check_metrics, validate

@@ -13,9 +13,9 @@ from scipy.signal import butter, filtfilt
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap import c3d
+from gaitval.mocap import c3d_contents
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.motion_text import read_storage
+from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
 
@@ -469,8 +469,8 @@ class TestRefusals:
     def test_whatever_happens_to_the_reading_process(self, tmp_path, monkeypatch, script, words):
         path = write(tmp_path / "a.c3d")
         (tmp_path / "process.py").write_text(script)
-        monkeypatch.setattr(c3d, "PROCESS", tmp_path / "process.py")
-        monkeypatch.setattr(c3d, "SECONDS", 1.0)
+        monkeypatch.setattr(c3d_contents, "PROCESS", tmp_path / "process.py")
+        monkeypatch.setattr(c3d_contents, "SECONDS", 1.0)
         self.refuse(path, words, "damaged", "Copy it again")
 
     @pytest.mark.parametrize("without", ["module", "limit"])
@@ -487,16 +487,16 @@ class TestRefusals:
         }
         (tmp_path / "process.py").write_text(
             f"import runpy, sys\n{stand_in[without]}\n"
-            f"runpy.run_path({str(c3d.PROCESS)!r}, run_name='__main__')\n"
+            f"runpy.run_path({str(c3d_contents.PROCESS)!r}, run_name='__main__')\n"
         )
-        monkeypatch.setattr(c3d, "PROCESS", tmp_path / "process.py")
+        monkeypatch.setattr(c3d_contents, "PROCESS", tmp_path / "process.py")
         elsewhere = read_c3d(tmp_path / "t.c3d")
         np.testing.assert_array_equal(elsewhere.markers, usual.markers)
         np.testing.assert_array_equal(elsewhere.plates[0].force, usual.plates[0].force)
 
     def test_damaged_bytes_never_end_in_anything_else(self, tmp_path, monkeypatch):
         """Single bytes of the parameters changed; ezc3d 1.7.2 crashes or hangs with some."""
-        monkeypatch.setattr(c3d, "SECONDS", 1.5)
+        monkeypatch.setattr(c3d_contents, "SECONDS", 1.5)
         whole = write(tmp_path / "whole.c3d", plates=[plate_of(4)]).read_bytes()
         rng = np.random.default_rng(0)
         refused = 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RandomisationSettings
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import Segment
 from gaitval.model.parameters import (

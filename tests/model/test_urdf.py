@@ -4,7 +4,7 @@ import pytest
 import yourdfpy
 
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel, Segment
 from gaitval.model.parameters import apply_parameters, nominal_parameters

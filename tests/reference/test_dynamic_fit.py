@@ -10,7 +10,7 @@ from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subje
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject import BUILTIN
+from gaitval.datasets.subject_file import BUILTIN
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays

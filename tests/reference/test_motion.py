@@ -9,7 +9,7 @@ from simulation_fixtures import mirror_image, symmetric
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation

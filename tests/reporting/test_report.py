@@ -12,7 +12,7 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.validation import validate
 from gaitval.model.urdf import write_urdf

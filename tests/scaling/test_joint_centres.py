@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.scaling.joint_centres import LANDMARKS, hip_joint_centre, measure, pelvis_frame
+from gaitval.scaling.joint_centres import hip_joint_centre, measure, pelvis_frame
+from gaitval.scaling.landmarks import LANDMARKS
 
 
 @pytest.fixture

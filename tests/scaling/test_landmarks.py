@@ -16,7 +16,7 @@ from standing_person import (
     standing_person,
 )
 
-from gaitval.datasets.subject import builtin_subjects, load_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.segment_lengths import lengths_of, with_lengths
 from gaitval.scaling.joint_centres import FOOT_SHAPE, chord_centre, locate, measure

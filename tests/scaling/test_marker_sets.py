@@ -4,8 +4,8 @@ import pytest
 from gaitval.datasets.subject import MARKERS
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.motion_text import read_trc
-from gaitval.scaling.joint_centres import LANDMARKS
+from gaitval.mocap.trc import read_trc
+from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_sets import EXAMPLE, builtin_marker_sets, load_marker_set, recognise
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")

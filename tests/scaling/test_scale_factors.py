@@ -5,9 +5,9 @@ from shutil import copy
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.mocap.motion_text import read_trc
+from gaitval.mocap.trc import read_trc
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs, scale_factors
 

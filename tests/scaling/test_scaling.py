@@ -3,12 +3,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject import BUILTIN, load_subject
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ScalingError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.anthropometry import DE_LEVA, mass_fractions, shifted_inertia
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.scaling import SPHERE_RADIUS, scale_subject
+from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.segments import SPHERE_RADIUS
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 

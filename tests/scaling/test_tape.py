@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from standing_person import PERSON
 
-from gaitval.datasets.subject import builtin_subjects, load_subject, make_subject
+from gaitval.datasets.subject import make_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject

@@ -14,7 +14,7 @@ from simulation_fixtures import random_policy
 
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask

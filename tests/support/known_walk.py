@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.motion_rates import Kinematics, cardan_coordinates

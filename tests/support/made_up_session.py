@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from standing_person import HEADING, PERSON, StandingPerson, standing_person
 
 from gaitval.inverse.marked_body import marker_positions
-from gaitval.mocap.motion_text import write_trc
 from gaitval.mocap.recording import FootForces, Recording
+from gaitval.mocap.trc import write_trc
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import write_ground_reaction

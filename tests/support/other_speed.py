@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.session.session import Import
 
 PHASE = np.linspace(0.0, 1.0, 101)

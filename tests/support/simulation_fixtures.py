@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.model.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass

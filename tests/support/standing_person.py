@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import (

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.metrics.comparison import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.metrics.rollouts import Rollouts, compared_part, endurance

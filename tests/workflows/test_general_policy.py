@@ -4,7 +4,7 @@ import pytest
 from simulation_fixtures import task_of_subject
 
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject import BUILTIN
+from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment

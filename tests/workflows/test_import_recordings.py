@@ -16,7 +16,7 @@ from recorded_sessions import rajagopal_walk, wbds01_t01
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.mocap.motion_text import read_storage
+from gaitval.mocap.mot import read_storage
 from gaitval.session import write
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import speed

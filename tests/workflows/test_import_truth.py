@@ -29,10 +29,10 @@ from typer.testing import CliRunner
 from gaitval.cli import app as cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
 from gaitval.inverse.motion_rates import cardan_coordinates
-from gaitval.mocap.cleaning import low_pass
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject

@@ -25,7 +25,7 @@ from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions

@@ -1,0 +1,255 @@
+"""Implausible values of a subject, a sentence each: what was seen, why it is wrong, how to mend.
+
+The ranges catch units and swapped columns, not unusual people.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from pydantic import (
+    ValidationError,
+)
+
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.record import (
+    Curve,
+)
+
+# Plausible ranges. They catch units and swapped columns, not unusual people: each is wider
+# than the range over the 50 people of the WBDS dataset.
+HEIGHT = (1.2, 2.3)  # m
+MASS = (25.0, 200.0)  # kg
+BMI = (13.0, 45.0)  # kg/m²
+LEG_RATIO = (0.42, 0.60)  # leg length / height; WBDS 0.48-0.56
+AGE = (16.0, 105.0)  # years; de Leva's segment tables are of adults
+SPEED = (0.2, 2.5)  # m/s, walking
+STRIDE_TIME = (0.6, 2.5)  # s
+LEFT_PHASE = (0.35, 0.65)
+STANCE_FRACTION = (0.5, 0.8)
+VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for a periodic gait and true calibration
+LARGEST_COORDINATE = 10.0  # m, of a marker in its laboratory
+LARGEST_ANGLE = 3.0  # rad
+LARGEST_MOMENT = 5.0  # Nm/kg
+LARGEST_FORCE = 3.0  # body weights
+
+
+def _number(values: Mapping[str, Any], name: str) -> float | None:
+    """The finite number stored under `name`, or None: other checks report what it is not."""
+    value = values.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        return None
+    return float(value)
+
+
+def _within(value: float, limits: tuple[float, float]) -> bool:
+    return limits[0] <= value <= limits[1]
+
+
+def _plausible_build(mass: float, height: float) -> bool:
+    return _within(mass, MASS) and _within(height, HEIGHT) and _within(mass / height**2, BMI)
+
+
+def mass_and_height_problems(mass: float, height: float) -> list[str]:
+    """What is wrong with a body mass (kg) and a stature (m), a sentence each; wrong units and
+    swapped values are told.
+    """
+    if _plausible_build(mass, height):
+        return []
+    swapped = [
+        (new_mass, new_height)
+        for new_height in (mass, mass / 100)
+        for new_mass in (height, height * 100)
+        if _plausible_build(new_mass, new_height)
+    ]
+    seen = f"mass_kg = {mass:g} and height_m = {height:g}"
+    if _plausible_build(mass, height / 100):
+        return [
+            f"height_m = {height:g}: this looks like centimetres. "
+            f"Give metres: height_m = {height / 100:g}."
+        ]
+    if swapped:
+        new_mass, new_height = swapped[0]
+        return [
+            f"{seen}: the columns look swapped (a body mass of {mass:g} kg at {height:g} m is "
+            f"impossible, {new_mass:g} kg at {new_height:g} m is not). "
+            f"Give mass_kg = {new_mass:g} and height_m = {new_height:g}."
+        ]
+    if _plausible_build(mass * 0.45359237, height):
+        return [
+            f"mass_kg = {mass:g}: with height_m = {height:g} the body mass index is "
+            f"{mass / height**2:.1f} kg/m², outside {BMI[0]:g}-{BMI[1]:g}; this looks like pounds. "
+            f"Give kilograms: mass_kg = {mass * 0.45359237:.1f}."
+        ]
+    if _plausible_build(mass, height * 0.3048):
+        return [
+            f"height_m = {height:g}: this looks like feet. "
+            f"Give metres: height_m = {height * 0.3048:.3f}."
+        ]
+    problems = [
+        f"{name} = {value:g}: outside {limits[0]:g}-{limits[1]:g} {unit}. Check value and unit."
+        for name, value, limits, unit in (
+            ("mass_kg", mass, MASS, "kg"),
+            ("height_m", height, HEIGHT, "m"),
+        )
+        if not _within(value, limits)
+    ]
+    return problems or [
+        f"{seen}: the body mass index is {mass / height**2:.1f} kg/m², outside "
+        f"{BMI[0]:g}-{BMI[1]:g}. Check both values and their units."
+    ]
+
+
+def _range_problem(
+    values: Mapping[str, Any],
+    name: str,
+    limits: tuple[float, float],
+    unit: str,
+    other_units: Mapping[str, float] | None = None,
+) -> list[str]:
+    """Out of range; `other_units` maps a unit's name to the factor from it to `unit`."""
+    value = _number(values, name)
+    if value is None or _within(value, limits):
+        return []
+    for other, factor in (other_units or {}).items():
+        if _within(value * factor, limits):
+            return [
+                f"{name} = {value:g}: this looks like {other}; "
+                f"give {unit}: {name} = {value * factor:g}."
+            ]
+    return [
+        f"{name} = {value:g}: outside the plausible {limits[0]:g}-{limits[1]:g} {unit}. "
+        "Check value and unit."
+    ]
+
+
+def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
+    positions = {
+        name: np.array(at, dtype=float)
+        for name, at in markers.items()
+        if isinstance(at, list | tuple)
+        and len(at) == 3
+        and all(isinstance(value, int | float) for value in at)
+        and np.all(np.isfinite(at))
+    }
+    far = {name: at for name, at in positions.items() if np.abs(at).max() > LARGEST_COORDINATE}
+    if far:
+        name, at = next(iter(far.items()))
+        return [
+            f"markers: {len(far)} of {len(positions)} are more than {LARGEST_COORDINATE:g} m from "
+            f"the origin (the first is {name} at {at.tolist()}); this looks like millimetres. "
+            "Divide by 1000."
+        ]
+    problems = []
+    for side in "RL":
+        hip, knee = positions.get(f"{side}.ASIS"), positions.get(f"{side}.Knee")
+        if hip is not None and knee is not None and hip[2] <= knee[2]:
+            problems.append(
+                f"markers: {side}.ASIS (z = {hip[2]:g} m) is not above {side}.Knee "
+                f"(z = {knee[2]:g} m). Axes must be x forward, y left, z up; ISB axes (y up, "
+                "z right) convert as x, -z, y."
+            )
+    right, left = positions.get("R.ASIS"), positions.get("L.ASIS")
+    if not problems and right is not None and left is not None and left[1] <= right[1]:
+        problems.append(
+            f"markers: L.ASIS (y = {left[1]:g} m) is not to the left of R.ASIS "
+            f"(y = {right[1]:g} m). The person must face +x with y to the left; check that the "
+            "sides are not exchanged."
+        )
+    return problems
+
+
+def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+    """Samples of a curve as it stands in the TOML, over phases 0…`until`; None if malformed."""
+    try:
+        periodic = Curve.model_validate(curve).periodic()
+    except ValidationError:
+        return None
+    return periodic(np.linspace(0, until, 100))
+
+
+def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[str]:
+    problems = []
+    for group, largest, unit, mend in (
+        ("angles", LARGEST_ANGLE, "rad", "this looks like degrees; multiply by pi/180"),
+        ("moments", LARGEST_MOMENT, "Nm/kg", "this looks like Nm; divide by the body mass"),
+    ):
+        curves = gait.get(group)
+        for name, curve in curves.items() if isinstance(curves, Mapping) else ():
+            values = _curve_values(curve)
+            if values is not None and np.abs(values).max() > largest:
+                problems.append(
+                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}; {mend}."
+                )
+    forces = gait.get("forces")
+    for side in SIDES:
+        until = _number(stance, side)
+        force = forces.get(side) if isinstance(forces, Mapping) else None
+        up = force.get("up") if isinstance(force, Mapping) else None
+        values = None if until is None or up is None else _curve_values(up, until)
+        if values is None:
+            continue
+        if np.abs(values).max() > LARGEST_FORCE:
+            problems.append(
+                f"gait.forces.{side}.up: reaches {np.abs(values).max():.3g} body weights; this "
+                f"looks like N or N/kg. Divide N/kg by {STANDARD_GRAVITY}."
+            )
+        elif values.mean() <= 0:
+            problems.append(
+                f"gait.forces.{side}.up: its mean in stance is {values.mean():.3g} body weights; "
+                "the ground pushes up. Change its sign."
+            )
+    return problems
+
+
+def implausible(values: Mapping[str, Any]) -> list[str]:
+    """Every implausible value of a subject's tables, a sentence each.
+
+    Works on what is there, so that it can add to the list of missing and malformed keys.
+    """
+    mass, height = _number(values, "mass_kg"), _number(values, "height_m")
+    leg = _number(values, "leg_length_m")
+    problems = []
+    if mass is not None and height is not None:
+        problems += mass_and_height_problems(mass, height)
+    if leg is not None and height is not None and _within(height, HEIGHT):
+        if _within(leg / 100 / height, LEG_RATIO):
+            problems.append(
+                f"leg_length_m = {leg:g}: this looks like centimetres. "
+                f"Give metres: leg_length_m = {leg / 100:g}."
+            )
+        elif not _within(leg / height, LEG_RATIO):
+            problems.append(
+                f"leg_length_m = {leg:g}: {leg / height:.2f} of height_m = {height:g}, outside "
+                f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
+            )
+    problems += _range_problem(values, "age_years", AGE, "years", {"months": 1 / 12})
+    problems += _range_problem(
+        values, "walking_speed_m_s", SPEED, "m/s", {"km/h": 1 / 3.6, "mm/s": 1e-3}
+    )
+    problems += _range_problem(values, "stride_time_s", STRIDE_TIME, "s", {"milliseconds": 1e-3})
+    problems += _range_problem(
+        values, "left_phase", LEFT_PHASE, "of the right gait cycle", {"per cent": 0.01}
+    )
+    problems += _range_problem(
+        values,
+        "mean_vertical_force",
+        VERTICAL_FORCE,
+        "body weights",
+        {"N/kg": 1 / STANDARD_GRAVITY},
+    )
+    stance = values.get("stance_fraction")
+    stance = stance if isinstance(stance, Mapping) else {}
+    for side in SIDES:
+        problems += [
+            f"stance_fraction.{problem}"
+            for problem in _range_problem(
+                stance, side, STANCE_FRACTION, "of the gait cycle", {"per cent": 0.01}
+            )
+        ]
+    if isinstance(values.get("markers"), Mapping):
+        problems += _marker_problems(values["markers"])
+    if isinstance(values.get("gait"), Mapping):
+        problems += _curve_problems(values["gait"], stance)
+    return problems

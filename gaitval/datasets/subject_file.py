@@ -1,0 +1,90 @@
+"""Subjects read: from a TOML file, and the ten that are built in."""
+
+import re
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from gaitval.datasets.subject import Subject, make_subject
+from gaitval.errors import SubjectError
+
+BUILTIN: Final[dict[str, str]] = {
+    "S01": "WBDS01 T05",
+    "S02": "WBDS02 T06",
+    "S03": "WBDS12 T06",
+    "S04": "WBDS21 T04",
+    "S05": "WBDS14 T05",
+    "S06": "WBDS24 T07",
+    "S07": "WBDS26 T03",
+    "S08": "WBDS29 T01",
+    "S09": "WBDS31 T03",
+    "S10": "WBDS39 T02",
+}
+"""The paper's ten subjects: person and treadmill trial of the WBDS dataset."""
+
+
+def parse_subject(text: str, where: str) -> Subject:
+    """Read a subject from TOML `text`; `where` names the file in messages.
+
+    Raises
+    ------
+    SubjectError
+        Invalid TOML, or the problems that `make_subject` lists.
+    """
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SubjectError(f"{where}: not valid TOML: {error}. Mend that line.") from None
+    return make_subject(values, where)
+
+
+def _read_file(path: Path) -> Subject:
+    if path.is_dir():
+        raise SubjectError(f"{path}: is a folder. Give the subject's .toml file in it.")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise SubjectError(f"{path}: no such file. Check the path of the subject file.") from None
+    except UnicodeDecodeError:
+        raise SubjectError(f"{path}: not UTF-8 text. Save the file as UTF-8 TOML.") from None
+    return parse_subject(text, str(path))
+
+
+def _read_builtin(identifier: str) -> Subject:
+    file = resources.files("gaitval.datasets") / "builtin" / f"{identifier}.toml"
+    return parse_subject(file.read_text(encoding="utf-8"), f"{identifier}.toml")
+
+
+def builtin_subjects() -> tuple[Subject, ...]:
+    """The paper's ten subjects, S01 to S10."""
+    return tuple(_read_builtin(identifier) for identifier in BUILTIN)
+
+
+def load_subject(name_or_path: str | int | Path) -> Subject:
+    """Load a built-in subject or a subject file.
+
+    Parameters
+    ----------
+    name_or_path : 5, "5", "S05", the dataset's name "WBDS14", or a path to a .toml file.
+
+    Raises
+    ------
+    SubjectError
+        When no such subject exists, or the file has problems (all are listed).
+    """
+    name = str(name_or_path).strip()
+    if name.lower().endswith(".toml") or "/" in name:
+        return _read_file(Path(name))
+    if match := re.fullmatch(r"[Ss]?0*([1-9]\d*)", name):
+        identifier = f"S{int(match[1]):02d}"
+        if identifier in BUILTIN:
+            return _read_builtin(identifier)
+    if match := re.fullmatch(r"WBDS0*([1-9]\d*)", name.upper()):
+        for identifier, source in BUILTIN.items():
+            if source.startswith(f"WBDS{int(match[1]):02d} "):
+                return _read_builtin(identifier)
+    valid = ", ".join(f"{key} ({source.split()[0]})" for key, source in BUILTIN.items())
+    raise SubjectError(
+        f"{name!r}: no such subject. Built in are {valid}; or give a path to a .toml file."
+    )

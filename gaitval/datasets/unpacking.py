@@ -1,0 +1,73 @@
+"""ZIP archives unpacked, whole or not at all."""
+
+import shutil
+import stat
+import tempfile
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from gaitval.errors import ArchiveError
+
+DISK_MARGIN: Final = 200_000_000
+"""Bytes that a download leaves free on the disk."""
+UNPACKED_LIMIT: Final = 20_000_000_000
+"""Bytes; more inside one archive is refused. The largest known one holds about 2 GB."""
+MEMBERS_LIMIT: Final = 100_000
+"""Files; more inside one archive are refused. The largest known one holds about 10 000."""
+
+
+def check_disk(folder: Path, needed: int) -> None:
+    """Refuse to put so many bytes on the disk of a folder that it would be full."""
+    free = shutil.disk_usage(folder).free
+    if free < needed + DISK_MARGIN:
+        raise ArchiveError(
+            f"{folder}: {free / 1e9:.2f} GB are free on this disk and "
+            f"{(needed + DISK_MARGIN) / 1e9:.2f} GB are needed. Make room or name another folder."
+        )
+
+
+def unpack(archive: Path, folder: Path) -> None:
+    """Unpack a ZIP archive into `folder`, whole or not at all; an old `folder` is replaced.
+
+    Raises
+    ------
+    ArchiveError : not a ZIP archive, or a damaged one; a member lies outside the folder (absolute
+        path or ".."), or is a link; more than `UNPACKED_LIMIT` bytes or `MEMBERS_LIMIT` members.
+    """
+    try:
+        with zipfile.ZipFile(archive) as stored:
+            members = stored.infolist()
+            _check_members(archive, members)
+            check_disk(archive.parent, sum(member.file_size for member in members))
+            with tempfile.TemporaryDirectory(
+                dir=archive.parent, prefix=f".{folder.name}."
+            ) as temporary:
+                stored.extractall(Path(temporary) / "new")
+                if folder.exists():
+                    folder.replace(Path(temporary) / "old")
+                (Path(temporary) / "new").replace(folder)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise ArchiveError(
+            f"{archive}: not readable as a ZIP archive ({error}). Delete it and fetch it again."
+        ) from None
+
+
+def _check_members(archive: Path, members: list[zipfile.ZipInfo]) -> None:
+    size = sum(member.file_size for member in members)
+    if len(members) > MEMBERS_LIMIT or size > UNPACKED_LIMIT:
+        raise ArchiveError(
+            f"{archive}: holds {len(members)} members of {size} bytes; at most {MEMBERS_LIMIT} "
+            f"members of {UNPACKED_LIMIT} bytes are unpacked. Nothing was unpacked."
+        )
+    for member in members:
+        # zipfile itself would turn an unsafe name into another one without a word
+        name = member.filename.replace("\\", "/")
+        path = PurePosixPath(name)
+        outside = path.is_absolute() or ".." in path.parts or ":" in name.split("/", 1)[0]
+        if outside or stat.S_ISLNK(member.external_attr >> 16):
+            raise ArchiveError(
+                f"{archive}: member {member.filename!r} would be written outside its folder or is "
+                "a link. This is not the published archive; nothing was unpacked."
+            )

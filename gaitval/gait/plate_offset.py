@@ -1,0 +1,111 @@
+"""What a force plate shows while no foot is on it, taken away.
+
+The wrench is what is corrected; see `foot_forces`. Axes: the project's (REP-103, z up).
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import binary_erosion
+
+from gaitval.arrays import runs
+from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
+from gaitval.gait.filters import low_pass
+from gaitval.mocap.findings import Finding, sample_finding
+from gaitval.mocap.force_plates import make_plate, plate_axes
+from gaitval.mocap.recording import Plate, Recording
+
+LEAST_UNLOADED_SECONDS: Final = 0.1
+"""A plate's offset is its mean over at least this long without a foot on it, s."""
+SMALLEST_OFFSET_N: Final = 1.0
+"""Offsets below this are the noise of a plate."""
+RESTLESS_N: Final = 15.0
+"""Standard deviation of the low-passed vertical force of an unloaded plate above which something
+else than an offset acts on it, N. A running belt leaves about 1 N."""
+RESTLESS_CUTOFF_HZ: Final = 20.0
+"""... after this low-pass, Hz: a belt's motor and frame shake the plate at 25 Hz and above."""
+
+
+def zero_plates(
+    recording: Recording, *, landmarks: Mapping[str, str]
+) -> tuple[Recording, tuple[Finding, ...]]:
+    """Take away what the plates show while no foot is on them.
+
+    The offset of all six components is the mean in each phase without a foot on the plate (by
+    the markers), interpolated linearly between the phases, so that a drift goes with it. It
+    matters most for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right
+    plate in swing, which moves the centre of pressure out of the foot by decimetres at toe-off.
+
+    A plate without moments (`Plate.moment` is None) is left as it is, and an offset of its
+    force only reported, for its centre of pressure could not be corrected with it.
+
+    Parameters
+    ----------
+    recording : cleaned, in the project's axes.
+    landmarks : see `foot_markers`.
+    """
+    if not recording.plates:
+        return recording, ()
+    feet = feet_of(recording, landmarks)
+    plates, findings = [], []
+    for plate in recording.plates:
+        zeroed, finding = _zeroed(recording, plate, feet)
+        plates.append(zeroed)
+        findings += finding
+    return replace(recording, plates=tuple(plates)), tuple(findings)
+
+
+def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list[Finding]]:
+    rate = recording.force_rate
+    settling = round(SETTLING_SECONDS * rate)
+    occupied = np.zeros(len(plate.force), dtype=bool)
+    for column in (0, 1):
+        occupied |= feet.stance[:, column] & reaches(plate, feet.outlines[column])
+    free = binary_erosion(~occupied, iterations=settling, border_value=1) if settling else ~occupied
+    phases = [
+        (begin, end)
+        for begin, end in zip(*runs(free), strict=True)
+        if end - begin >= LEAST_UNLOADED_SECONDS * rate
+    ]
+    if not phases:
+        return plate, []
+    middles = np.array([0.5 * (begin + end - 1) for begin, end in phases])
+    components = plate.force if plate.moment is None else np.hstack([plate.force, plate.moment])
+    means = np.array([components[begin:end].mean(axis=0) for begin, end in phases])
+    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
+    restless = float(np.median([smooth[begin:end].std() for begin, end in phases]))
+    size = float(np.abs(np.median(means[:, :3], axis=0)).max())
+    drift = float(np.ptp(means[:, 2])) if len(phases) > 1 else 0.0
+    if size < SMALLEST_OFFSET_N and drift < SMALLEST_OFFSET_N:
+        return plate, []
+
+    shown = (
+        f"shows {np.round(np.median(means[:, :3], axis=0), 1).tolist()} N (forward, left, up; up "
+        f"varies by {drift:.1f} N) without a foot on it; "
+    )
+    if restless > RESTLESS_N:
+        shown += (
+            f"its force varies there by {restless:.0f} N (standard deviation), so something else "
+            "stood on it: left as it is"
+        )
+        return plate, [_offset_finding(recording, plate, shown)]
+    if plate.moment is None:
+        shown += (
+            "left as it is, as the file has no moments with which the centre of pressure could "
+            "be corrected; give the trial as C3D with the plate's own channels"
+        )
+        return plate, [_offset_finding(recording, plate, shown)]
+    samples = np.arange(len(plate.force))
+    offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
+    force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
+    axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
+    about_centre = moment - np.cross(centre, force)
+    zeroed = make_plate(plate.name, plate.corners, force @ axes, about_centre @ axes)
+    return zeroed, [_offset_finding(recording, plate, shown + "taken away")]
+
+
+def _offset_finding(recording: Recording, plate: Plate, action: str) -> Finding:
+    names = (f"plate {plate.name}",)
+    return sample_finding(recording, "offset", names, 0, len(plate.force), action)

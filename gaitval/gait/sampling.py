@@ -1,0 +1,47 @@
+"""Curves between their samples, for recordings and for simulations."""
+
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags
+
+SAMPLES: Final = 101
+"""Points of a normalised gait cycle: 0, 1, … 100 %."""
+
+
+def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
+    """Values at fractional samples, linear between two; beyond the ends the last one is held.
+
+    Parameters
+    ----------
+    values : (T, ...).
+    samples : (...) counted from 0.
+    lone : at a whole sample its neighbour does not count and may be NaN; else a NaN beside a
+        sample hides it too.
+
+    Returns
+    -------
+    Array : of the shape of `samples` and then that of one value.
+    """
+    samples = np.clip(samples, 0.0, len(values) - 1)
+    below = np.minimum(samples.astype(np.int64), max(len(values) - 2, 0))
+    above = np.minimum(below + 1, len(values) - 1)
+    share = (samples - below).reshape(samples.shape + (1,) * (values.ndim - 1))
+    before, after = values[below], values[above]
+    if lone:
+        before = np.where(share < 1.0, before, 0.0)
+        after = np.where(share > 0.0, after, 0.0)
+    return np.asarray((1.0 - share) * before + share * after)
+
+
+def bridged(values: Array, known: Flags) -> Array:
+    """Values (T, n) in which the samples that are not known lie on the line between those that are.
+
+    Parameters
+    ----------
+    known : (T,) at least one True; before the first and after the last one the value is held.
+    """
+    samples = np.arange(len(values))
+    columns = [np.interp(samples, samples[known], column[known]) for column in values.T]
+    return np.stack(columns, axis=1)

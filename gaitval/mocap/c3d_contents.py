@@ -1,0 +1,177 @@
+"""What a C3D file holds: its parameters and its data as they are stored.
+
+They are read by ezc3d in a process of its own (`c3d_process.py`), for a damaged file can
+make it crash, run for ever or ask for all memory: ezc3d 1.7.2 does so with two in a hundred files
+of which a byte in the header or the parameters was changed. So run, the worst that a file can do is
+a `RecordError`. It costs 0.2 s.
+"""
+
+import io
+import json
+import os
+import struct
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+
+PROCESS = Path(__file__).with_name("c3d_process.py")
+"""The script that reads a file."""
+
+SECONDS = 10.0
+SECONDS_PER_MEGABYTE: Final = 1.0
+"""Longest time to read a file; measured: 0.1 s and 0.08 s for each megabyte."""
+
+_BLOCK: Final = 512
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What ezc3d finds in a file: parameters by group and name, and the data."""
+
+    parameters: Mapping[str, Mapping[str, Mapping[str, list[Any]]]]
+    first_frame: int
+    points: Array
+    residuals: Array
+    analogs: Array
+
+    def get(self, group: str, name: str) -> list[Any]:
+        """Values of a parameter as a flat list in the file's order; empty where it is missing."""
+        return list(self.parameters.get(group, {}).get(name, {}).get("value", []))
+
+    def number(self, group: str, name: str) -> float:
+        """First value of a parameter; 0 where it is missing or no number."""
+        value = next(iter(self.get(group, name)), 0)
+        return float(value) if isinstance(value, int | float) else 0.0
+
+    def text(self, group: str, name: str) -> str:
+        """First value of a text parameter; empty where it is missing."""
+        return str(next(iter(self.get(group, name)), "")).strip()
+
+    def of_plate(self, name: str, index: int, *shape: int) -> Array | None:
+        """A plate's part of an array of FORCE_PLATFORM, cut to this shape; None where it has none.
+
+        Its last axis is the plate. With plates of several types the others are as long as the
+        largest type needs.
+        """
+        stored = self.parameters.get("FORCE_PLATFORM", {}).get(name)
+        if stored is None:
+            return None
+        sizes = [*stored["shape"], 1][: len(shape) + 1]
+        if len(sizes) <= len(shape) or sizes[-1] <= index:
+            return None
+        if any(size < wanted for size, wanted in zip(sizes, shape, strict=False)):
+            return None
+        try:
+            values = np.array(stored["value"], dtype=float).reshape(sizes, order="F")
+        except ValueError:
+            return None
+        part: Array = np.moveaxis(values, -1, 0)[index]
+        return part[tuple(slice(wanted) for wanted in shape)]
+
+
+def check_size(path: Path) -> None:
+    """Refuse what is no C3D file, and a file that is shorter than its header says."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_BLOCK)
+            size = file.seek(0, io.SEEK_END)
+            if len(head) == _BLOCK:
+                file.seek((max(head[0], 1) - 1) * _BLOCK)
+                parameters = file.read(4)
+    except FileNotFoundError:
+        raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be opened ({error.strerror}).") from None
+    if not size:
+        raise RecordError(f"{path}: the file is empty. Copy or export it again.")
+    if len(head) > 1 and head[1] != 0x50:
+        raise RecordError(
+            f"{path}: not a C3D file (its second byte is {head[1]:#04x}, a C3D file's is 0x50). "
+            "Give the .c3d file of the trial, or export it again."
+        )
+    if len(head) < _BLOCK or len(parameters) < 4:
+        raise RecordError(
+            f"{path}: truncated: {size} bytes do not even hold the header and the parameters. "
+            "Copy or export it again."
+        )
+    # The processor decides the order of bytes: 84 Intel, 85 DEC (floats of its own), 86 MIPS.
+    order = ">" if parameters[3] == 86 else "<"
+    points, analogs, first, last = struct.unpack(f"{order}4H", head[2:10])
+    data_block, samples = struct.unpack(f"{order}2H", head[16:20])
+    (scale,) = struct.unpack(f"{order}f", head[12:16])
+    if parameters[3] == 85:  # a DEC float has its sign in byte 1, as the others in byte 3
+        scale = -1.0 if head[13] & 0x80 else 1.0
+    if last < first:
+        return  # more than 65535 frames: the parameters have the count, see `read_contents`
+    word = 4 if scale < 0 else 2
+    frames = last - first + 1
+    needed = (data_block - 1) * _BLOCK + frames * (4 * points + analogs) * word
+    if size < needed:
+        raise RecordError(
+            f"{path}: truncated: the header promises {frames} frames of {points} markers and "
+            f"{analogs} analog values ({samples} for each channel), {needed} bytes, but the file "
+            f"has {size}. Copy or export it again."
+        )
+
+
+def _damaged(path: Path, why: str) -> RecordError:
+    return RecordError(
+        f"{path}: not readable as C3D ({why}): it is damaged or breaks the format. Copy it "
+        "again, or open it in the program that recorded it and save it anew."
+    )
+
+
+def read_contents(path: Path) -> Contents:
+    """Contents of a file, read in another process; see the module."""
+    # -P: a json.py in the folder of the data must not take the place of Python's.
+    command = [sys.executable, "-P", str(PROCESS), str(path.resolve())]
+    # Each thread of OpenBLAS would count against the memory that the process may have.
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    try:
+        done = subprocess.run(
+            command, capture_output=True, timeout=limit, check=False, env=environment
+        )
+    except subprocess.TimeoutExpired:
+        raise _damaged(path, f"reading did not end in {limit:.0f} s") from None
+    if done.returncode:
+        lines = done.stderr.decode(errors="replace").strip().splitlines()
+        known = done.returncode > 0 and lines and lines[-1].startswith("c3d: ")
+        # ezc3d goes on to say how to switch its check off, which helps no user of ours.
+        why = lines[-1][5:].partition(". If you want")[0] if known else "reading it ends in a crash"
+        raise _damaged(path, why)
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as stored:
+        described = json.loads(str(stored["described"]))
+        contents = Contents(
+            parameters=described["parameters"],
+            first_frame=described["first_frame"],
+            points=stored["points"],
+            residuals=stored["residuals"],
+            analogs=stored["analogs"],
+        )
+    promised = described["last_frame"] - described["first_frame"] + 1
+    if len(contents.points) < promised:
+        raise RecordError(
+            f"{path}: truncated: {promised} frames are promised, {len(contents.points)} are there. "
+            "Copy or export it again."
+        )
+    return contents
+
+
+def labels_of(contents: Contents, group: str, name: str) -> list[str]:
+    """Values of a text parameter that goes on in NAME2, NAME3 after 255 entries."""
+    found = [str(text).strip() for text in contents.get(group, name)]
+    for number in range(2, 100):
+        more = contents.get(group, f"{name}{number}")
+        if not more:
+            break
+        found += [str(text).strip() for text in more]
+    return found

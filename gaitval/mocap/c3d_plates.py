@@ -1,0 +1,200 @@
+"""Force plates of a C3D file, of types 1 to 4."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.c3d_contents import Contents, labels_of
+from gaitval.mocap.force_plates import (
+    CERTAIN_LOAD_N,
+    CHANNELS,
+    make_plate,
+    plate_axes,
+    plate_wrench,
+)
+from gaitval.mocap.recording import Plate
+from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
+
+LARGEST_ZERO_N: Final = 50.0
+"""An unloaded plate's offset is under this, N. More in the frames of FORCE_PLATFORM:ZERO is a
+person: many programs write the default frames 1 to 10 whoever stands there."""
+
+
+def read_plates(
+    path: Path, contents: Contents, markers: Array, marker_rate: float
+) -> tuple[tuple[Plate, ...], float]:
+    """The plates of a file that have channels, and the rate of their forces, Hz (0 without plates).
+
+    Parameters
+    ----------
+    path : for messages.
+    markers : (T, M, 3) m, of the same file.
+    marker_rate : Hz.
+
+    Raises
+    ------
+    RecordError : as `read_c3d`, of its plates.
+    """
+    used = int(contents.number("FORCE_PLATFORM", "USED"))
+    rate = contents.number("ANALOG", "RATE")
+    if used < 1 or not contents.analogs.size:
+        return (), 0.0
+    per_frame = round(len(contents.analogs) / len(markers))
+    if per_frame < 1 or abs(rate - per_frame * marker_rate) > 1e-3 * rate:
+        raise RecordError(
+            f"{path}: forces at {rate:g} Hz (ANALOG:RATE) and markers at {marker_rate:g} Hz, but "
+            f"{len(contents.analogs)} force samples on {len(markers)} frames. The rate of the "
+            "forces must be a whole multiple of the markers'; export the trial again."
+        )
+    plates = []
+    for index in range(used):
+        plate = _plate(path, contents, index, markers, per_frame)
+        if plate is not None:
+            plates.append(plate)
+    return tuple(plates), per_frame * marker_rate if plates else 0.0
+
+
+def _plate(
+    path: Path, contents: Contents, index: int, markers: Array, per_frame: int
+) -> Plate | None:
+    """Plate number `index`; None where the file reserves one but has no data of it."""
+    where = f"{path}: force plate {index + 1}"
+    types = contents.of_plate("TYPE", index)
+    kind = 0 if types is None else int(types)
+    if kind not in CHANNELS:
+        raise RecordError(
+            f"{where} is of type {kind or 'unknown'}; types 1 to 4 are read. Export the trial "
+            "with forces and moments (type 2) instead."
+        )
+    listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
+    numbers = [] if listed is None else [int(n) for n in listed]
+    if numbers and not any(numbers):
+        return None
+    if not numbers or not all(1 <= n <= contents.analogs.shape[1] for n in numbers):
+        raise RecordError(
+            f"{where} (type {kind}) needs {CHANNELS[kind]} of the {contents.analogs.shape[1]} "
+            f"analog channels, but FORCE_PLATFORM:CHANNEL names {numbers}. Export it again."
+        )
+    metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
+    stored = contents.of_plate("CORNERS", index, 3, 4)
+    corners = np.zeros((4, 3)) if stored is None else stored.T * metres
+    if not _span(corners):
+        seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
+        raise RecordError(
+            f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen}; they do not span a plate, so "
+            "the place of the force is unknown. Enter them in the recording program; export again."
+        )
+    to_origin = contents.of_plate("ORIGIN", index, 3)
+    if to_origin is None and kind != 1:
+        raise RecordError(
+            f"{where}: FORCE_PLATFORM:ORIGIN is missing, so the moments have no point of "
+            "reference. Enter it in the recording program and export again."
+        )
+    origin = np.zeros(3) if to_origin is None else to_origin * metres
+    calibration = None
+    if kind == 4:
+        calibration = contents.of_plate("CAL_MATRIX", index, 6, 6)
+        if calibration is None or not np.any(calibration):
+            raise RecordError(
+                f"{where} is of type 4, but FORCE_PLATFORM:CAL_MATRIX has no calibration of it. "
+                "Enter it in the recording program and export again."
+            )
+        if contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW":
+            calibration = calibration.T
+    channels = contents.analogs[:, [n - 1 for n in numbers]]
+    if not np.isfinite(channels).all():
+        raise RecordError(
+            f"{where}: {np.count_nonzero(~np.isfinite(channels))} values of its channels are not "
+            "numbers. Export the trial again."
+        )
+    if kind == 4:
+        # The matrix gives newtons and newtons times POINT:UNITS; ANALOG:UNITS is of no use.
+        force, moment = plate_wrench(4, channels, origin / metres, calibration)
+        moment = moment * metres
+    else:
+        channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
+        force, moment = plate_wrench(kind, channels, origin)
+    first, last = _zero_samples(contents, index, per_frame, len(force))
+    if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
+        force = force - force[first:last].mean(axis=0)
+        moment = moment - moment[first:last].mean(axis=0)
+    centre = corners.mean(axis=0)
+    person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
+    normal = force[:, 2] * np.sign(plate_axes(corners)[:, 2] @ person)
+    if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
+        force, moment = -force, -moment
+    plate = make_plate(str(index + 1), corners, force, moment)
+    _check_moments(where, plate, centre)
+    return plate
+
+
+def _span(corners: Array) -> bool:
+    """Whether corners (4, 3) m span a surface of more than a square centimetre."""
+    area = np.cross(corners[0] - corners[1], corners[0] - corners[3])
+    return bool(np.isfinite(corners).all() and np.linalg.norm(area) > 1e-4)
+
+
+def _channel_units(
+    path: Path,
+    where: str,
+    contents: Contents,
+    kind: int,
+    numbers: Sequence[int],
+    metres: float,
+    channels: Array,
+) -> Array:
+    """Factors to N, Nm and m of the channels of a plate of type 1, 2 or 3."""
+    units = labels_of(contents, "ANALOG", "UNITS")
+    overall = contents.text("FORCE_PLATFORM", "UNITS")
+    factors = []
+    for place, number in enumerate(numbers):
+        unit = units[number - 1] if number <= len(units) else ""
+        if unit.lower() in ("v", "mv", "volt", "volts"):
+            # Programs scale to newtons and leave the label; no converter gives more than 10 V.
+            if np.abs(channels[:, :3]).max() <= 10.0:
+                raise RecordError(
+                    f"{where}: channel {number} is in {unit} and a plate of type {kind} has no "
+                    "calibration. Export the forces in N."
+                )
+            unit = ""
+        if kind == 3 or place < 3:
+            what = f"the unit of channel {number} (ANALOG:UNITS)"
+            factors.append(unit_factor(path, unit or overall or "N", NEWTONS, what))
+        elif kind == 1 and place < 5:
+            factors.append(METRES.get(unit.lower(), metres))
+        elif unit:
+            what = f"the unit of channel {number} (ANALOG:UNITS)"
+            factors.append(unit_factor(path, unit, NEWTON_METRES, what))
+        else:
+            factors.append(metres)  # the format's rule: newtons times POINT:UNITS
+    return np.array(factors)
+
+
+def _zero_samples(contents: Contents, index: int, per_frame: int, count: int) -> tuple[int, int]:
+    """Range of samples that FORCE_PLATFORM:ZERO declares unloaded; empty where it does not."""
+    zero = [int(n) for n in contents.get("FORCE_PLATFORM", "ZERO")[:2]]
+    if len(zero) < 2 or not 1 <= zero[0] <= zero[1]:
+        return 0, 0
+    first = (zero[0] - 1) * per_frame
+    last = zero[1] * per_frame
+    return (first, last) if last <= count else (0, 0)
+
+
+def _check_moments(where: str, plate: Plate, centre: Array) -> None:
+    """Refuse moments in the wrong unit: the centre of pressure leaves the plate or never moves."""
+    strong = np.linalg.norm(plate.force, axis=1) > CERTAIN_LOAD_N
+    if np.count_nonzero(strong) < 10:
+        return
+    away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)
+    reach = float(np.linalg.norm(plate.corners - centre, axis=1).max())
+    if np.median(away) > 5 * reach or away.max() < reach / 500:
+        raise RecordError(
+            f"{where}: under load its centre of pressure is {np.median(away):.3g} m from the "
+            f"middle of the plate (median), whose corners are at {reach:.3g} m: the moments are in "
+            "the wrong unit or the origin or calibration is wrong. Check ANALOG:UNITS (Nmm or "
+            "Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
+        )

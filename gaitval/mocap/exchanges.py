@@ -1,0 +1,188 @@
+"""Markers that change places within a trial, and labels with left and right exchanged."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, runs
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.foot_markers import facing
+from gaitval.mocap.recording import Recording
+from gaitval.mocap.spikes import jump_tolerance, surprise_of
+
+LONGEST_HIDDEN_SWAP: Final = 0.2
+"""s. In this time the line between two markers of a segment turns by far less than the half turn
+that an exchange makes of it (the shank turns at up to 400 deg/s)."""
+AMBIGUOUS_SHARE: Final = 0.25
+"""Share of a trial. Two markers that change places once are put right if the shorter part is
+less than this; otherwise nobody can say which part is right."""
+
+
+def exchange_back(
+    recording: Recording, markers: Array, segments: Mapping[str, str]
+) -> list[Finding]:
+    """Undo exchanges of two trajectories within the trial, in place."""
+    names = recording.names
+    changes: dict[tuple[int, int], list[int]] = {}
+    done: set[tuple[int, int, int]] = set()
+    while (change := _next_change(recording, markers, segments, done)) is not None:
+        done.add(change)
+        frame, first, second = change
+        _exchange(markers, first, second, frame, len(markers))
+        changes.setdefault((first, second), []).append(frame)
+    findings = []
+    for (first, second), frames in changes.items():
+        pair = names[first], names[second]
+        if len(frames) % 2:
+            opened = frames.pop()
+            tail = len(markers) - opened
+            head = opened - (frames[-1] if frames else 0)
+            if min(head, tail) > AMBIGUOUS_SHARE * len(markers):
+                time = recording.start + opened / recording.marker_rate
+                raise RecordError(
+                    f"{recording.source}: markers {pair[0]} and {pair[1]} change places at frame "
+                    f"{opened} ({time:.3f} s) and do not change back, so it is open whether they "
+                    "are labelled rightly before or after. Correct the labels of one part in the "
+                    "capture software, or cut the trial there."
+                )
+            if tail <= head:
+                frames += [opened, len(markers)]
+            else:
+                begin = frames[-1] if frames else 0
+                _exchange(markers, first, second, begin, len(markers))
+                # the exchange over the whole of the rest leaves only the head exchanged
+                frames = [*frames[:-1], opened] if frames else [0, opened]
+        for begin, end in zip(frames[::2], frames[1::2], strict=True):
+            findings.append(
+                frame_finding(
+                    recording, "swap", pair, begin, end - 1, "trajectories exchanged back"
+                )
+            )
+    return findings
+
+
+def _exchange(markers: Array, first: int, second: int, begin: int, end: int) -> None:
+    markers[begin:end, [first, second]] = markers[begin:end, [second, first]]
+
+
+def _next_change(
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    done: set[tuple[int, int, int]],
+) -> tuple[int, int, int] | None:
+    """First frame at which two markers take each other's place, and the two; none of `done`."""
+    rate = recording.marker_rate
+    surprise = np.stack([surprise_of(markers[:, i]) for i in range(markers.shape[1])], axis=1)
+    allowed = [jump_tolerance(markers[:, i], rate) for i in range(markers.shape[1])]
+    jumped = surprise > np.array(allowed)
+    for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
+        for first, second in combinations(np.flatnonzero(jumped[frame]), 2):
+            pair = [first, second]
+            ahead = 2.0 * markers[frame - 1, pair] - markers[frame - 2, pair]
+            crossed = np.linalg.norm(markers[frame, pair[::-1]] - ahead, axis=1)
+            change = int(frame), int(first), int(second)
+            # a swap leaves both where the other was; a pair of spikes does not come here
+            if (crossed < 0.5 * surprise[frame, pair]).all() and change not in done:
+                return change
+    return _change_over_gap(recording, markers, segments, done)
+
+
+def _change_over_gap(
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    done: set[tuple[int, int, int]],
+) -> tuple[int, int, int] | None:
+    """The same where both of a segment's markers vanish together before they change places.
+
+    The vector between two markers of a segment turns little in the time of a short gap, and an
+    exchange reverses it.
+    """
+    names, rate = recording.names, recording.marker_rate
+    longest = round(LONGEST_HIDDEN_SWAP * rate)
+    seen = seen_frames(markers)
+    for first, second in combinations(range(len(names)), 2):
+        segment = segments.get(names[first])
+        if segment is None or segment != segments.get(names[second]):
+            continue
+        begins, ends = runs(~(seen[:, first] & seen[:, second]))
+        for begin, end in zip(begins, ends, strict=True):
+            if begin == 0 or end == len(markers) or end - begin > longest:
+                continue
+            before = markers[begin - 1, first] - markers[begin - 1, second]
+            after = markers[end, first] - markers[end, second]
+            change = int(end), first, second
+            reversed_ = np.linalg.norm(after + before) < 0.5 * np.linalg.norm(after - before)
+            if reversed_ and change not in done:
+                return change
+    return None
+
+
+_LEFT_RIGHT: Final = (
+    (r"(?i)(?<![a-z])left(?![a-z])", "right"),
+    (r"(?i)(?<![a-z])right(?![a-z])", "left"),
+    (r"(?<![A-Za-z])L", "R"),
+    (r"(?<![A-Za-z])R", "L"),
+    (r"(?<![A-Za-z])l(?![a-z])", "r"),
+    (r"(?<![A-Za-z])r(?![a-z])", "l"),
+    (r"L$", "R"),
+    (r"R$", "L"),
+)
+
+
+def opposite_marker(name: str, names: Iterable[str]) -> str | None:
+    """The marker of the same place on the other side of the body, by its name, if there is one.
+
+    >>> opposite_marker("R.Knee", ["R.Knee", "L.Knee"])
+    'L.Knee'
+    """
+    known = set(names)
+    for pattern, other in _LEFT_RIGHT:
+        for found in re.finditer(pattern, name):
+            candidate = name[: found.start()] + other + name[found.end() :]
+            if candidate in known and candidate != name:
+                return candidate
+    return None
+
+
+def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Raise if the markers labelled left are on the right of their partners all along."""
+    forward = facing(recording, landmarks)
+    leftward = np.array([-forward[1], forward[0], 0.0])
+    left_of = {name: _side(name, landmarks, recording.names) for name in recording.names}
+    wrong = []
+    for name in recording.names:
+        partner = opposite_marker(name, recording.names)
+        if left_of[name] != "left" or partner is None:
+            continue
+        apart = (recording.marker(name) - recording.marker(partner)) @ leftward
+        apart = apart[np.isfinite(apart)]
+        # legs may cross for a moment; they are not crossed in the middle of all frames
+        if len(apart) and np.median(apart) < 0.0:
+            wrong.append((name, partner))
+    if wrong:
+        pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
+        raise RecordError(
+            f"{recording.source}: left and right are exchanged for {pairs}: seen along the "
+            "direction in which the person faces, the markers labelled left are on the right in "
+            "most frames. Exchange these labels in the capture software and export the trial "
+            "again (if all markers are listed, check also that the axes of the laboratory are "
+            "right-handed)."
+        )
+
+
+def _side(name: str, landmarks: Mapping[str, str], names: Sequence[str]) -> str | None:
+    """Side that the name states: by the landmark it stands for, else by its first L or left."""
+    for landmark, marker in landmarks.items():
+        if marker == name and landmark[:2] in ("L.", "R."):
+            return "left" if landmark.startswith("L.") else "right"
+    partner = opposite_marker(name, names)
+    if partner is None:
+        return None
+    place = next(i for i, (a, b) in enumerate(zip(name, partner, strict=False)) if a != b)
+    return "left" if name[place] in "Ll" else "right"

@@ -1,0 +1,144 @@
+"""Gaps in the trajectories of markers, filled from the segment's other markers or by a spline."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.configuration import ProcessingSettings
+from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.recording import Recording
+
+RIGID_GAP_FACTOR: Final = 5.0
+"""Rebuilding from the segment bridges gaps this many times as long as a spline does."""
+LARGEST_DEFORMATION: Final = 0.02
+"""m root-mean-square over the markers of a segment between the frames before and after a gap.
+Skin moves by about this; if it is more, these markers are not on one segment."""
+FLATTEST_CLUSTER: Final = 0.1
+"""Second over first singular value of the markers about their mean; on a line (0) they do not
+fix the turn about it."""
+SPLINE_FIRST: Final = 0.5
+"""Share of `largest_gap_s` up to which a spline is better than the segment's markers, which skin
+moves. Gaps cut into the walk of Rajagopal et al. 2016 (shank, thigh, foot, pelvis), largest
+error, mean: at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by spline and 1.0, 1.1, 1.6, 1.1 mm by the segment;
+at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5, 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4, 7, 4 mm."""
+SPLINE_SUPPORT: Final = 0.04
+"""s at each side of a gap over which the velocity at its edge is fitted."""
+
+
+def fill_gaps(
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    processing: ProcessingSettings,
+    spiked: Flags,
+) -> list[Finding]:
+    """Fill gaps in place from what was seen, never from what another gap was filled with."""
+    rate = recording.marker_rate
+    measured = markers.copy()
+    seen = seen_frames(measured)
+    findings = []
+    for column, name in enumerate(recording.names):
+        others = np.array(
+            [
+                other
+                for other, partner in enumerate(recording.names)
+                if other != column and name in segments and segments.get(partner) == segments[name]
+            ],
+            dtype=int,
+        )
+        for begin, end in zip(*runs(~seen[:, column]), strict=True):
+            if end - begin == len(markers):
+                continue
+            duration = (end - begin) / rate
+            filled, action = None, "left open"
+            if duration <= SPLINE_FIRST * processing.largest_gap_s:
+                filled = _bridge(measured[:, column], begin, end, rate)
+                action = "filled with a spline"
+            if filled is None and duration <= RIGID_GAP_FACTOR * processing.largest_gap_s:
+                rebuilt = _rebuild(measured, seen, column, others, begin, end)
+                if rebuilt is not None:
+                    filled, used, deformation = rebuilt
+                    action = (
+                        f"rebuilt from {', '.join(recording.names[i] for i in used)} "
+                        f"(these moved {1000 * deformation:.1f} mm against each other)"
+                    )
+            if filled is None and duration <= processing.largest_gap_s:
+                filled = _bridge(measured[:, column], begin, end, rate)
+                action = "filled with a spline"
+            if filled is not None:
+                markers[begin:end, column] = filled
+            else:
+                action = "left open" + (
+                    " (at an end of the trial)"
+                    if begin == 0 or end == len(markers)
+                    else f" ({duration:.3f} s is too long without three markers of its segment)"
+                )
+            if spiked[begin:end, column].any():
+                action += ", after a spike was taken out"
+            findings.append(frame_finding(recording, "gap", [name], begin, end - 1, action))
+    return findings
+
+
+def _rebuild(
+    markers: Array, seen: Flags, column: int, others: NDArray[np.int64], begin: int, end: int
+) -> tuple[Array, list[int], float] | None:
+    """Positions (n, 3) of a marker in its gap from the rigid motion of others on its segment.
+
+    Kabsch's method (1976, Acta Cryst A32:922) gives the motion of the others from an edge of
+    the gap to each of its frames; the marker moves with them. At the other edge that misses by
+    the skin's movement, which is spread evenly over the gap, so that both edges join.
+    """
+    edges = [frame for frame in (begin - 1, end) if 0 <= frame < len(markers)]
+    frames = np.arange(begin - (begin > 0), end + (end < len(markers)))
+    used = [int(i) for i in others if seen[frames, i].all()]
+    if len(used) < 3:
+        return None
+    template = markers[edges[0]][used]
+    centre = template.mean(axis=0)
+    spread = np.linalg.svd(template - centre, compute_uv=False)
+    if spread[1] < FLATTEST_CLUSTER * spread[0]:
+        return None
+    local = markers[edges[0], column] - centre
+    moved = np.empty((len(frames), 3))
+    deformation = 0.0
+    for row, frame in enumerate(frames):
+        cluster = markers[frame][used]
+        middle = cluster.mean(axis=0)
+        turn, distance = Rotation.align_vectors(cluster - middle, template - centre)
+        deformation = max(deformation, float(distance) / np.sqrt(len(used)))
+        moved[row] = turn.apply(local) + middle
+    if deformation > LARGEST_DEFORMATION:
+        return None
+    if len(edges) == 2:
+        share = np.linspace(0.0, 1.0, len(frames))[:, None]
+        moved += share * (markers[end, column] - moved[-1])
+    return moved[begin - frames[0] : end - frames[0]], used, deformation
+
+
+def _bridge(path: Array, begin: int, end: int, rate: float) -> Array | None:
+    """Positions (n, 3) in a gap: the cubic with the position and velocity at both edges.
+
+    The velocities are those of parabolas through the frames next to the gap, so that the noise
+    of two single frames does not bulge the curve.
+    """
+    support = max(3, round(SPLINE_SUPPORT * rate))
+    knots, positions, velocities = [], [], []
+    for frame, step in ((begin - 1, -1), (end, 1)):
+        frames = frame + step * np.arange(support)
+        frames = frames[(frames >= 0) & (frames < len(path))]
+        known = seen_frames(path[frames])
+        count = len(frames) if known.all() else int(np.argmin(known))
+        if count < 2:
+            return None
+        degree = 2 if count > 3 else 1
+        fit = np.polyfit(frames[:count] - frame, path[frames[:count]], degree)
+        knots.append(frame)
+        positions.append(path[frame])
+        velocities.append(fit[-2])
+    curve = CubicHermiteSpline(knots, np.array(positions), np.array(velocities))
+    return np.asarray(curve(np.arange(begin, end)))

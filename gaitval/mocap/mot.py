@@ -1,0 +1,193 @@
+"""Read and write MOT and STO, the tables of OpenSim, and the forces in them.
+
+https://opensimconfluence.atlassian.net/wiki/spaces/OpenSim/pages/53089999. All in the laboratory's
+axes.
+"""
+
+import re
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.errors import RecordError
+from gaitval.mocap.pressed_plates import pressed_plate
+from gaitval.mocap.recording import Plate
+from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines
+
+
+@dataclass(frozen=True)
+class StorageTable:
+    """A table over time: what MOT and STO files hold.
+
+    Attributes
+    ----------
+    columns : C names, without the time.
+    time : (T,) s.
+    values : (T, C) in the units of the file.
+    in_degrees : whether angles are in degrees.
+    name : first line of the file; OpenSim shows it.
+    """
+
+    columns: tuple[str, ...]
+    time: Array
+    values: Array
+    in_degrees: bool = False
+    name: str = "gaitval"
+
+    def column(self, name: str) -> Array:
+        """Values (T,) of one column."""
+        return self.values[:, self.columns.index(name)]
+
+
+def read_storage(path: Path) -> StorageTable:
+    """Read a MOT or STO file of numbers, of any version of its header.
+
+    Understood are `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
+    (version 3) and `datarows`, `datacolumns` (SIMM), with or without a first line that is a name.
+
+    Raises
+    ------
+    RecordError
+        Not such a file, truncated, header and columns disagree, a column twice, time missing.
+    """
+    path = Path(path)
+    lines = text_lines(path)
+    ends = [i for i, line in enumerate(lines) if line.strip().lower() == "endheader"]
+    if not ends:
+        raise RecordError(
+            f"{path}: not a MOT or STO file: no line `endheader`. Give OpenSim's format, or the "
+            "file is truncated: export it again."
+        )
+    header: dict[str, str] = {}
+    for line in lines[: ends[0]]:
+        found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
+            r"\s*(datacolumns|datarows)\s+(\d+)\s*$", line
+        )
+        if found:
+            header[found[1].lower()] = found[2].strip()
+    if header.get("datatype", "double").lower() != "double":
+        raise RecordError(
+            f"{path}: DataType is {header['datatype']}; only a table of numbers (double) is read. "
+            "Export it with one column for each component."
+        )
+    numbered = [(i, s) for i, s in enumerate(lines[ends[0] + 1 :], ends[0] + 2) if s.strip()]
+    if not numbered:
+        raise RecordError(f"{path}: nothing follows the header: truncated. Export it again.")
+    labels = numbered[0][1].split()
+    if not labels or labels[0].lower() != "time":
+        raise RecordError(
+            f"{path}: line {numbered[0][0]}: the names of the columns must begin with time, here "
+            f"with {labels[0]!r}. Export the file again."
+        )
+    twice = sorted({name for name in labels if labels.count(name) > 1})
+    if twice:
+        raise RecordError(
+            f"{path}: column {twice[0]} appears {labels.count(twice[0])} times. Keep one."
+        )
+    rows = numbered[1:]
+    for what, keys, seen in (
+        ("columns", ("ncolumns", "datacolumns"), len(labels)),
+        ("rows", ("nrows", "datarows"), len(rows)),
+    ):
+        promised = next((header[key] for key in keys if key in header), str(seen))
+        if promised != str(seen):
+            raise RecordError(
+                f"{path}: the header promises {promised} {what}, there are {seen}: truncated, or "
+                "cut by hand. Export the file again, or correct the header."
+            )
+    if not rows:
+        raise RecordError(f"{path}: no rows. Export the file again.")
+    table = numbers_of(path, [row for _, row in rows], rows[0][0], len(labels), separator=None)
+    name = lines[0].strip() if ends[0] and "=" not in lines[0] else ""
+    return StorageTable(
+        columns=tuple(labels[1:]),
+        time=table[:, 0],
+        values=table[:, 1:],
+        in_degrees=header.get("indegrees", "no").lower() in ("yes", "true", "1"),
+        name=name or path.stem,
+    )
+
+
+def write_storage(path: Path, table: StorageTable) -> None:
+    """Write a MOT or STO file that OpenSim reads, whole or not at all."""
+    lines = [
+        table.name,
+        "version=1",
+        f"nRows={len(table.time)}",
+        f"nColumns={len(table.columns) + 1}",
+        f"inDegrees={'yes' if table.in_degrees else 'no'}",
+        "endheader",
+        "\t".join(["time", *table.columns]),
+    ]
+    rows = StringIO()
+    np.savetxt(rows, np.column_stack([table.time, table.values]), fmt="%.12g", delimiter="\t")
+    write_text(Path(path), "\n".join(lines) + "\n" + rows.getvalue())
+
+
+def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
+    """Force plates of a MOT or STO file in OpenSim's convention: N, m, Nm, on the person.
+
+    A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
+    torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`,
+    `1_ground_force_vx`. What is left of the names is the plate's name. A file for one foot in
+    all its steps is a plate for us, so a torque may have all three components.
+
+    Returns
+    -------
+    tuple
+        Rate Hz, time of the first sample s, plates.
+
+    Raises
+    ------
+    RecordError
+        As `read_storage`; no forces; a plate whose point or torque is missing.
+    """
+    path = Path(path)
+    table = read_storage(path)
+    found: dict[str, dict[str, str]] = {}
+    for column in table.columns:
+        part = _part(column)
+        if part is not None:
+            plate, quantity = part
+            found.setdefault(plate, {})[quantity] = column
+    if not any("vx" in parts for parts in found.values()):
+        raise RecordError(
+            f"{path}: no ground reaction forces: columns such as ground_force_vx, ground_force_px, "
+            f"ground_torque_x are needed, there are {', '.join(table.columns[:6])} …. Give the "
+            "file of the force plates."
+        )
+    plates = []
+    for number, (name, parts) in enumerate(found.items(), start=1):
+        missing = [kind + axis for kind in "vpm" for axis in XYZ if kind + axis not in parts]
+        if missing:
+            seen = ", ".join(parts.values())
+            wanted = {"v": "force", "p": "point of application", "m": "torque"}
+            raise RecordError(
+                f"{path}: the plate of the columns {seen} lacks the {wanted[missing[0][0]]} "
+                f"({', '.join(name[1] for name in missing if name[0] == missing[0][0])}). Add "
+                "the columns; a torque that was not measured is zero."
+            )
+        force, point, torque = (
+            np.column_stack([table.column(parts[kind + axis]) for axis in XYZ]) for kind in "vpm"
+        )
+        plates.append(pressed_plate(path, name or str(number), force, point, torque))
+    return sample_rate(path, table.time), float(table.time[0]), tuple(plates)
+
+
+def _part(column: str) -> tuple[str, str] | None:
+    """Plate and quantity (`vx`, `py`, `mz` …) of a column's name; None for other columns."""
+    plain = column.lower()
+    found = re.fullmatch(r"(.*)(force|torque|moment)(.*?)(?:_?([vpm]))?([xyz])(_?\d*)", plain)
+    if found is None:
+        return None
+    before, word, between, kind, axis, after = found.groups()
+    if word == "force" and kind is None:
+        return None
+    if word != "force":
+        kind = "m"
+    name = "_".join(re.findall(r"[a-z0-9]+", f"{before}_{between}_{after}".replace("ground", "")))
+    return name, f"{kind}{axis}"

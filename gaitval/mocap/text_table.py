@@ -1,0 +1,143 @@
+"""Tables of numbers in text files: lines, fields, rates."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+
+SLOWEST_RATE: Final = 5.0
+"""Hz. No camera and no force plate is sampled more slowly."""
+
+XYZ: Final = "xyz"
+
+
+def _not_text(path: Path) -> RecordError:
+    return RecordError(
+        f"{path}: not a text file. If it is a C3D file, its name must end in .c3d; else export the "
+        "trial again."
+    )
+
+
+def text_lines(path: Path) -> list[str]:
+    """Lines of a text file in UTF-8 or the code page of Windows; refuses an empty or binary one."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be opened ({error.strerror}).") from None
+    except UnicodeDecodeError:
+        try:
+            # Motion Analysis and Vicon write the folder's name in the code page of Windows.
+            text = path.read_text(encoding="cp1252")
+        except UnicodeDecodeError:
+            raise _not_text(path) from None
+    if not text.strip():
+        raise RecordError(f"{path}: the file is empty. Copy or export it again.")
+    if "\0" in text:
+        raise _not_text(path)
+    return text.splitlines()
+
+
+def _number(field: str, blank: float = np.nan) -> float:
+    text = field.strip()
+    return float(text) if text else blank
+
+
+def numbers_of(
+    path: Path, rows: Sequence[str], first_line: int, width: int, separator: str | None
+) -> Array:
+    """Numbers (rows, width) of lines of text; an empty field is NaN."""
+    table = np.empty((len(rows), width))
+    for i, row in enumerate(rows):
+        fields = row.rstrip("\r\n").split(separator)
+        while len(fields) > width and not fields[-1].strip():
+            fields.pop()
+        if len(fields) != width:
+            raise RecordError(
+                f"{path}: line {first_line + i} has {len(fields)} fields, {width} are expected by "
+                "the header: the file is truncated or damaged. Export it again."
+            )
+        try:
+            table[i] = [_number(field) for field in fields]
+        except ValueError:
+            wrong = next(field for field in fields if not _is_number(field)).strip()
+            mend = (
+                "It has a decimal comma: set the program, or the region of Windows, to a decimal "
+                "point and export the file again"
+                if re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", wrong, flags=re.IGNORECASE)
+                else "Mend it or export the file again"
+            )
+            raise RecordError(
+                f"{path}: line {first_line + i}: {wrong!r} is not a number. {mend}."
+            ) from None
+    if np.isinf(table).any():
+        line = first_line + int(np.flatnonzero(np.isinf(table).any(axis=1))[0])
+        raise RecordError(f"{path}: line {line}: an infinite value. Export the file again.")
+    return table
+
+
+def _is_number(field: str) -> bool:
+    try:
+        _number(field)
+    except ValueError:
+        return False
+    return True
+
+
+def sample_rate(path: Path, time: Array) -> float:
+    """Rate of uniform samples, Hz, from times that may be rounded.
+
+    The rate is that of the straight line through all times; a whole number of Hz is taken where
+    it explains the times as well (WBDS: 0.007, 0.013, 0.020 s are 150 Hz).
+
+    Raises
+    ------
+    RecordError
+        Times that do not increase, or are not evenly spaced.
+    """
+    if not np.isfinite(time).all():
+        raise RecordError(f"{path}: a time is missing or not a number. Export the file again.")
+    if len(time) < 2:
+        raise RecordError(f"{path}: one sample only has no rate. Export the whole trial.")
+    steps = np.diff(time)
+    if (steps <= 0).any():
+        row = int(np.flatnonzero(steps <= 0)[0])
+        raise RecordError(
+            f"{path}: the time goes from {time[row]:g} s to {time[row + 1]:g} s in sample "
+            f"{row + 2} instead of increasing: two trials in one file, or times rounded too much. "
+            "Export it again."
+        )
+    index = np.arange(len(time), dtype=float)
+    step, first = np.polyfit(index, time, 1)
+    spread = float(np.abs(time - first - step * index).max())
+    if spread > 0.3 * step:
+        row = int(np.argmax(np.abs(time - first - step * index)))
+        raise RecordError(
+            f"{path}: the times are not evenly spaced: around sample {row + 1} "
+            f"(t = {time[row]:g} s) they are {spread / step:.1f} steps of {step:.4g} s off. "
+            "Samples are missing; export the trial whole, with gaps left empty."
+        )
+    rate = 1.0 / float(step)
+    if rate < SLOWEST_RATE:
+        raise RecordError(
+            f"{path}: the times go in steps of {step:.4g} s, {rate:.3g} Hz: they look like "
+            "milliseconds or numbers of frames. Write the time in seconds and export again."
+        )
+    whole = round(rate)
+    if whole:
+        misfit = time - index / whole
+        if np.ptp(misfit) <= 2 * max(2 * spread, 1e-7):
+            return float(whole)
+    return rate
+
+
+def with_gaps(markers: Array) -> Array:
+    """NaN where a marker has not all three coordinates, or is exactly at the origin."""
+    hidden = np.isnan(markers).any(axis=2) | (markers == 0).all(axis=2)
+    return np.where(hidden[:, :, None], np.nan, markers)

@@ -1,0 +1,131 @@
+"""Read and write markers as TRC, the format of Motion Analysis.
+
+All in the laboratory's axes.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from gaitval.artefacts import write_text
+from gaitval.errors import RecordError
+from gaitval.mocap.recording import Recording
+from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines, with_gaps
+from gaitval.mocap.units import METRES
+
+
+def read_trc(path: Path) -> Recording:
+    """Read a TRC file; blank, NaN and 0, 0, 0 are gaps.
+
+    Raises
+    ------
+    RecordError
+        Not a TRC file, truncated, header and columns or rate and times disagree, unit missing
+        or unknown.
+    """
+    path = Path(path)
+    lines = text_lines(path)
+    rate, frames, names, metres = _header(path, lines)
+    count = len(names)
+    numbered = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
+    if len(numbered) != frames:
+        raise RecordError(
+            f"{path}: NumFrames is {frames}, but there are {len(numbered)} rows: the file is "
+            "truncated or was cut by hand. Export it again, or correct NumFrames in line 3."
+        )
+    if not numbered:
+        raise RecordError(f"{path}: no frames. Export the trial again.")
+    table = numbers_of(
+        path, [line for _, line in numbered], numbered[0][0], 2 + 3 * count, separator="\t"
+    )
+    time = table[:, 1]
+    if frames > 1:
+        seen = sample_rate(path, time)
+        # A rate of 119.88 Hz may be written as 120 and the other way round.
+        if abs(seen - rate) > 0.005 * rate:
+            raise RecordError(
+                f"{path}: DataRate is {rate:g} Hz, but the times go in steps of {1 / seen:.5g} s "
+                f"({seen:.5g} Hz). Correct the one that is wrong."
+            )
+        rate = seen
+    markers = table[:, 2:].reshape(frames, count, 3)
+    return Recording(
+        source=str(path),
+        axes="laboratory",
+        names=names,
+        markers=with_gaps(markers) * metres,
+        marker_rate=rate,
+        start=float(time[0]),
+    )
+
+
+def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], float]:
+    """Rate in Hz, number of frames, names of the markers, and metres in the file's unit."""
+    if len(lines) < 5 or not lines[0].startswith("PathFileType"):
+        raise RecordError(
+            f"{path}: not a TRC file: the first line must begin with PathFileType and five lines "
+            "of header must follow. Export it again."
+        )
+    if not all("\t" in line for line in lines[1:4]):
+        raise RecordError(
+            f"{path}: the fields of lines 2 to 4 are not separated by tabs (by commas, semicolons "
+            "or blanks?), as the format has them. Export the file again as TRC."
+        )
+    keys, values = lines[1].split(), lines[2].split()
+    header = dict(zip(keys, values, strict=False))
+    for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
+        if len(keys) != len(values) or key not in header:
+            raise RecordError(
+                f"{path}: line 3 has {len(values)} values for the {len(keys)} names of line 2, "
+                f"and {key} must be among them. Write units (mm), rate and counts into line 3."
+            )
+    if header["Units"].lower() not in METRES:
+        raise RecordError(
+            f"{path}: Units is {header['Units']!r} in line 3, which is not known. Known are "
+            f"{', '.join(METRES)}: write the right one there."
+        )
+    try:
+        rate, frames, count = (
+            float(header["DataRate"]),
+            int(header["NumFrames"]),
+            int(header["NumMarkers"]),
+        )
+    except ValueError:
+        rate = np.nan
+    if not 0 < rate < np.inf:
+        raise RecordError(
+            f"{path}: line 3: DataRate, NumFrames and NumMarkers are {header['DataRate']}, "
+            f"{header['NumFrames']}, {header['NumMarkers']}; a rate above 0 Hz and whole numbers "
+            "are needed. Correct them."
+        )
+    cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
+    names = [cell for cell in cells if cell]
+    if len(names) != count or not names:
+        raise RecordError(
+            f"{path}: NumMarkers is {count}, but line 4 names {len(names)} markers. Export the "
+            "file again, or correct NumMarkers in line 3."
+        )
+    return rate, frames, tuple(names), METRES[header["Units"].lower()]
+
+
+def write_trc(path: Path, recording: Recording) -> None:
+    """Write markers as TRC in mm, in the axes that they are in; gaps are NaN.
+
+    OpenSim expects y up: turn the recording first. It refuses a row that ends in empty cells, so
+    gaps are not left empty. Written whole or not at all.
+    """
+    frames, count = recording.markers.shape[:2]
+    rate = f"{recording.marker_rate:.12g}"
+    lines = [
+        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
+        "OrigNumFrames",
+        f"{rate}\t{rate}\t{frames}\t{count}\tmm\t{rate}\t1\t{frames}",
+        "Frame#\tTime\t" + "\t\t\t".join(recording.names) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{i}" for i in range(1, count + 1) for axis in "XYZ"),
+        "",
+    ]
+    for i, (time, row) in enumerate(zip(recording.time, recording.markers * 1e3, strict=True)):
+        cells = ["NaN" if np.isnan(value) else f"{value:.9g}" for value in row.ravel()]
+        lines.append("\t".join([str(i + 1), f"{time:.12g}", *cells]))
+    write_text(Path(path), "\n".join(lines) + "\n")

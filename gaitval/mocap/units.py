@@ -1,0 +1,26 @@
+"""Units that files name, as factors to SI."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from gaitval.errors import RecordError
+
+METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+"""Units of length that files name, in metres."""
+
+NEWTONS: Final[dict[str, float]] = {"n": 1.0, "kn": 1e3}
+NEWTON_METRES: Final[dict[str, float]] = {"nm": 1.0, "ncm": 1e-2, "nmm": 1e-3, "knm": 1e3}
+
+
+def unit_factor(path: Path, text: str, units: Mapping[str, float], what: str) -> float:
+    """Factor to SI of a unit as a file writes it."""
+    plain = re.sub(r"[\s.*·]", "", text).lower()
+    if plain not in units:
+        seen = f"is {text.strip()!r}, which is not known" if plain else "is missing"
+        raise RecordError(
+            f"{path}: {what} {seen}, so the numbers have no meaning. Known are "
+            f"{', '.join(units)}: write the right one into the file with the program that made it."
+        )
+    return units[plain]

@@ -1,0 +1,112 @@
+"""Read marker and force files of WBDS: Fukuchi, Fukuchi & Duarte (2018), PeerJ 6:e4640.
+
+All in the laboratory's axes.
+"""
+
+import re
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.pressed_plates import pressed_plate
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines, with_gaps
+from gaitval.mocap.units import METRES
+
+WBDS_MARKER_RATE: Final = 150.0
+WBDS_FORCE_RATE: Final = 300.0
+"""Hz; the force files of WBDS have a sample's index for its time."""
+
+
+def _tabbed(path: Path) -> tuple[list[str], Array]:
+    """Header and numbers of a file of WBDS."""
+    lines = [line for line in text_lines(path) if line.strip()]
+    header = [name.strip() for name in lines[0].split("\t")]
+    if len(lines) < 2:
+        raise RecordError(f"{path}: no rows below the header: truncated. Download it again.")
+    return header, numbers_of(path, lines[1:], 2, len(header), separator="\t")
+
+
+def read_wbds_markers(path: Path) -> Recording:
+    """Read a `…mkr.txt` file of WBDS: `Time` in s, three columns (X, Y, Z, mm) for each marker.
+
+    Raises
+    ------
+    RecordError
+        Other columns, truncated, times not evenly spaced.
+    """
+    path = Path(path)
+    header, table = _tabbed(path)
+    names = [column[:-1] for column in header[1::3]]
+    expected = [name + axis for name in names for axis in "XYZ"]
+    if header[0] != "Time" or header[1:] != expected or not names:
+        wrong = next(
+            (seen for seen, name in zip(header[1:], expected, strict=False) if seen != name),
+            header[-1],
+        )
+        raise RecordError(
+            f"{path}: not a marker file of WBDS: Time and then X, Y, Z of each marker are "
+            f"expected; column {wrong!r} breaks this. Download it again or give a .trc or .c3d."
+        )
+    rate = sample_rate(path, table[:, 0]) if len(table) > 1 else WBDS_MARKER_RATE
+    return Recording(
+        source=str(path),
+        axes="laboratory",
+        names=tuple(names),
+        markers=with_gaps(table[:, 1:].reshape(len(table), -1, 3)) * METRES["mm"],
+        marker_rate=rate,
+        start=float(table[0, 0]),
+    )
+
+
+def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
+    """Read a `…grf.txt` file of WBDS.
+
+    `Time` is the sample's index at 300 Hz; each plate has Fx, Fy, Fz (N), COPx, COPy, COPz (mm)
+    and Ty (Nmm), with the plate's number behind. On the treadmill plate 1 is the left one. The
+    treadmill's plates are not zeroed, and the file does not allow to mend that: prefer the C3D.
+
+    Returns
+    -------
+    tuple
+        Rate Hz, time of the first sample s (0), plates.
+
+    Raises
+    ------
+    RecordError
+        Other columns, truncated, not a whole number of plates.
+    """
+    path = Path(path)
+    header, table = _tabbed(path)
+    if not header[0].strip().lower().startswith("time"):
+        raise RecordError(
+            f"{path}: not a force file of WBDS: the first column is {header[0]!r}, Time is "
+            "expected. Download it again."
+        )
+    columns: dict[str, dict[str, int]] = {}
+    for i, column in enumerate(header[1:], start=1):
+        found = re.fullmatch(r"(F|COP|T)([xyz])_?(\d*)", column, flags=re.IGNORECASE)
+        if found is None:
+            raise RecordError(
+                f"{path}: column {column!r} is not one of Fx, Fy, Fz, COPx, COPy, COPz, Ty with "
+                "the plate's number behind. Download it again or give OpenSim's .mot."
+            )
+        quantity = found[1].upper() + found[2].lower()
+        columns.setdefault(found[3] or "1", {})[quantity] = i
+    plates = []
+    for name, places in columns.items():
+        wanted = ("Fx", "Fy", "Fz", "COPx", "COPy", "COPz", "Ty")
+        missing = [quantity for quantity in wanted if quantity not in places]
+        if missing:
+            raise RecordError(
+                f"{path}: plate {name} lacks {', '.join(missing)}: truncated. Download it again."
+            )
+        force = table[:, [places[f"F{axis}"] for axis in XYZ]]
+        point = table[:, [places[f"COP{axis}"] for axis in XYZ]] * METRES["mm"]
+        torque = np.zeros_like(force)
+        torque[:, 1] = table[:, places["Ty"]] * 1e-3
+        plates.append(pressed_plate(path, name, force, point, torque))
+    return WBDS_FORCE_RATE, 0.0, tuple(plates)

@@ -1,0 +1,133 @@
+"""MOT and STO: read as meant, written as OpenSim reads them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from motion_files import FORCE, POINT, TORQUE, forces, refuse
+
+from gaitval.mocap.mot import StorageTable, read_ground_reaction, read_storage, write_storage
+
+
+class TestStorage:
+    @pytest.mark.parametrize("in_degrees", [True, False])
+    def test_round_trip(self, tmp_path, in_degrees):
+        rng = np.random.default_rng(1)
+        table = StorageTable(
+            ("hip_flexion_r", "b/c|d"), np.arange(5) / 300, rng.normal(size=(5, 2)), in_degrees, "x"
+        )
+        write_storage(tmp_path / "a.mot", table)
+        read = read_storage(tmp_path / "a.mot")
+        assert (read.columns, read.in_degrees, read.name) == (table.columns, in_degrees, "x")
+        np.testing.assert_allclose(read.time, table.time, rtol=1e-11)
+        np.testing.assert_allclose(read.values, table.values, rtol=1e-11)
+        np.testing.assert_array_equal(read.column("b/c|d"), read.values[:, 1])
+
+    def test_opensim_reads_what_is_written(self, tmp_path):
+        opensim = pytest.importorskip("opensim")
+        table = StorageTable(("a", "b"), np.arange(4) / 150, np.arange(8.0).reshape(4, 2) / 3, True)
+        write_storage(tmp_path / "a.mot", table)
+        peer = opensim.TimeSeriesTable(str(tmp_path / "a.mot"))
+        assert peer.getColumnLabels() == table.columns
+        assert peer.getTableMetaDataString("inDegrees") == "yes"
+        np.testing.assert_allclose(peer.getMatrix().to_numpy(), table.values, rtol=1e-11)
+        np.testing.assert_allclose(peer.getIndependentColumn(), table.time, rtol=1e-11)
+        assert opensim.Storage(str(tmp_path / "a.mot")).getSize() == 4
+
+    @pytest.mark.parametrize(
+        "header",
+        [
+            "walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=yes\nendheader\n",
+            "inDegrees=yes\nDataRate=100.0\nDataType=double\nversion=3\nOpenSimVersion=4.2\nendheader\n",
+            "walk\ndatacolumns 3\ndatarows 2\nrange 0 1\ninDegrees=yes\nendheader\n",
+            "walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=yes\n\nAngles are in degrees.\n\n"
+            "endheader\n\n",
+        ],
+        ids=["version 1", "version 3", "SIMM", "with a comment"],
+    )
+    def test_versions_of_the_header(self, tmp_path, header):
+        (tmp_path / "a.mot").write_text(header + "time\ta\tb\n 0.0  1 2\n 0.1\t3\t4\n")
+        read = read_storage(tmp_path / "a.mot")
+        assert read.in_degrees
+        assert read.columns == ("a", "b")
+        np.testing.assert_array_equal(read.values, [[1, 2], [3, 4]])
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("", "empty"),
+            ("time\ta\n0\t1\n", "no line `endheader`"),
+            ("endheader\n", "nothing follows"),
+            ("endheader\ntime\ta\n", "no rows"),
+            ("endheader\nt\ta\n0\t1\n", "must begin with time"),
+            ("endheader\ntime\ta\ta\n0\t1\t2\n", "column a appears 2 times"),
+            ("nRows=2\nendheader\ntime\ta\n0\t1\n", "promises 2 rows, there are 1"),
+            ("nColumns=3\nendheader\ntime\ta\n0\t1\n", "promises 3 columns, there are 2"),
+            ("endheader\ntime\ta\n0\t1\n0.1\n", "line 4 has 1 fields, 2 are expected"),
+            ("endheader\ntime\ta\n0\tone\n", "'one' is not a number"),
+            ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2,3\n", "DataType is Vec3"),
+        ],
+    )
+    def test_refusals(self, tmp_path, text, words):
+        (tmp_path / "a.sto").write_text(text)
+        refuse(read_storage, tmp_path / "a.sto", "a.sto", words)
+
+    def test_third_party_files(self, gait_data):
+        folder = gait_data / "wbds" / "raw"
+        forces_of = read_storage(folder / "WBDS01walkT01_grf.mot")
+        assert forces_of.values.shape == (9000, 18)
+        assert not forces_of.in_degrees
+        angles = read_storage(folder / "WBDS01walkT01_ik_sample.mot")
+        assert angles.name == "Coordinates"
+        assert angles.in_degrees
+        assert angles.column("hip_flexion_r")[0] == 20.17079055
+        errors = read_storage(folder / "WBDS01walkT01_ik_marker_errors.sto")
+        assert errors.columns == ("total_squared_error", "marker_error_RMS", "marker_error_max")
+
+
+class TestGroundReaction:
+    @pytest.mark.parametrize(
+        ("form", "torque_form", "name"),
+        [
+            ("ground_force_{}1", "ground_torque_{}1", "1"),
+            ("ground_force_r_{}", "ground_torque_r_{}", "r"),
+            ("1_ground_force_{}", "1_ground_torque_{}", "1"),
+            ("ground_force_{}", "ground_torque_{}", "1"),
+            ("ground_force_calcn_l_{}", "ground_moment_calcn_l_m{}", "calcn_l"),
+        ],
+    )
+    def test_names_of_columns(self, tmp_path, form, torque_form, name):
+        path = forces(tmp_path / "a.mot", form=form, torque_form=torque_form)
+        rate, start, (plate,) = read_ground_reaction(path)
+        assert (rate, start, plate.name) == (1000.0, 0.0, name)
+        np.testing.assert_allclose(plate.force[-1], FORCE)
+        np.testing.assert_allclose(plate.centre_of_pressure[-1], POINT)
+        np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
+
+    def test_no_centre_of_pressure_where_unloaded(self, tmp_path):
+        _, _, (plate,) = read_ground_reaction(forces(tmp_path / "a.mot"))
+        assert np.isnan(plate.centre_of_pressure[:50]).all()
+        assert np.isfinite(plate.centre_of_pressure[50:]).all()
+        assert plate.moment is None
+        assert np.isnan(plate.corners).all()
+
+    def test_no_forces_in_the_file(self, tmp_path):
+        write_storage(tmp_path / "a.mot", StorageTable(("hip",), np.arange(3.0), np.ones((3, 1))))
+        refuse(read_ground_reaction, tmp_path / "a.mot", "no ground reaction forces", "hip")
+
+    @pytest.mark.parametrize(("lost", "words"), [(4, "point"), (8, "torque"), (1, "force")])
+    def test_incomplete_plate(self, tmp_path, lost, words):
+        table = read_storage(forces(tmp_path / "a.mot"))
+        columns = table.columns[:lost] + table.columns[lost + 1 :]
+        write_storage(
+            tmp_path / "a.mot",
+            replace(table, columns=columns, values=np.delete(table.values, lost, axis=1)),
+        )
+        refuse(read_ground_reaction, tmp_path / "a.mot", "lacks the " + words)
+
+    @pytest.mark.parametrize("column", [1, 3])
+    def test_gaps(self, tmp_path, column):
+        table = read_storage(forces(tmp_path / "a.mot"))
+        table.values[100, column] = np.nan
+        write_storage(tmp_path / "a.mot", table)
+        refuse(read_ground_reaction, tmp_path / "a.mot", "missing", "without gaps")

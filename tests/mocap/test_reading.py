@@ -1,0 +1,68 @@
+"""Markers and forces of two files as one recording."""
+
+import numpy as np
+import pytest
+from motion_files import forces, refuse, trc
+
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.trc import read_trc
+
+
+class TestMarkersWithForces:
+    def test_one_recording(self, tmp_path):
+        markers = trc(tmp_path / "a.trc")
+        read = read_recording(markers, forces=forces(tmp_path / "a.mot"))
+        assert (read.marker_rate, read.force_rate) == (100.0, 1000.0)
+        assert len(read.plates[0].force) == 10 * len(read.markers) == 200
+        assert "a.trc" in read.source
+        assert "a.mot" in read.source
+
+    def test_cut_to_what_both_cover(self, tmp_path):
+        markers = trc(tmp_path / "a.trc")
+        path = forces(tmp_path / "a.mot", start=0.021, samples=189)  # to 0.209 s; markers to 0.19
+        read = read_recording(markers, forces=path)
+        assert read.start == pytest.approx(0.03)
+        np.testing.assert_allclose(read.markers, read_trc(markers).markers[3:])
+        assert len(read.plates[0].force) == 10 * len(read.markers)
+        # The first 50 samples of the file are unloaded: to 0.071 s.
+        loaded = read.force_time[np.isfinite(read.plates[0].centre_of_pressure[:, 0])]
+        assert loaded[0] == pytest.approx(0.071, abs=1e-3)
+
+    def test_rajagopal_walk(self, gait_data):
+        """Two steps of the right foot and one of the left, each point under its own foot."""
+        folder = gait_data / "opensim_rajagopal" / "ExpData"
+        read = read_recording(folder / "motion_capture_walk.trc", forces=folder / "grf_walk.mot")
+        assert [plate.name for plate in read.plates] == ["r", "l"]
+        assert read.force_rate == 2000.0
+        assert len(read.plates[0].force) == 20 * len(read.markers)
+        for plate, side in zip(read.plates, "RL", strict=True):
+            force, pressure = plate.force[::20], plate.centre_of_pressure[::20]
+            loaded = force[:, 1] > 100
+            heel, toe = read.marker(f"{side}.Heel"), read.marker(f"{side}.Toe")
+            behind = (pressure - heel)[loaded, 0]
+            ahead = (toe - pressure)[loaded, 0]
+            assert behind.min() > -0.03  # the heel's edge is behind its marker
+            assert ahead.min() > -0.06  # and the toes reach beyond theirs
+            assert np.abs(pressure - (heel + toe) / 2)[loaded, 2].max() < 0.08
+
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            ({"rate": 1050.0, "samples": 210}, "whole multiple"),
+            ({"rate": 60.0, "samples": 60, "start": 0.0}, "whole multiple"),
+            ({"samples": 400}, "Give the forces of the same trial"),
+            ({"start": 5.0}, "Give the forces of the same trial"),
+            ({"point": (500.0, 0.0, 300.0)}, "divide the points"),
+            ({"point": (50.0, 0.0, 9000.0)}, "another trial or in other axes"),
+            ({"sign": -1.0}, "forces on the plate"),
+            ({"axes": "xzy"}, "other axes than the markers"),
+            ({"samples": 1}, "one sample only"),
+        ],
+    )
+    def test_refusals(self, tmp_path, options, words):
+        path = forces(tmp_path / "a.mot", **options)
+        refuse(read_recording, trc(tmp_path / "a.trc"), str(path), words, forces=path)
+
+    def test_markers_of_an_unknown_kind(self, tmp_path):
+        path = forces(tmp_path / "a.mot")
+        refuse(read_recording, path, ".c3d, .trc", "not from .mot")

@@ -1,0 +1,23 @@
+"""The rate of samples, from times that are rounded."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval.errors import RecordError
+from gaitval.mocap.text_table import sample_rate
+
+
+class TestSampleRate:
+    def test_times_rounded_to_milliseconds(self):
+        assert sample_rate(Path("a"), np.round(np.arange(374) / 150, 3)) == 150.0
+
+    def test_a_rate_that_is_no_whole_number_stays(self):
+        found = sample_rate(Path("a"), np.arange(500) / 119.88)
+        assert found == pytest.approx(119.88, rel=1e-9)
+
+    @pytest.mark.parametrize("place", [3, 250, 496])
+    def test_one_missing_sample_is_found(self, place):
+        with pytest.raises(RecordError, match="not evenly spaced"):
+            sample_rate(Path("a"), np.delete(np.arange(500) / 100, place))

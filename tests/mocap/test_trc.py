@@ -1,0 +1,95 @@
+"""TRC: read as meant, written as OpenSim reads it."""
+
+import numpy as np
+import pytest
+from motion_files import recording, refuse, trc
+
+from gaitval.mocap.trc import read_trc, write_trc
+
+
+class TestTrc:
+    def test_round_trip_with_gaps(self, tmp_path):
+        written = recording(start=0.25)
+        written.markers[3, 1] = np.nan
+        write_trc(tmp_path / "a.trc", written)
+        read = read_trc(tmp_path / "a.trc")
+        assert read.names == written.names
+        assert (read.marker_rate, read.start) == (100.0, 0.25)
+        np.testing.assert_allclose(read.markers, written.markers, atol=1e-9)
+
+    @pytest.mark.parametrize(("units", "factor"), [("mm", 1.0), ("cm", 10.0), ("m", 1e3)])
+    def test_units(self, tmp_path, units, factor):
+        read = read_trc(trc(tmp_path / "a.trc", units=units))
+        np.testing.assert_allclose(read.markers, factor * recording().markers, rtol=1e-8)
+
+    def test_zero_and_nan_are_gaps(self, tmp_path):
+        row = "1\t0\t0\t0\t0\tNaN\tNaN\tNaN\t600\t0\t300"
+        read = read_trc(trc(tmp_path / "a.trc", changes={7: row}))
+        assert np.isnan(read.markers[0, :2]).all()
+        np.testing.assert_allclose(read.markers[0, 2], [0.6, 0, 0.3])
+
+    def test_opensim_reads_what_is_written(self, tmp_path):
+        opensim = pytest.importorskip("opensim")
+        written = recording(start=0.5)
+        written.markers[3, 1] = np.nan
+        written.markers[4, 2] = np.nan
+        write_trc(tmp_path / "a.trc", written)
+        table = opensim.TimeSeriesTableVec3(str(tmp_path / "a.trc"))
+        assert table.getColumnLabels() == written.names
+        np.testing.assert_allclose(table.getIndependentColumn(), written.time)
+        for name in written.names:
+            column = table.getDependentColumn(name)
+            read = np.array([column[i].to_numpy() for i in range(20)])
+            np.testing.assert_allclose(read, 1e3 * written.marker(name), rtol=1e-8)
+
+    @pytest.mark.parametrize(
+        ("name", "frames", "markers"),
+        [("static_walk_1", 287, 64), ("static_walk_2", 153, 41), ("motion_capture_walk", 238, 41)],
+    )
+    def test_rajagopal(self, gait_data, name, frames, markers):
+        read = read_trc(gait_data / "opensim_rajagopal" / "ExpData" / f"{name}.trc")
+        assert read.markers.shape == (frames, markers, 3)
+        assert read.marker_rate == 100.0
+        assert np.isfinite(read.markers).all()
+        # The anterior iliac spines of an adult are a quarter of a metre apart.
+        width = np.linalg.norm(read.marker("R.ASIS") - read.marker("L.ASIS"), axis=1)
+        assert 0.22 < width.mean() < 0.28
+
+    @pytest.mark.parametrize(
+        ("changes", "words"),
+        [
+            ({1: "Frame\tTime"}, "not a TRC file"),
+            ({3: "100\t100\t20\t3\t100\t1\t20"}, "line 3 has 7 values"),
+            ({3: "100\t100\t20\t3\tfurlong\t100\t1\t20"}, "'furlong'"),
+            ({3: "fast\t100\t20\t3\tmm\t100\t1\t20"}, "numbers are needed"),
+            ({3: "0\t100\t20\t3\tmm\t100\t1\t20"}, "a rate above 0 Hz"),
+            ({3: "100\t100\tinf\t3\tmm\t100\t1\t20"}, "whole numbers are needed"),
+            ({3: "100\t100\t20\t4\tmm\t100\t1\t20"}, "NumMarkers is 4, but line 4 names 3"),
+            ({3: "100\t100\t30\t3\tmm\t100\t1\t30"}, "NumFrames is 30, but there are 20 rows"),
+            ({3: "120\t120\t20\t3\tmm\t120\t1\t20"}, "DataRate is 120 Hz"),
+            ({26: "20\t0.19\t500\t1000"}, "line 26 has 4 fields, 11 are expected"),
+            ({26: "20\t0.19\t500\t1000\t3OO\t1\t1\t1\t1\t1\t1"}, "'3OO' is not a number"),
+            ({26: "20\t0.19\tinf\t1\t1\t1\t1\t1\t1\t1\t1"}, "infinite"),
+            ({26: "20\t0.05\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "instead of increasing"),
+            ({26: "20\t0.25\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "not evenly spaced"),
+            ({26: "20\t\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "a time is missing"),
+        ],
+    )
+    def test_refusals(self, tmp_path, changes, words):
+        path = trc(tmp_path / "a.trc", changes=changes)
+        refuse(read_trc, path, str(path), words)
+
+    def test_truncated_anywhere(self, tmp_path):
+        whole = trc(tmp_path / "whole.trc").read_text()
+        for size in range(0, len(whole) - 12, 61):
+            (tmp_path / "a.trc").write_text(whole[:size])
+            refuse(read_trc, tmp_path / "a.trc", "a.trc")
+
+    def test_not_text(self, tmp_path):
+        (tmp_path / "a.trc").write_bytes(bytes(range(256)) * 4)
+        refuse(read_trc, tmp_path / "a.trc", "not a text file")
+
+    def test_a_folder_name_in_the_code_page_of_windows(self, tmp_path):
+        path = trc(tmp_path / "a.trc", changes={1: "PathFileType\t4\t(X/Y/Z)\tC:\\München\\a.trc"})
+        path.write_bytes(path.read_text().encode("cp1252"))
+        assert read_trc(path).names == recording().names
