@@ -14,7 +14,7 @@ from speed_ratio import speed_ratio
 
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.mocap.motion_text import read_storage
+from gaitval.mocap.mot import read_storage
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import (
     read_motion,

@@ -13,7 +13,7 @@ from speed_ratio import speed_ratio
 
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.mocap.motion_text import read_trc
+from gaitval.mocap.trc import read_trc
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import write_markers, write_motion
 from gaitval.opensim.osim import write_osim

@@ -24,7 +24,7 @@ from speed_ratio import speed_ratio
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.skeleton import HumanSkeleton
