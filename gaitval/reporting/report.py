@@ -16,7 +16,7 @@ from gaitval.artefacts import read_arrays, read_json
 from gaitval.datasets.subject import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
-from gaitval.metrics.validation import check_metrics
+from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import figures
