@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
+from gaitval.metrics.results import check_metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
-from gaitval.metrics.validation import check_metrics
 
 Outcome = Literal["lost", "kept", "improved"]
 

@@ -1,14 +1,10 @@
 """Validation of a subject's simulated walks: the content of `metrics.json`."""
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from functools import cache
-from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-import jsonschema
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +25,7 @@ from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walk
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.record_consistency import consistency
+from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.model.body import BodyModel
@@ -38,8 +35,6 @@ if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
 
 Json = dict[str, Any]
-
-SCHEMA_VERSION = 4
 
 EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "
@@ -289,6 +284,36 @@ def _verdict_row(verdict: Verdict) -> Json:
     }
 
 
+def _summary(verdicts: Sequence[Verdict]) -> Json:
+    """How many rows of role acceptance passed, and how many goals are reached."""
+    accepted = [verdict.passed for verdict in verdicts if verdict.tolerance.role == "acceptance"]
+    goals = [verdict.reached for verdict in verdicts if verdict.reached is not None]
+    return {
+        "accepted": sum(accepted),
+        "refused": len(accepted) - sum(accepted),
+        "goals": len(goals),
+        "goals_reached": sum(goals),
+    }
+
+
+def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) -> Json:
+    """How the walks were compared with the record."""
+    settings = configuration.validation
+    return {
+        "model_mass_kg": model.mass,
+        "gravity_m_s2": GRAVITY,
+        "body_weight_n": model.mass * GRAVITY,
+        "event_threshold_n": configuration.contact.event_threshold,
+        "filter_frequency_hz": settings.filter_frequency,
+        "record_low_pass": None if record.low_pass is None else asdict(record.low_pass),
+        "settling_cycles": settings.settling_cycles,
+        "cycles": settings.cycles,
+        "consecutive_cycles": settings.consecutive_cycles,
+        "epsilon": NORMALISATION,
+        "external_load": EXTERNAL_LOAD,
+    }
+
+
 def _tidy(value: Any) -> Any:
     """JSON-able copy, floats to six significant digits, what is not finite as null.
 
@@ -351,9 +376,6 @@ def validate(
             walks[which], measures = _walk(each, record, recorded, model, configuration)
     measures += _push_measures(pushes)
     verdicts = evaluate(measures)
-    accepted = [verdict.passed for verdict in verdicts if verdict.tolerance.role == "acceptance"]
-    goals = [verdict.reached for verdict in verdicts if verdict.reached is not None]
-    settings = configuration.validation
     metrics: Json = _tidy(
         {
             "schema_version": SCHEMA_VERSION,
@@ -364,19 +386,7 @@ def validate(
                 "licence": subject.licence,
             },
             "units": CURVE_UNITS,
-            "method": {
-                "model_mass_kg": model.mass,
-                "gravity_m_s2": GRAVITY,
-                "body_weight_n": model.mass * GRAVITY,
-                "event_threshold_n": configuration.contact.event_threshold,
-                "filter_frequency_hz": settings.filter_frequency,
-                "record_low_pass": None if record.low_pass is None else asdict(record.low_pass),
-                "settling_cycles": settings.settling_cycles,
-                "cycles": settings.cycles,
-                "consecutive_cycles": settings.consecutive_cycles,
-                "epsilon": NORMALISATION,
-                "external_load": EXTERNAL_LOAD,
-            },
+            "method": _method(record, model, configuration),
             "record": recorded,
             "walks": walks,
             "final": final,
@@ -384,12 +394,7 @@ def validate(
                 {**asdict(measure), "unit": UNITS[measure.measure]} for measure in measures
             ],
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
-            "summary": {
-                "accepted": sum(accepted),
-                "refused": len(accepted) - sum(accepted),
-                "goals": len(goals),
-                "goals_reached": sum(goals),
-            },
+            "summary": _summary(verdicts),
             "push_recovery": pushes,
             "identification": identification,
             "correction": correction,
@@ -402,39 +407,4 @@ def validate(
         "subject": value_hash(subject.to_toml()),
         "record": value_hash(metrics["record"]),
     }
-    check_metrics(metrics, "the metrics of this run")
-    return metrics
-
-
-@cache
-def _schema() -> Json:
-    text = resources.files("gaitval.metrics").joinpath("metrics.schema.json").read_text("utf-8")
-    schema: Json = json.loads(text)
-    return schema
-
-
-def check_metrics(metrics: Any, origin: str) -> None:
-    """Raise ArtefactError where `metrics` is not of the published schema, saying where.
-
-    Those of another version are refused, not converted: their verdicts are of other limits.
-
-    Parameters
-    ----------
-    origin : where they come from, for the message.
-    """
-    version = metrics.get("schema_version") if isinstance(metrics, Mapping) else None
-    if isinstance(version, int) and version != SCHEMA_VERSION:
-        raise ArtefactError(
-            f"{origin}: of version {version} of the schema of metrics.json, and this gaitval reads "
-            f"version {SCHEMA_VERSION}. Write it anew: `gaitval validate` in a run folder, "
-            "`gaitval baseline` for a stored baseline."
-        )
-    error = jsonschema.exceptions.best_match(
-        jsonschema.Draft202012Validator(_schema()).iter_errors(metrics)
-    )
-    if error is not None:
-        place = "/".join(str(part) for part in error.absolute_path) or "the top level"
-        raise ArtefactError(
-            f"{origin}: not of the schema of metrics.json: at {place}, {error.message[:200]}. "
-            "It is damaged or of another version of gaitval; run `gaitval validate` again."
-        )
+    return metrics_from(metrics, "the metrics of this run").as_dict()

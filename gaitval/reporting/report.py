@@ -16,10 +16,10 @@ from gaitval.artefacts import read_arrays, read_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
-from gaitval.metrics.validation import check_metrics
+from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figures
+from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -298,14 +298,14 @@ def _picture(folder: Path, final: str) -> dict[str, Any] | None:
     if simulated is not None:
         positions["simulation"] = simulated
     sticks = {
-        which: figures.stick_figure(model, _on_the_spot(cycle))
+        which: stick_figures.stick_figure(model, _on_the_spot(cycle))
         for which, cycle in positions.items()
     }
-    animation = figures.animated_walk(sticks, seconds=stride_time)
+    animation = stick_figures.animated_walk(sticks, seconds=stride_time)
     return {
         "animation": "data:image/svg+xml;base64,"
         + base64.b64encode(animation.encode()).decode("ascii"),
-        "stills": Markup(figures.still_walk(sticks, phase)),
+        "stills": Markup(stick_figures.still_walk(sticks, phase)),
         "simulated": simulated is not None,
     }
 

@@ -94,5 +94,8 @@ def corrected_task(run: Run) -> "WalkingTask":
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
-    """Mu, (14,), from a file of an identification."""
-    return np.array(read_json(identification)[which], dtype=float)
+    """Mu, (14,), from a file of an identification; `which` is "nominal" or "identified"."""
+    from gaitval.metrics.results import identification_from
+
+    found = identification_from(read_json(identification), str(identification))
+    return np.array(found.nominal if which == "nominal" else found.identified, dtype=float)

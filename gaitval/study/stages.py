@@ -111,6 +111,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
     def identify() -> None:
         from gaitval.identification.identify import identify
+        from gaitval.metrics.results import FoundParameters
 
         found = identify(
             walking_task(run),
@@ -119,7 +120,8 @@ def identify_stage(run: Run, round_number: int) -> Stage:
             start=body_parameters(run.folder / before) if round_number > 1 else None,
             on_progress=run.observer.progress,
         )
-        write_json(run.folder / here / "identification.json", found.as_dict())
+        result = FoundParameters(**found.as_dict())
+        write_json(run.folder / here / "identification.json", result.as_dict())
 
     return Stage(
         f"identify-{round_number}",
@@ -192,6 +194,8 @@ def choose_stage(run: Run, rounds: int) -> Stage:
     numbers = range(1, rounds + 1)
 
     def choose() -> None:
+        from gaitval.metrics.results import IdentificationResult
+
         errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
         best = min(numbers, key=lambda number: round_epsilon(run, number))
         source = run.folder / f"rounds/{best}"
@@ -200,19 +204,17 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
             run.folder / "policy" / "training.csv",
         )
-        write_json(
-            run.folder / "identification.json",
-            {
-                **read_json(source / "identification" / "identification.json"),
-                "chosen_round": best,
-                "epsilon_nominal": errors[best - 1]["nominal"],
-                "epsilon_identified": errors[best - 1]["identified"],
-                "rounds": [
-                    {"round": number, "epsilon": error["identified"]}
-                    for number, error in zip(numbers, errors, strict=True)
-                ],
-            },
+        found = IdentificationResult(
+            **read_json(source / "identification" / "identification.json"),
+            chosen_round=best,
+            epsilon_nominal=errors[best - 1]["nominal"],
+            epsilon_identified=errors[best - 1]["identified"],
+            rounds=[
+                {"round": number, "epsilon": error["identified"]}
+                for number, error in zip(numbers, errors, strict=True)
+            ],
         )
+        write_json(run.folder / "identification.json", found.as_dict())
 
     return Stage(
         "choose",
@@ -403,7 +405,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def validate_stage(run: Run) -> Stage:
     """Walks and pushes against the record and the tolerances → metrics.json."""
-    from gaitval.metrics.validation import SCHEMA_VERSION
+    from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
         pushes = read_json(run.folder / "push.json")["recovery"]

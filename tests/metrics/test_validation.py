@@ -21,8 +21,9 @@ from synthetic_walk import (
 from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.results import check_metrics
 from gaitval.metrics.rollouts import Endurance, Rollouts
-from gaitval.metrics.validation import check_metrics, validate
+from gaitval.metrics.validation import validate
 
 RECORD = synthetic_record()
 SUBJECT = load_subject("S05")

@@ -18,7 +18,7 @@ from gaitval.metrics.validation import validate
 from gaitval.model.urdf import write_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reference.motion import build_reference
-from gaitval.reporting import figures
+from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import number
 from gaitval.reporting.report import write_report
 from gaitval.scaling.scaling import scale_subject
@@ -376,7 +376,7 @@ def test_the_stick_figure_stands_where_the_model_stands():
     upright = np.zeros((1, 31))
     bent = np.zeros((1, 31))
     bent[0, 9] = np.pi / 2  # right knee
-    figure = figures.stick_figure(model, np.vstack([upright, bent]))
+    figure = stick_figures.stick_figure(model, np.vstack([upright, bent]))
     hip, knee, ankle = figure["right"][0, :3]
     assert hip[2] - knee[2] == pytest.approx(-model["shank_r"].joint_position[2], abs=1e-9)
     assert figure["right"][1, 2, 0] < knee[0] - 0.2  # the shank points backwards
@@ -390,8 +390,8 @@ def test_the_stick_figure_stands_where_the_model_stands():
 
 def test_the_animation_is_one_svg_document_that_repeats_with_the_stride():
     model = scale_subject(load_subject("S05")).model
-    sticks = {"reference": figures.stick_figure(model, np.zeros((3, 31)))}
-    root = ElementTree.fromstring(figures.animated_walk(sticks, seconds=1.105))
+    sticks = {"reference": stick_figures.stick_figure(model, np.zeros((3, 31)))}
+    root = ElementTree.fromstring(stick_figures.animated_walk(sticks, seconds=1.105))
     animations = root.findall(".//{http://www.w3.org/2000/svg}animate")
     assert len(animations) == 2 * (5 + 2)
     assert {a.get("dur") for a in animations} == {"1.105s"}

@@ -1,0 +1,500 @@
+"""Content of `metrics.json` and `identification.json`, as typed models.
+
+The models are the schema: `scripts/schemas.py` writes it beside them.
+"""
+
+from typing import Annotated, Any, Final, Generic, Literal, TypeVar
+
+from pydantic import Field
+
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.tolerances import WALK_UNITS
+from gaitval.metrics.typed import (
+    Count,
+    Flag,
+    Number,
+    OpenResult,
+    Positive,
+    Result,
+    Sha256,
+    Size,
+    named,
+    same_version,
+)
+from gaitval.model.parameters import PARAMETERS
+
+SCHEMA_VERSION: Final = 4
+"""Of `metrics.json`."""
+IDENTIFICATION_VERSION: Final = 1
+"""Of `identification.json`, which does not say it."""
+
+CORRECTED_JOINTS: Final = 13
+"""Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
+
+T = TypeVar("T")
+
+Curve = Annotated[list[Number | None], Field(min_length=101, max_length=101)]
+"""0 to 100 % of a side's gait cycle; null where not finite."""
+
+
+def _sided(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"{name}_{side}" for name in names for side in "rl")
+
+
+_ANGLE, _ANGLES = named(_sided((*RECORDED_ANGLES, *PELVIS_ANGLES)))
+_MOMENT, _MOMENTS = named(_sided(JOINT_MOMENTS))
+_FORCE, _FORCES = named(_sided(FORCES))
+
+
+class Kinds(Result, Generic[T]):
+    """Something of every curve."""
+
+    angles: Annotated[dict[Annotated[str, _ANGLE], T], *_ANGLES]
+    moments: Annotated[dict[Annotated[str, _MOMENT], T], *_MOMENTS]
+    forces: Annotated[dict[Annotated[str, _FORCE], T], *_FORCES]
+
+
+class Sides(Result, Generic[T]):
+    """Something of both sides."""
+
+    right: T
+    left: T
+
+
+class RecordedCurves(Kinds[Curve]):
+    """The record, in the units of the curves."""
+
+
+class CountBySide(Sides[Count]):
+    """Right and left."""
+
+
+class SubjectResult(Result):
+    """Who walked, and where the record is from."""
+
+    identifier: str
+    source: str
+    citation: str
+    licence: str
+
+
+class CurveUnits(Result):
+    """Units of the curves and of their errors."""
+
+    angles: Literal["deg"]
+    moments: Literal["Nm/kg"]
+    forces: Literal["% BW"]
+
+
+class LowPassResult(Result):
+    """What moments and forces of the record had passed before they were averaged."""
+
+    moments_hz: Positive
+    forces_hz: Positive
+
+
+class Method(Result):
+    """How walks were compared."""
+
+    model_mass_kg: Size
+    gravity_m_s2: Size
+    body_weight_n: Size
+    event_threshold_n: Size
+    filter_frequency_hz: Size
+    record_low_pass: LowPassResult | None = None
+    settling_cycles: Count
+    cycles: Count
+    consecutive_cycles: Count
+    """That each walk is planned for after the settling ones."""
+    epsilon: str
+    external_load: str
+
+
+class RecordedFigures(Result):
+    """Spatiotemporal parameters of the record; m/s, steps/min, s, fractions of the cycle, m."""
+
+    walking_speed: Number
+    cadence: Number
+    stride_time_right: Number
+    stride_time_left: Number
+    stance_fraction_right: Number
+    stance_fraction_left: Number
+    double_support_fraction: Number
+    step_length_right: Number
+    step_length_left: Number
+
+
+class ForceComponents(Result):
+    """Body weights."""
+
+    forward: Number
+    left: Number
+    vertical: Number
+
+
+class AsymmetryResult(Result):
+    """Right less left, Nm/kg."""
+
+    mean_difference: Number
+    rms_difference: Size
+
+
+class MomentAsymmetry(Result):
+    """Right less left over each side's own cycle."""
+
+    hip_flexion: AsymmetryResult
+    knee_angle: AsymmetryResult
+    ankle_angle: AsymmetryResult
+
+
+class ConsistencyResult(Result):
+    """What the record contradicts, see gaitval/metrics/record_consistency.py. Forces in body
+    weights, moments in Nm/kg.
+    """
+
+    mean_force: ForceComponents
+    """Mean over the gait cycle of the ground reaction under both feet; 0, 0, 1 in steady
+    walking."""
+    force_rmse_bound: ForceComponents
+    """RMSE, averaged over both feet, that no steady walk can be below."""
+    vertical_rmse_bound_in_stance: Size
+    """The same of the worse foot where no simulated foot is loaded in the recorded swing."""
+    moment_asymmetry: MomentAsymmetry
+
+
+class RecordResult(Result):
+    """The recorded gait."""
+
+    curves: RecordedCurves
+    spatiotemporal: RecordedFigures
+    left_phase: Number
+    consistency: ConsistencyResult
+
+
+class Start(Result):
+    """How far the walk from one start phase went."""
+
+    start_phase: Number
+    fell: Flag
+    seconds: Size
+    cycles: CountBySide
+    scuffs: CountBySide
+    walking_speed: Number | None
+
+
+class SpatiotemporalResult(Result):
+    """A spatiotemporal parameter of a walk, and of the record."""
+
+    name: Literal[
+        "walking_speed",
+        "cadence",
+        "stride_time_right",
+        "stride_time_left",
+        "stance_fraction_right",
+        "stance_fraction_left",
+        "double_support_fraction",
+        "step_length_right",
+        "step_length_left",
+        "step_width",
+    ]
+    unit: str
+    mean: Number | None
+    sd: Number | None
+    recorded: Number | None
+
+
+class MeanCurve(Result):
+    """Mean and standard deviation over the cycles; null where there are too few."""
+
+    mean: Curve | None
+    sd: Curve | None
+
+
+class MeanCurves(Kinds[MeanCurve]):
+    """Simulated, in the units of the curves."""
+
+
+class CurveErrorResult(Result):
+    """How a mean simulated curve differs from the recorded one."""
+
+    rmse: Number | None
+    peak_error: Number | None
+    peak_percent: Annotated[Count, Field(le=100)]
+    bias: Number | None
+    correlation: Number | None
+
+
+class CurveErrors(Kinds[CurveErrorResult | None]):
+    """In the units of the curves; null where there is no cycle."""
+
+
+class EpsilonResult(Result):
+    """Epsilon and its parts, see gaitval/metrics/epsilon.py."""
+
+    angles: Number | None
+    moments: Number | None
+    forces: Number | None
+    total: Number | None
+    angles_rad: Number | None = None
+    moments_nm_per_kg: Number | None = None
+    forces_body_weights: Number | None = None
+
+
+class PressurePath(Result):
+    """Centre of pressure over stance in the footprint, % of foot length from the heel, towards
+    the midline.
+    """
+
+    along: MeanCurve
+    across: MeanCurve
+
+
+_PERCENT, _PERCENTS = named(("10", "50", "90"))
+
+
+class FootContactResult(Result):
+    """How one foot met the ground, see gaitval/metrics/foot_contact.py."""
+
+    stances: Count
+    foot_length_m: Positive
+    spheres: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
+    """Along, across and radius of each contact sphere in the footprint, foot lengths."""
+    path: PressurePath
+    progress: Annotated[dict[Annotated[str, _PERCENT], Number | None], *_PERCENTS]
+    """Centre of pressure at % of stance, % of foot length from the heel."""
+    bounces_per_stance: Number | None
+    transient_peak: Number | None
+    """Largest unfiltered vertical force in the first 15 % of stance, % BW, mean."""
+
+
+class FootContacts(Sides[FootContactResult]):
+    """Right and left foot."""
+
+
+class WalkResult(Result):
+    """The walks with one set of body parameters."""
+
+    mu: Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
+    starts: Annotated[list[Start], Field(min_length=1)]
+    cycles: CountBySide
+    """Gait cycles that the curves are of."""
+    spatiotemporal: list[SpatiotemporalResult]
+    foot_contact: FootContacts
+    curves: MeanCurves
+    errors: CurveErrors
+    epsilon: EpsilonResult | None
+
+
+class WalkResults(Result):
+    """At the nominal and at the identified body parameters."""
+
+    nominal: WalkResult
+    identified: WalkResult | None
+
+
+MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(WALK_UNITS))})$")]
+
+
+class MeasureResult(Result):
+    """A measured value; null where the walk was too short."""
+
+    measure: MeasureName
+    target: str
+    value: Number | None
+    unit: str
+
+
+class VerdictResult(Result):
+    """A tolerance on a measured value."""
+
+    id: str
+    title: str
+    measure: MeasureName
+    unit: str
+    limit: Literal["at_most", "at_least", "exactly"]
+    goal: Number | None
+    """A stricter limit that is aimed at."""
+    role: Literal["acceptance", "context"]
+    status: Literal["published", "derived", "convention"]
+    verified: Flag
+    citation: str
+    locator: str
+    note: str
+    target: str
+    value: Number | None
+    tolerance: Number
+    passed: Flag
+    reached: Flag | None
+    """Whether the goal is kept; null without one."""
+
+
+class Summary(Result):
+    """Passed and failed rows of role acceptance; rows that have a goal, and those that reach it."""
+
+    accepted: Count
+    refused: Count
+    goals: Count
+    goals_reached: Count
+
+
+class Generation(OpenResult):
+    """One generation of the search."""
+
+    generation: Count
+    best: Number | None
+    sigma: Number | None
+
+
+class Round(OpenResult):
+    """One round of Algorithm 1."""
+
+    round: Count
+    epsilon: EpsilonResult | None
+
+
+_Parameters = Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
+
+
+class FoundParameters(OpenResult):
+    """One identification, in the order of `gaitval.model.parameters.PARAMETERS`."""
+
+    names: Annotated[list[str], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
+    nominal: _Parameters
+    identified: _Parameters
+    standard_deviation: _Parameters
+    lower: _Parameters
+    upper: _Parameters
+    on_bound: Annotated[list[Flag], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
+    reward_nominal: Number | None
+    reward_identified: Number | None
+    history: list[Generation]
+
+
+class IdentificationResult(FoundParameters):
+    """The identification of the chosen round of Algorithm 1: `identification.json`."""
+
+    epsilon_nominal: EpsilonResult | None
+    epsilon_identified: EpsilonResult | None
+    rounds: list[Round]
+    chosen_round: Count | None = None
+
+
+class CorrectedMeasure(Result):
+    """A measure before and after the correction, and what was aimed at."""
+
+    measure: str
+    target: str
+    aim: Number
+    before: Number
+    after: Number
+
+
+class CorrectionResult(Result):
+    """Change of the reference motion: angles in rad, mean, cosines and sines over the right gait
+    cycle; height of the pelvis in m. Errors are 1 where every measure is at its goal.
+    """
+
+    joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
+    harmonics: Annotated[
+        list[list[Number]], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)
+    ]
+    height: Number
+    errors: list[Number]
+    measures: list[CorrectedMeasure]
+
+
+class PushRecoveryResult(Result):
+    """Recovery from horizontal pushes at the pelvis, see gaitval/metrics/push_recovery.py."""
+
+    seconds: Positive
+    cycles: Positive
+    resolution: Positive
+    ceiling: Size
+    phases: Annotated[list[Number], Field(min_length=1)]
+    directions: Annotated[list[Number], Field(min_length=1)]
+    """Degrees from straight ahead, left positive."""
+    largest: list[Annotated[list[Size], Field(min_length=1)]]
+    """By phase and direction, N: the largest force up to which every tested push was survived."""
+    force: Size
+    criterion_directions: list[Number]
+    survived: list[list[Flag]]
+    """By phase and criterion direction: whether the push of `force` was survived."""
+
+
+class Provenance(Result):
+    """Versions, and hashes of what was compared."""
+
+    versions: dict[str, str]
+    configuration: Sha256
+    subject: Sha256
+    record: Sha256
+
+
+class Metrics(Result):
+    """The validation of a subject's simulated walks against the recorded gait.
+
+    Curves run over each side's own gait cycle, 0 to 100 %. Signs: flexion, dorsiflexion, adduction,
+    inversion, internal rotation, anterior tilt, own side up, own side forward; forces of the ground
+    on the foot, forward, towards the midline, up.
+    """
+
+    schema_version: Literal[4]
+    subject: SubjectResult
+    units: CurveUnits
+    method: Method
+    record: RecordResult
+    walks: WalkResults
+    final: Literal["nominal", "identified"]
+    """The walk that measures and tolerances are of."""
+    measures: list[MeasureResult]
+    tolerances: list[VerdictResult]
+    summary: Summary
+    push_recovery: PushRecoveryResult | None
+    identification: IdentificationResult | None
+    correction: CorrectionResult | None
+    training: dict[str, Any] | None
+    provenance: Provenance
+
+
+def metrics_from(values: Any, origin: str) -> Metrics:
+    """The metrics that were read from a file.
+
+    Those of another version are refused, not converted: their verdicts are of other limits.
+
+    Parameters
+    ----------
+    origin : where they come from, for the message.
+
+    Raises
+    ------
+    ArtefactError : of another version, or not of the schema; says where.
+    """
+    same_version(
+        values,
+        origin,
+        file="metrics.json",
+        version=SCHEMA_VERSION,
+        mend="Write it anew: `gaitval validate` in a run folder, `gaitval baseline` for a stored "
+        "baseline.",
+    )
+    return Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
+
+
+def check_metrics(metrics: Any, origin: str) -> None:
+    """Raise ArtefactError as `metrics_from` where `metrics` cannot be used."""
+    metrics_from(metrics, origin)
+
+
+def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
+    """The identification that was read from a file, of one round or of the chosen one.
+
+    Raises
+    ------
+    ArtefactError : not of the schema; says where.
+    """
+    chosen = isinstance(values, dict) and "rounds" in values
+    model = IdentificationResult if chosen else FoundParameters
+    return model.read(
+        values, origin, file="identification.json", mend="run `gaitval identify --force`"
+    )

@@ -1,0 +1,96 @@
+"""What results that are written as JSON have in common: strict models that also are the schema.
+
+A number is a number: no text, truth value, NaN or infinity stands for one. A model that is read
+from a file and written again gives the same bytes.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Final, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
+
+from gaitval.errors import ArtefactError
+
+DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
+
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Size = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0)]
+Positive = Annotated[float, Strict(), Field(allow_inf_nan=False, gt=0)]
+Count = Annotated[int, Strict(), Field(ge=0)]
+Flag = Annotated[bool, Strict()]
+Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class Result(BaseModel):
+    """A part of a result. Unknown keys are refused; what was not given is not written."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    def as_dict(self) -> dict[str, Any]:
+        """To be written as JSON."""
+        values: dict[str, Any] = self.model_dump(mode="json", exclude_unset=True, by_alias=True)
+        return values
+
+    @classmethod
+    def read(cls, values: Any, origin: str, *, file: str, mend: str) -> Self:
+        """The model of what was read from a file.
+
+        Parameters
+        ----------
+        values : JSON.
+        origin : where they come from, for the message.
+        file : the kind of file, such as `metrics.json`.
+        mend : what to run where they cannot be used.
+
+        Raises
+        ------
+        ArtefactError : they are not of the schema; says where, and what was seen.
+        """
+        try:
+            return cls.model_validate(values)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = "/".join(map(str, first["loc"])) or "the top level"
+            seen = "" if first["type"] == "missing" else f", not {first['input']!r:.80}"
+            raise ArtefactError(
+                f"{origin}: not of the schema of {file}: at {place}, {first['msg']}{seen}. "
+                f"It is damaged or of another version of gaitval; {mend}."
+            ) from None
+
+
+class OpenResult(Result):
+    """A part of a result to which other versions may have added keys; they are kept."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+def same_version(values: Any, origin: str, *, file: str, version: int, mend: str) -> None:
+    """Raise ArtefactError where a file says that it is of another version of its schema."""
+    found = values.get("schema_version") if isinstance(values, Mapping) else None
+    if isinstance(found, int) and found != version:
+        raise ArtefactError(
+            f"{origin}: of version {found} of the schema of {file}, and this gaitval reads version "
+            f"{version}. {mend}"
+        )
+
+
+def named(names: Sequence[str]) -> tuple[Any, Any]:
+    """Annotations of a dictionary that has these keys and no others: of the keys, of the whole."""
+
+    def check(values: dict[str, Any]) -> dict[str, Any]:
+        wrong = sorted(set(names) ^ set(values))
+        if wrong:
+            missing = [name for name in wrong if name not in values]
+            raise ValueError(f"{'missing' if missing else 'unknown'}: {(missing or wrong)[0]}")
+        return values
+
+    key = Field(json_schema_extra={"enum": list(names)})
+    whole = Field(json_schema_extra={"minProperties": len(names)})
+    return key, (whole, AfterValidator(check))
+
+
+def schema(model: type[Result], *, name: str, version: int) -> dict[str, Any]:
+    """The JSON schema of a file, `name` without `.json`."""
+    found = model.model_json_schema()
+    title = f"gaitval {name}.json"
+    return {"$schema": DIALECT, "$id": f"urn:gaitval:{name}:{version}", **found, "title": title}

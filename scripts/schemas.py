@@ -1,0 +1,51 @@
+"""Writes the JSON schemas of results from their models.
+
+    python scripts/schemas.py [--check]
+
+`--check` writes nothing and fails where a file is not current.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from gaitval.metrics.results import (
+    IDENTIFICATION_VERSION,
+    SCHEMA_VERSION,
+    IdentificationResult,
+    Metrics,
+)
+from gaitval.metrics.typed import schema
+
+PACKAGE = Path(__file__).parent.parent / "gaitval"
+
+
+def schemas() -> dict[Path, dict[str, Any]]:
+    """The schema of each kind of result, by its file."""
+    return {
+        PACKAGE / "metrics/metrics.schema.json": schema(
+            Metrics, name="metrics", version=SCHEMA_VERSION
+        ),
+        PACKAGE / "identification/identification.schema.json": schema(
+            IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
+        ),
+    }
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    for path, content in schemas().items():
+        text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+        if not check:
+            path.write_text(text, encoding="utf-8", newline="\n")
+        elif not path.is_file() or path.read_text(encoding="utf-8") != text:
+            sys.exit(f"{path} is not current: run python scripts/schemas.py")
+
+
+if __name__ == "__main__":
+    main()

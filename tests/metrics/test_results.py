@@ -1,0 +1,239 @@
+"""Typed results: stored files come back byte for byte, and what is wrong is refused by place."""
+
+import copy
+import json
+import runpy
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import jsonschema
+import pytest
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.errors import ArtefactError
+from gaitval.identification.identify import Identification
+from gaitval.metrics.results import (
+    CORRECTED_JOINTS,
+    SCHEMA_VERSION,
+    FoundParameters,
+    Metrics,
+    SpatiotemporalResult,
+    check_metrics,
+    identification_from,
+    metrics_from,
+)
+from gaitval.metrics.validation import _SPATIOTEMPORAL_UNITS
+from gaitval.model.parameters import PARAMETERS
+from gaitval.reference.adjustment import JOINTS
+
+ROOT = Path(__file__).parents[2]
+BASELINES = sorted(ROOT.glob("reports/S*/baseline"))
+SCHEMAS = {
+    "metrics": ROOT / "gaitval/metrics/metrics.schema.json",
+    "identification": ROOT / "gaitval/identification/identification.schema.json",
+}
+
+Json = Any
+
+
+@pytest.fixture(scope="module")
+def stored() -> Json:
+    return read_json(ROOT / "reports/S05/baseline/metrics.json")
+
+
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
+def test_stored_results_come_back_byte_for_byte(baseline: Path, tmp_path: Path) -> None:
+    for name, read in (
+        ("metrics.json", metrics_from),
+        ("identification.json", identification_from),
+    ):
+        write_json(tmp_path / name, read(read_json(baseline / name), name).as_dict())
+        assert (tmp_path / name).read_bytes() == (baseline / name).read_bytes()
+
+
+def test_the_ten_subjects_are_stored() -> None:
+    assert len(BASELINES) == 10
+
+
+def test_results_are_typed(stored: Json) -> None:
+    metrics = metrics_from(stored, "stored")
+    assert metrics.walks.identified is not None
+    assert metrics.walks.identified.epsilon is not None
+    assert metrics.walks.identified.epsilon.total == pytest.approx(
+        stored["walks"]["identified"]["epsilon"]["total"]
+    )
+    assert metrics.subject.identifier == "S05"
+
+
+def test_the_schemas_are_current() -> None:
+    done = subprocess.run(
+        [sys.executable, "scripts/schemas.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_schema_that_is_not_current_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = runpy.run_path(str(ROOT / "scripts/schemas.py"))
+    write_json(tmp_path / "old.json", {})
+    monkeypatch.setitem(
+        script["main"].__globals__, "schemas", lambda: {tmp_path / "old.json": {"title": "new"}}
+    )
+    monkeypatch.setattr(sys, "argv", ["schemas.py", "--check"])
+    with pytest.raises(SystemExit, match=r"old\.json is not current"):
+        script["main"]()
+    monkeypatch.setattr(sys, "argv", ["schemas.py"])
+    script["main"]()
+    assert read_json(tmp_path / "old.json") == {"title": "new"}
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_a_schema_is_one_and_says_its_name(name: str) -> None:
+    schema = read_json(SCHEMAS[name])
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["title"] == f"gaitval {name}.json"
+    assert schema["$id"].startswith(f"urn:gaitval:{name}:")
+
+
+def test_the_version_is_the_same_wherever_it_stands(stored: Json) -> None:
+    schema = read_json(SCHEMAS["metrics"])
+    assert schema["$id"] == f"urn:gaitval:metrics:{SCHEMA_VERSION}"
+    assert schema["properties"]["schema_version"]["const"] == SCHEMA_VERSION
+    assert get_args(Metrics.model_fields["schema_version"].annotation) == (SCHEMA_VERSION,)
+    assert stored["schema_version"] == SCHEMA_VERSION
+
+
+def test_the_published_schema_takes_what_is_stored() -> None:
+    for name, path in SCHEMAS.items():
+        validator = jsonschema.Draft202012Validator(read_json(path))
+        validator.validate(read_json(BASELINES[0] / f"{name}.json"))
+
+
+def test_a_correction_is_of_the_joints_that_are_changed() -> None:
+    assert len(JOINTS) == CORRECTED_JOINTS
+
+
+def test_spatiotemporal_parameters_are_those_that_are_measured() -> None:
+    names = get_args(SpatiotemporalResult.model_fields["name"].annotation)
+    assert names == tuple(_SPATIOTEMPORAL_UNITS)
+
+
+def _without(key: str) -> Callable[[Json], None]:
+    def change(part: Json) -> None:
+        del part[key]
+
+    return change
+
+
+def _with(key: str, value: Json) -> Callable[[Json], None]:
+    def change(part: Json) -> None:
+        part[key] = value
+
+    return change
+
+
+DAMAGE = [
+    # (what is changed, how, the place that is told)
+    ("", _without("final"), "final"),
+    ("", _with("more", 1), "more"),
+    ("", _with("final", "third"), "final"),
+    ("subject", _with("licence", 4), "subject/licence"),
+    ("method", _with("cycles", -1), "method/cycles"),
+    ("method", _with("cycles", 20.5), "method/cycles"),
+    ("method", _with("gravity_m_s2", "9.81"), "method/gravity_m_s2"),
+    ("record/curves/angles", _without("knee_angle_r"), "record/curves/angles"),
+    ("record/curves/angles", _with("elbow_r", [0.0] * 101), "record/curves/angles"),
+    ("record/curves/forces", _with("medial_l", [0.0] * 100), "record/curves/forces/medial_l"),
+    ("walks/nominal", _with("mu", [0.0] * 13), "walks/nominal/mu"),
+    ("walks/identified/starts/0", _with("fell", 0), "walks/identified/starts/0/fell"),
+    ("walks/identified", _with("epsilon", 1.0), "walks/identified/epsilon"),
+    ("walks/identified/errors/angles/hip_flexion_r", _with("rmse", True), "hip_flexion_r/rmse"),
+    ("measures/0", _with("measure", "mood"), "measures/0/measure"),
+    ("tolerances/3", _with("passed", "yes"), "tolerances/3/passed"),
+    ("push_recovery", _with("seconds", 0.0), "push_recovery/seconds"),
+    ("correction", _without("height"), "correction/height"),
+    ("identification", _with("upper", None), "identification/upper"),
+    ("provenance", _with("record", "abc"), "provenance/record"),
+]
+
+
+def _damaged(where: str, change: Callable[[Json], None], stored: Json) -> Json:
+    damaged = copy.deepcopy(stored)
+    part = damaged
+    for step in filter(None, where.split("/")):
+        part = part[int(step) if step.isdigit() else step]
+    change(part)
+    return damaged
+
+
+@pytest.mark.parametrize(("where", "change", "place"), DAMAGE)
+def test_damage_is_refused_with_the_place(
+    where: str, change: Callable[[Json], None], place: str, stored: Json
+) -> None:
+    with pytest.raises(ArtefactError, match=rf"x\.json: not of the schema .* at \S*{place}, "):
+        check_metrics(_damaged(where, change, stored), "x.json")
+
+
+@pytest.mark.parametrize(("where", "change", "place"), DAMAGE[::6])
+def test_the_published_schema_refuses_what_the_model_refuses(
+    where: str, change: Callable[[Json], None], place: str, stored: Json
+) -> None:
+    validator = jsonschema.Draft202012Validator(read_json(SCHEMAS["metrics"]))
+    assert not validator.is_valid(_damaged(where, change, stored)), place
+
+
+@pytest.mark.parametrize("version", [2, 3, 5])
+def test_other_versions_are_refused_with_the_mend(version: int, stored: Json) -> None:
+    with pytest.raises(ArtefactError, match=rf"of version {version} .* `gaitval validate`"):
+        check_metrics({**stored, "schema_version": version}, "x.json")
+
+
+def test_what_is_not_finite_is_no_result(stored: Json) -> None:
+    with pytest.raises(ArtefactError, match=r"at record/left_phase, .* finite number"):
+        check_metrics({**stored, "record": {**stored["record"], "left_phase": float("nan")}}, "x")
+
+
+# --- identification.json ------------------------------------------------------------------
+
+
+def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
+    values = tuple(float(number) for number in range(len(PARAMETERS)))
+    found = Identification(
+        names=PARAMETERS,
+        nominal=values,
+        identified=values,
+        standard_deviation=values,
+        lower=values,
+        upper=values,
+        on_bound=(False,) * len(PARAMETERS),
+        reward_nominal=0.5,
+        reward_identified=0.6,
+        history=({"generation": 1, "best": 0.5, "sigma": 0.1},),
+    )
+    assert json.dumps(FoundParameters(**found.as_dict()).as_dict()) == json.dumps(found.as_dict())
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        (_without("identified"), "identified"),
+        (_with("identified", [1.0]), "identified"),
+        (_with("on_bound", [1] * len(PARAMETERS)), "on_bound/0"),
+        (_with("rounds", [{"round": 1}]), "rounds/0/epsilon"),
+    ],
+)
+def test_a_damaged_identification_is_refused_with_the_place(
+    change: Callable[[Json], None], place: str
+) -> None:
+    values = read_json(ROOT / "reports/S05/baseline/identification.json")
+    change(values)
+    with pytest.raises(ArtefactError, match=rf"at {place}, .* run `gaitval identify --force`"):
+        identification_from(values, "identification.json")
