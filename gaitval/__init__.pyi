@@ -1,0 +1,6 @@
+from gaitval.interface.bodies import scale as scale
+from gaitval.interface.limits import limits as limits
+from gaitval.interface.recordings import read_recording as read_recording
+from gaitval.interface.subjects import load_subject as load_subject
+
+__version__: str
