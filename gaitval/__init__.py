@@ -10,9 +10,12 @@ from importlib import import_module
 __version__ = "0.1.0"
 
 _HOMES = {
+    "compare": "walks",
     "limits": "limits",
+    "load_policy": "walks",
     "load_subject": "subjects",
     "read_recording": "recordings",
+    "rollout": "walks",
     "scale": "bodies",
 }
 """Module of `gaitval.interface` that each public name is in."""

@@ -3,14 +3,13 @@
 from pathlib import Path
 from typing import Self
 
-import numpy as np
 import pandas as pd
 
+from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.datasets import subject as stored
-from gaitval.gait.record import GaitRecord
 from gaitval.interface.result import DEGREES, Result, curve_frame, value_frame
-from gaitval.metrics.comparison import recorded_curves
+from gaitval.metrics.comparison import Curves, recorded_curves
 
 
 class Subject(Result, stored.Subject):
@@ -39,7 +38,7 @@ class Subject(Result, stored.Subject):
         weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
         (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`).
         """
-        return record_frame(self.record())
+        return curve_frame(named_curves(recorded_curves(self.record())))
 
     def __str__(self) -> str:
         return repr(self)
@@ -54,20 +53,16 @@ class Subject(Result, stored.Subject):
         return cls.model_validate(stored.load_subject(Path(path)).model_dump())
 
 
-def record_frame(record: GaitRecord) -> pd.DataFrame:
-    """Tidy table of a gait record, in the units of reports."""
-    curves = recorded_curves(record)
-    return curve_frame(
-        [
-            *((name, "deg", v * DEGREES) for name, v in curves.angles.items()),
-            *((f"{k[:-2]} moment{k[-2:]}", "Nm/kg", v) for k, v in curves.moments.items()),
-            *(
-                (f"{k} ground reaction{s}", "% BW", 100.0 * np.asarray(curves.forces[k + s]))
-                for s in ("_r", "_l")
-                for k in ("forward", "medial", "vertical")
-            ),
-        ]
-    )
+def named_curves(curves: Curves) -> list[tuple[str, str, Array]]:
+    """Name, unit of reports and values of every curve."""
+    return [
+        *((name, "deg", DEGREES * angle) for name, angle in curves.angles.items()),
+        *((f"{k[:-2]} moment{k[-2:]}", "Nm/kg", each) for k, each in curves.moments.items()),
+        *(
+            (f"{k[:-2]} ground reaction{k[-2:]}", "% BW", 100.0 * each)
+            for k, each in curves.forces.items()
+        ),
+    ]
 
 
 def load_subject(name_or_path: str | int | Path) -> Subject:

@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-WRITTEN = {"scale_a_body.py": ("model.urdf", "scaling.csv", "body.png")}
+WRITTEN = {
+    "scale_a_body.py": ("model.urdf", "scaling.csv", "body.png"),
+    "walk_a_policy.py": ("walk.npz", "curves.csv", "walk.png"),
+}
 """Files that each example writes into the folder that it is given."""
 
 
