@@ -1,3 +1,36 @@
-"""Scale a humanoid to a person, learn to walk as they do, and measure how well it came out."""
+"""Scale a humanoid to a person, learn to walk as they do, and measure how accurate the walk is.
+
+`import gaitval as gv` loads nothing but this file. The names below are those of the commands and
+are imported from `gaitval.interface` when they are first used (PEP 562); `__init__.pyi` tells type
+checkers and editors what they are.
+"""
+
+from importlib import import_module
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "compare": "walks",
+    "limits": "limits",
+    "load_policy": "walks",
+    "load_subject": "subjects",
+    "read_recording": "recordings",
+    "rollout": "walks",
+    "scale": "bodies",
+}
+"""Module of `gaitval.interface` that each public name is in."""
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gaitval' has no attribute {name!r}; it has {__all__}")
+    # By a string, not by an import statement: the ground imports from no folder.
+    value = getattr(import_module(f"gaitval.interface.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -20,6 +20,7 @@ PACKAGE = ROOT / "gaitval"
 
 ORDER = (
     "cli",
+    "interface",
     "study",
     "session",
     "reporting",

@@ -1,0 +1,1 @@
+"""The stages as Python functions: `import gaitval as gv`."""

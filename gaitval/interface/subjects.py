@@ -1,0 +1,99 @@
+"""Subjects from Python."""
+
+from pathlib import Path
+from typing import Self
+
+import pandas as pd
+
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.datasets import subject as stored
+from gaitval.interface.result import DEGREES, Result, curve_frame, value_frame
+from gaitval.metrics.comparison import Curves, recorded_curves
+
+
+class Subject(Result, stored.Subject):
+    """`gaitval.datasets.subject.Subject` that prints itself and has a table of its curves."""
+
+    def title(self) -> str:
+        """Name, person and trial."""
+        return f"Subject {self.identifier} ({self.source})"
+
+    def summary(self) -> pd.DataFrame:
+        """Build and gait, in SI units."""
+        return value_frame(
+            [
+                ("", "mass", self.mass_kg, "kg"),
+                ("", "height", self.height_m, "m"),
+                ("", "leg length", self.leg_length_m, "m"),
+                ("", "walking speed", self.walking_speed_m_s, "m/s"),
+                ("", "stride time", self.stride_time_s, "s"),
+                ("right", "stance fraction", self.stance_fraction.right, "1"),
+                ("left", "stance fraction", self.stance_fraction.left, "1"),
+            ]
+        ).drop(columns="percent")
+
+    def to_frame(self) -> pd.DataFrame:
+        """Recorded joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body
+        weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
+        (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`).
+        """
+        return curve_frame(named_curves(recorded_curves(self.record())))
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the subject's TOML file."""
+        write_text(Path(path), self.to_toml())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a subject's TOML file. Raises SubjectError."""
+        return cls.model_validate(stored.load_subject(Path(path)).model_dump())
+
+
+def named_curves(curves: Curves) -> list[tuple[str, str, Array]]:
+    """Name, unit of reports and values of every curve."""
+    return [
+        *((name, "deg", DEGREES * angle) for name, angle in curves.angles.items()),
+        *((f"{k[:-2]} moment{k[-2:]}", "Nm/kg", each) for k, each in curves.moments.items()),
+        *(
+            (f"{k[:-2]} ground reaction{k[-2:]}", "% BW", 100.0 * each)
+            for k, each in curves.forces.items()
+        ),
+    ]
+
+
+def load_subject(name_or_path: str | int | Path) -> Subject:
+    """A built-in subject, or one of a subject file.
+
+    Parameters
+    ----------
+    name_or_path : 5, "5", "S05", the dataset's name "WBDS14", or the path of a .toml file.
+
+    Returns
+    -------
+    Subject
+        Mass in kg, lengths in m, speed in m/s; standing markers in m (x forward, y left, z up);
+        the mean gait cycle of each side.
+
+    Raises
+    ------
+    SubjectError
+        There is no such subject, or the file has problems (all are listed).
+
+    References
+    ----------
+    Fukuchi, Fukuchi, Duarte (2018), PeerJ 6:e4640: the built-in subjects are computed from it.
+
+    Examples
+    --------
+    >>> import gaitval as gv
+    >>> subject = gv.load_subject(5)
+    >>> subject.identifier
+    'S05'
+    >>> list(subject.to_frame().columns)
+    ['side', 'quantity', 'percent', 'value', 'unit']
+    """
+    return Subject.model_validate(stored.load_subject(name_or_path).model_dump())
