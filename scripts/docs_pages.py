@@ -85,7 +85,7 @@ def commands_page() -> str:
 def command_section(name: str, command: Any) -> list[str]:
     """Heading, help, examples and options of one command."""
     text, _, examples = (command.help or "").partition("Examples:\n")
-    arguments = [p.metavar or p.name.upper() for p in command.params if not p.opts[0][0] == "-"]
+    arguments = [p.metavar or p.name.upper() for p in command.params if p.opts[0][0] != "-"]
     usage = " ".join([name, *arguments, "[OPTIONS]"])
     rows = [
         (
@@ -146,13 +146,9 @@ def toml(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return "[" + ", ".join(toml(each) for each in value) + "]"
-    return (
-        f'"{value}"'
-        if isinstance(value, str)
-        else f"{value:g}"
-        if value < 1e4
-        else f"{value:,.0f}".replace(",", "_")
-    )
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"{value:g}" if value < 1e4 else f"{value:_.0f}"
 
 
 def limits_page() -> str:
