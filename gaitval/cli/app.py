@@ -46,17 +46,17 @@ INTERNAL = 70
 PLAIN_SECONDS = 30.0
 """Time between lines of progress where the output is not a terminal."""
 
-OVERVIEW = """Learn to walk as a recorded person walks, and measure how well it came out.
+OVERVIEW = """Learn to walk as a recorded person walks, and report how accurate the walk is.
 
-A body model is scaled to a person, a policy learns to walk with it as the person's gait
-was recorded, uncertain body parameters are identified, and the simulated walk is compared
+A body model is scaled to a person. A policy learns to walk with it as the person's gait
+was recorded. Uncertain body parameters are identified, and the simulated walk is compared
 with the record: joint angles, joint moments and ground reaction forces.
 
-Each stage reads and writes files of a run folder (reports/S05), is skipped when nothing
-that it reads has changed, and resumes after Ctrl-C or a kill. A stage alone keeps the
+Each stage reads and writes files in a run folder (reports/S05). It is skipped when nothing
+that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 a tolerance failed (validate, check), 2 input that cannot be used,
+Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot be used,
 130 interrupted.
 """
 
@@ -108,8 +108,8 @@ ConfigOption = Annotated[
     typer.Option(
         "--config",
         "-c",
-        help="TOML file with some of the settings; the others keep their values. `paper`: the "
-        "paper's own state and reward, to compare with (docs/learning.md: which limits it fails).",
+        help="TOML file with settings; all others keep their values. `paper` gives the "
+        "paper's own state and reward (docs/learning.md says which limits they fail).",
         show_default=False,
     ),
 ]
@@ -124,11 +124,11 @@ SetOption = Annotated[
     ),
 ]
 ForceOption = Annotated[
-    bool, typer.Option("--force", help="Run even where nothing that it reads has changed.")
+    bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
 RoundOption = Annotated[int, typer.Option("--round", min=1, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
-    bool, typer.Option("--scratch", help="Train from nothing, not from a stored policy.")
+    bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
 
 
@@ -413,7 +413,7 @@ def _version(wanted: bool) -> None:
 @app.callback(help=_paragraphs(OVERVIEW))
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     """Options of `gaitval` itself."""
@@ -426,7 +426,7 @@ def subjects(
         typer.Option(
             "--build",
             metavar="FOLDER",
-            help="Compute the table anew from the WBDS files in FOLDER.",
+            help="Compute the subjects again from the WBDS files in FOLDER.",
             show_default=False,
         ),
     ] = None,
@@ -435,7 +435,7 @@ def subjects(
         typer.Option("--out", "-o", help="Where --build writes the subjects."),
     ] = Path("subjects"),
 ) -> None:
-    """List the built-in subjects, or compute them anew from the WBDS dataset."""
+    """List the built-in subjects, or compute them again from the WBDS dataset."""
     from gaitval.datasets.subject import builtin_subjects
 
     if build is not None:
@@ -462,7 +462,7 @@ def subjects(
 
 SexOption = Annotated[
     str,
-    typer.Option("--sex", metavar="F|M", help="Chooses the segment tables.", show_default=False),
+    typer.Option("--sex", metavar="F|M", help="Selects the segment tables.", show_default=False),
 ]
 
 
@@ -496,7 +496,7 @@ def import_command(
     out: Annotated[
         Path,
         typer.Option(
-            "--out", "-o", help="Folder; its name becomes the subject's.", show_default=False
+            "--out", "-o", help="Folder to write; its name names the subject.", show_default=False
         ),
     ],
     forces: Annotated[
@@ -504,8 +504,8 @@ def import_command(
         typer.Option(
             "--forces",
             metavar="FILE",
-            help="Ground reaction (MOT, STO, WBDS grf.txt) of a trial that has none in its own "
-            "file; one for each --trial.",
+            help="Ground reaction (MOT, STO, WBDS grf.txt) of a trial whose own file has none: "
+            "one file for each --trial.",
             show_default=False,
         ),
     ] = None,
@@ -513,7 +513,7 @@ def import_command(
         str | None,
         typer.Option(
             "--marker-set",
-            help="wbds, plug_in_gait, rajagopal, or a TOML file; recognised by its names "
+            help="wbds, plug_in_gait, rajagopal, or a TOML file; recognised by marker names "
             "if left out.",
             show_default=False,
         ),
@@ -530,16 +530,16 @@ def import_command(
     knee_width: Annotated[
         float | None,
         typer.Option(
-            "--knee-width", help="m, for sets without medial markers.", show_default=False
+            "--knee-width", help="Knee width, m, without medial markers.", show_default=False
         ),
     ] = None,
     ankle_width: Annotated[
         float | None,
-        typer.Option("--ankle-width", help="m, likewise.", show_default=False),
+        typer.Option("--ankle-width", help="Ankle width, m.", show_default=False),
     ] = None,
     elbow_width: Annotated[
         float | None,
-        typer.Option("--elbow-width", help="m, likewise.", show_default=False),
+        typer.Option("--elbow-width", help="Elbow width, m.", show_default=False),
     ] = None,
     age: Annotated[
         float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
@@ -547,17 +547,17 @@ def import_command(
     citation: Annotated[
         str, typer.Option("--citation", help="Where the recording is published.")
     ] = "Own recording, not published",
-    licence: Annotated[str, typer.Option("--licence", help="Of the recording.")] = "not stated",
+    licence: Annotated[str, typer.Option("--licence", help="Its licence.")] = "not stated",
     consistent: Annotated[
         bool,
         typer.Option(
             "--consistent",
-            help="Change motion and masses as little as brings the residual forces down.",
+            help="Make the smallest change of motion and masses that lowers the residuals.",
         ),
     ] = False,
     kinematics_only: Annotated[
         bool,
-        typer.Option("--kinematics-only", help="Without forces: model, angles and cycles."),
+        typer.Option("--kinematics-only", help="Use no forces: model, angles and cycles only."),
     ] = False,
     config: ConfigOption = None,
     settings: SetOption = None,
@@ -566,9 +566,9 @@ def import_command(
 
     Finds the axes and the marker set, cleans the markers, scales the body and fits it to the
     standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
-    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Says what it
+    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Prints what it
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
-    the model, motion, moments and forces as OpenSim's files.
+    the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.session.request import Request
     from gaitval.session.session import work_out
@@ -636,7 +636,7 @@ def scale(
     """Scale the body model to the subject: model.urdf, scaling.csv.
 
     Segment lengths come from the markers of the standing trial, masses and inertias from de
-    Leva (1996). Prints length, mass, factor against the population mean and source of each.
+    Leva (1996). Prints each length with its mass, its ratio to the population mean, its source.
     """
     folder = _stage("scale", subject, out, config, settings, force)
     _print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
@@ -710,10 +710,10 @@ def correct(
     settings: SetOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Correct what the policy is asked for: correction.json.
+    """Correct the reference of the trained policy: correction.json.
 
-    Walks, compares with the record, and changes the reference motion by a degree or so until
-    the walk itself is the record (iterative learning control).
+    Walks, compares with the record, and changes the reference motion by a degree or so, so that
+    the walk comes closer to the record (iterative learning control).
     """
     _stage("correct", subject, out, config, settings, force)
 
@@ -728,8 +728,8 @@ def simulate(
 ) -> None:
     """Walk with the trained policy, without pushes: rollouts/.
 
-    The identified body walks for a hundred gait cycles from every start phase, the nominal one
-    from the first as far as it is compared.
+    The identified body walks a hundred gait cycles from every start phase. The nominal body walks
+    from the first one, for the cycles that are compared.
     """
     _stage("simulate", subject, out, config, settings, force)
 
@@ -759,10 +759,10 @@ def validate(
     settings: SetOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Compare the walks with the record and with tolerances: metrics.json.
+    """Compare the walks with the record and the limits: metrics.json.
 
-    Prints what passed and what failed; exit code 1 where a tolerance that decides the verdict
-    is failed. To hold a policy to the accuracy it had, use `gaitval check`.
+    Prints what passed and what failed. Exit code 1 if a limit that decides the verdict
+    is failed. To hold a policy to its earlier accuracy, use `gaitval check`.
     """
     folder = _stage("validate", subject, out, config, settings, force)
     metrics = read_json(folder / "metrics.json")
@@ -770,8 +770,8 @@ def validate(
     refused = metrics["summary"]["refused"]
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics['summary']['accepted']} acceptance tolerances are "
-            f"failed (table above). All is stored in {folder / 'metrics.json'}; `gaitval report` "
+            f"{refused} of {refused + metrics['summary']['accepted']} acceptance limits were "
+            f"failed (table above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
             "shows the curves."
         )
 
@@ -790,8 +790,8 @@ def report(
 
 
 @_command(
-    "gaitval subject 5               # from the stored policy: minutes",
-    "gaitval subject 5 --scratch     # from nothing: twice as long",
+    "gaitval subject 5               # from the stored policy: 3 minutes",
+    "gaitval subject 5 --scratch     # from nothing: 6 minutes",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",
@@ -804,9 +804,9 @@ def subject_command(
     force: ForceOption = False,
     scratch: ScratchOption = False,
 ) -> None:
-    """Do the main job: all stages, from the recorded gait to the report.
+    """Run the main job: all stages, from the recorded gait to the report.
 
-    Trains and identifies in turn until epsilon is below identification.kappa or
+    Alternates training and identification until epsilon is below identification.kappa or
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
     with _opened(subject, out, config, settings, keep_settings=False) as run:
@@ -818,21 +818,21 @@ def subject_command(
 data_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
-    help="Published data sets: what there is, and their download.",
+    help="List and download published data sets.",
 )
 app.add_typer(data_app, name="data")
 
 FolderOption = Annotated[
     Path | None,
     typer.Option(
-        "--folder", help="Where the data lie; by default the user's cache.", show_default=False
+        "--folder", help="Folder of the data; by default the user's cache.", show_default=False
     ),
 ]
 
 
 @data_app.command(
     "list",
-    help="List the data sets that can be fetched, and what of them is on this machine."
+    help="List the data sets that can be fetched, and which parts are on this machine."
     "\n\n\b\nExamples:\n  gaitval data list",
 )
 def data_list(folder: FolderOption = None) -> None:
@@ -853,7 +853,7 @@ def data_list(folder: FolderOption = None) -> None:
 
 @data_app.command(
     "fetch",
-    help="Download a data set by its DOI, verify and unpack it. The same command resumes."
+    help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
     "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
 )
 def data_fetch(
@@ -898,13 +898,13 @@ def baseline(
     target: Annotated[
         Path | None,
         typer.Option(
-            "--to", help="Where to store it; by default RUN FOLDER/baseline.", show_default=False
+            "--to", help="Folder for it; by default RUN FOLDER/baseline.", show_default=False
         ),
     ] = None,
 ) -> None:
     """Store the policy, mu and metrics of a finished run, for `gaitval check`.
 
-    Commit the folder that this writes: it is small, and holds all that `check` needs.
+    Commit the folder that this writes. It is small, and holds all that `check` needs.
     """
     from gaitval.datasets.subject import load_subject
 
@@ -935,14 +935,14 @@ def check(
     ] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Only the cycles that are compared: seconds, without pushes."),
+        typer.Option("--quick", help="Compare the curves only: seconds; no long walks, no pushes."),
     ] = False,
 ) -> None:
-    """Walk a stored policy again, and fail where accuracy was lost.
+    """Simulate a stored policy again, and fail if accuracy was lost.
 
-    Simulates and validates with the code and libraries of now, and compares every measure
-    with the stored one. Exit code 1 and a table of what moved where a measure got worse by
-    more than its margin; 0 otherwise.
+    Simulates and validates with the installed code and libraries, and compares every measure
+    with the stored one. Exit code 1 and a table of what moved if a measure got worse by
+    more than its margin; otherwise 0.
     """
     from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
 
