@@ -9,10 +9,10 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint baseline tables check bench speed general ablation wheel clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general ablation wheel clean
 
 help: ## This list
-	@echo 'gaitval: learn to walk as a recorded person walks, and measure how well it came out'
+	@echo 'gaitval: a simulated walker that walks as a recorded person walks, held against the record'
 	@echo
 	@sed -n 's/^\([a-z]*\):.*## /  make \1|/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-16s %s\n", $$1, $$2}'
 	@echo
@@ -34,6 +34,16 @@ lint: setup ## ruff and mypy --strict
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy --strict gaitval
+
+docs: setup $(VENV)/.gaitval-docs ## Build the documentation site into site/, warnings as errors
+	@PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo 'Site: site/index.html'
+
+# The site's tools are installed by the first `make docs`; `make setup` does without.
+$(VENV)/.gaitval-docs: pyproject.toml constraints.txt | setup
+	@$(BIN)/python -m pip install --disable-pip-version-check --quiet \
+		-c constraints.txt -e '.[docs]'
+	@touch $@
 
 baseline: setup ## Make the finished run of subject S its stored baseline (policy, mu, metrics)
 	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)
@@ -69,5 +79,5 @@ wheel: setup ## Build the wheel into dist/
 	@$(BIN)/python -m build --wheel
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks
+	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks
 	find gaitval tests benchmarks -name __pycache__ -type d -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""Scale a humanoid to a person, learn to walk as they do, and measure how accurate the walk is.
+"""Scale a humanoid to a person, learn to walk as they do, and report how accurate the walk is.
 
 `import gaitval as gv` loads nothing but this file. The names below are those of the commands and
 are imported from `gaitval.interface` when they are first used (PEP 562); `__init__.pyi` tells type

@@ -96,8 +96,8 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
             missing = [name for name in names if name not in stored]
             if missing:
                 raise ArtefactError(
-                    f"{path}: the arrays {', '.join(missing)} are missing; the file is of another "
-                    "version of gaitval. Delete it and run its stage again."
+                    f"{path}: the arrays {', '.join(missing)} are missing; another version "
+                    "of gaitval wrote the file. Delete it and run its stage again."
                 )
             return {name: stored[name] for name in names}
     except FileNotFoundError:

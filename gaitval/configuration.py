@@ -104,8 +104,8 @@ class EnvironmentSettings(Section):
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N) ..."""
     push_focus: float = Field(450.0, ge=0)
-    """... but every other push is drawn from 0 to this, N: beyond it a push from the side fells a
-    slow walker whatever she does, and teaches nothing."""
+    """... but every other push is drawn from 0 to this, N: beyond it a push from the side makes a
+    slow walker fall whatever it does, and teaches nothing."""
     push_seconds: Positive = 0.05
     """Duration of a push, s (the paper's 50 ms). A push acts through whole actions: 50 ms are
     30 ms of the full force and 30 ms of two thirds of it, so its impulse is exact."""
@@ -217,7 +217,7 @@ class TrainingSettings(Section):
     to all of its range."""
     tolerance_shares: tuple[Positive, Positive] = (0.5, 1.0)
     """Shares of the tolerances of `environment`, which say what a fall is, at which an episode of
-    training ends: before the ramp, when samples of somebody about to fall teach little, and after
+    training ends: before the ramp, when samples of a walker about to fall teach little, and after
     it, when pushes teach to recover."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
@@ -254,7 +254,7 @@ class CorrectionSettings(Section):
     """Change of the reference so that the trained policy walks the record (`correct`)."""
 
     rounds: int = Field(3, ge=0)
-    """How often the effect of each change is measured, at most; 0: the reference stays."""
+    """Largest number of times that the effect of each change is measured; 0: no correction."""
     harmonics: int = Field(3, ge=0, le=8)
     """Of the gait cycle, in the change of each angle."""
     largest: Positive = 0.052
@@ -266,11 +266,11 @@ class ValidationSettings(Section):
     """How the simulated walk is compared with the record."""
 
     start_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-    """Each walk is started at one of these; the first one is compared, all must not fall."""
+    """Each walk starts at one of these. The first one is compared; none may fall."""
     cycles: int = Field(24, ge=2)
     """Gait cycles of each foot that are compared, the first ones after the settling ones."""
     consecutive_cycles: int = Field(102, ge=2)
-    """Gait cycles that each walk is to go on for after the settling ones. The first and the last
+    """Gait cycles that each walk is planned for after the settling ones. The first and the last
     heel strike may fall outside, so that about one cycle less is counted."""
     settling_cycles: int = Field(3, ge=0)
     """Cycles left out at the start of each walk."""
@@ -288,13 +288,13 @@ class PushSettings(Section):
     directions: int = Field(12, ge=1)
     """Directions, evenly spaced over the circle, the first one straight ahead."""
     step: Positive = 100.0
-    """Pushes grow by this until one fells the walker, N, ..."""
+    """Pushes grow by this until the walker falls, N, ..."""
     resolution: Positive = 25.0
     """... and from the last one survived by this, N."""
     largest: Positive = 1200.0
     """No push is larger, N."""
     force: Positive = 300.0
-    """The push that is to be survived in every direction within 90 degrees of straight ahead, N;
+    """The push that must be survived in every direction within 90 degrees of straight ahead, N;
     convention, within the paper's 0-800 N."""
     cycles: Positive = 5.0
     """Gait cycles without a fall after which a push is survived; convention: by then a walker that
@@ -307,7 +307,7 @@ class ProcessingSettings(Section):
     marker_cutoff_hz: Positive = 8.0
     """Zero-lag Butterworth low-pass of joint angles and positions; the stated cut-off is that of
     the whole zero-lag filter. 6 Hz is usual for walking (Winter 2009), but takes up to 10 % of
-    their peaks from the moments of a made-up walk that is known; with 3 mm of noise on the markers
+    their peaks from the moments of a synthetic walk; with 3 mm of noise on the markers
     8 Hz leaves 5 % and 0.85 degrees (`tests/workflows/test_import_truth.py`)."""
     force_cutoff_hz: Positive = 20.0
     """The same for the ground reaction that is shown and compared: it keeps the impact."""
@@ -413,7 +413,7 @@ def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()
                 f"{path}: no such configuration file, nor one of the named ones ({names})."
             ) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ConfigurationError(f"{path}: not valid TOML ({error}).") from None
+            raise ConfigurationError(f"{path}: not valid TOML ({error}). Mend that line.") from None
     for text in settings:
         values = _merge(values, _setting(text))
     try:

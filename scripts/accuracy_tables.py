@@ -27,15 +27,14 @@ AT_GOAL, WITHIN, FAILED = "●", "○", "✗"
 
 TITLE = f"""# Accuracy by subject
 
-Written by `scripts/accuracy_tables.py` from the stored baselines (`make baseline S=5`). Each is a
-walk of the stored policy with the identified body, deterministic and without pushes, against the
-recorded mean curves of the person. That nothing holds the pelvis is no criterion, for it could not
-fail: {EXTERNAL_LOAD}.
+`scripts/accuracy_tables.py` writes this page from the stored baselines (`make baseline S=5`). Each
+baseline is a deterministic walk of the stored policy with the identified body, without pushes,
+compared with the recorded mean curves of the person. That nothing holds the pelvis is not listed as
+a criterion, because it could not fail: {EXTERNAL_LOAD}.
 
-{AT_GOAL} reaches the goal (the limit, where there is no goal), {WITHIN} keeps the limit only,
-**{FAILED}** does neither. Where there are two values they are of the right and the left side. What
-the limits and goals are and where they come from:
-[tolerances.toml](../gaitval/metrics/tolerances.toml).
+{AT_GOAL} reaches the goal (or the limit, if there is no goal), {WITHIN} keeps only the limit,
+**{FAILED}** does neither. Two values are those of the right and the left side. The limits and goals
+with their sources: [tolerances.toml](../gaitval/metrics/tolerances.toml).
 """
 
 Metrics = dict[str, Any]
@@ -456,15 +455,15 @@ The largest tested force up to which every tested push of 50 ms was survived, by
 direction (0° pushes ahead, 90° to the left).
 """
 ABOUT_RECORDS = """\
-In steady walking the mean vertical force is one body weight. The records have less, and because of
-it no steady walk can have a smaller vertical RMSE than told here
+In steady walking the mean vertical force is one body weight. The records have less, so no steady
+walk can have a smaller vertical RMSE than given here
 ([why](../gaitval/metrics/record_consistency.py)). Moments: mean difference of right and left,
-Nm/kg, and in brackets the RMSE that a walker keeps whose legs do the same.
+Nm/kg; in brackets, the RMSE that remains if both legs of a walker do the same.
 """
 ABOUT_CORRECTION = """\
-The policy is asked for a motion slightly beside its reference, so that its walk is the record
-([why](../docs/decisions.md)). Before and after, of the same policy and body; the error over goal
-is a mean of eighth powers, 1 with every measure at its goal.
+The reference is changed slightly, so that the walk comes closer to the record
+([why](../docs/decisions.md)). Before and after, with the same policy and body. The error over goal
+is a mean of eighth powers; it is 1 with every measure at its goal.
 """
 ABOUT_TIMES = """\
 Sum over all stages of the run, on the machine that made the baseline. Goals: 30 min from nothing
@@ -481,7 +480,7 @@ def report(baselines: Sequence[Stored]) -> str:
         ("Pushes: largest survived, N", ABOUT_LARGEST, push_table(baselines)),
         ("The records against themselves", ABOUT_RECORDS, record_table(baselines)),
         ("How the feet meet the ground", "", contact_table(baselines)),
-        ("What the correction brings", ABOUT_CORRECTION, correction_table(baselines)),
+        ("Gain of the correction", ABOUT_CORRECTION, correction_table(baselines)),
         ("Wall times", ABOUT_TIMES, time_table(baselines)),
     ]
     parts = [TITLE]

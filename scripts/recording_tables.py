@@ -25,8 +25,8 @@ TITLE = """# Accuracy of the import on two recorded sessions
 
 Written by `scripts/recording_tables.py` from the figures beside this file, which it computes from
 the recordings (`--data FOLDER`). The recordings themselves are not here. **Bold** is outside its
-limit; the limits and their sources: `gaitval/metrics/tolerances.toml`. What the import gives back
-of made-up recordings whose truth is known: `tests/workflows/test_import_truth.py`.
+limit; the limits and their sources: `gaitval/metrics/tolerances.toml`. How well the import recovers
+synthetic recordings whose true values are known: `tests/workflows/test_import_truth.py`.
 """
 
 SOURCES = {

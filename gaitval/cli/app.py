@@ -19,17 +19,17 @@ STOPPED = 130
 INTERNAL = 70
 """Exit code after an error in gaitval itself (EX_SOFTWARE of sysexits.h)."""
 
-OVERVIEW = """Learn to walk as a recorded person walks, and measure how well it came out.
+OVERVIEW = """Learn to walk as a recorded person walks, and report how accurate the walk is.
 
-A body model is scaled to a person, a policy learns to walk with it as the person's gait
-was recorded, uncertain body parameters are identified, and the simulated walk is compared
+A body model is scaled to a person. A policy learns to walk with it as the person's gait
+was recorded. Uncertain body parameters are identified, and the simulated walk is compared
 with the record: joint angles, joint moments and ground reaction forces.
 
-Each stage reads and writes files of a run folder (reports/S05), is skipped when nothing
-that it reads has changed, and resumes after Ctrl-C or a kill. A stage alone keeps the
+Each stage reads and writes files in a run folder (reports/S05). It is skipped when nothing
+that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 a tolerance failed (validate, check), 2 input that cannot be used,
+Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot be used,
 130 interrupted.
 """
 
@@ -95,11 +95,11 @@ SetOption = Annotated[
     ),
 ]
 ForceOption = Annotated[
-    bool, typer.Option("--force", help="Run even where nothing that it reads has changed.")
+    bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
 RoundOption = Annotated[int, typer.Option("--round", min=1, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
-    bool, typer.Option("--scratch", help="Train from nothing, not from a stored policy.")
+    bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
 
 
@@ -132,7 +132,7 @@ def _version(wanted: bool) -> None:
 @app.callback(help=_paragraphs(OVERVIEW))
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     """Options of `gaitval` itself."""

@@ -27,7 +27,7 @@ def subjects(
         typer.Option(
             "--build",
             metavar="FOLDER",
-            help="Compute the table anew from the WBDS files in FOLDER.",
+            help="Compute the subjects again from the WBDS files in FOLDER.",
             show_default=False,
         ),
     ] = None,
@@ -36,7 +36,7 @@ def subjects(
         typer.Option("--out", "-o", help="Where --build writes the subjects."),
     ] = Path("subjects"),
 ) -> None:
-    """List the built-in subjects, or compute them anew from the WBDS dataset."""
+    """List the built-in subjects, or compute them again from the WBDS dataset."""
     from gaitval.datasets.subject_file import builtin_subjects
 
     if build is not None:
@@ -78,7 +78,7 @@ MassOption = Annotated[float, typer.Option("--mass", help="Body mass, kg.", show
 HeightOption = Annotated[float, typer.Option("--height", help="Stature, m.", show_default=False)]
 OutOption = Annotated[
     Path,
-    typer.Option("--out", "-o", help="Folder; its name becomes the subject's.", show_default=False),
+    typer.Option("--out", "-o", help="Folder; the subject is named after it.", show_default=False),
 ]
 ForcesOption = Annotated[
     list[Path] | None,
@@ -94,7 +94,7 @@ MarkerSetOption = Annotated[
     str | None,
     typer.Option(
         "--marker-set",
-        help="wbds, plug_in_gait, rajagopal, or a TOML file; recognised by its names if left out.",
+        help="wbds, plug_in_gait, rajagopal, or a TOML file; found by marker names if left out.",
         show_default=False,
     ),
 ]
@@ -109,15 +109,15 @@ AxesOption = Annotated[
 ]
 KneeWidthOption = Annotated[
     float | None,
-    typer.Option("--knee-width", help="m, for sets without medial markers.", show_default=False),
+    typer.Option("--knee-width", help="Knee width, m, without medial markers.", show_default=False),
 ]
 AnkleWidthOption = Annotated[
     float | None,
-    typer.Option("--ankle-width", help="m, likewise.", show_default=False),
+    typer.Option("--ankle-width", help="Ankle width, m.", show_default=False),
 ]
 ElbowWidthOption = Annotated[
     float | None,
-    typer.Option("--elbow-width", help="m, likewise.", show_default=False),
+    typer.Option("--elbow-width", help="Elbow width, m.", show_default=False),
 ]
 AgeOption = Annotated[
     float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
@@ -125,21 +125,21 @@ AgeOption = Annotated[
 CitationOption = Annotated[
     str, typer.Option("--citation", help="Where the recording is published.")
 ]
-LicenceOption = Annotated[str, typer.Option("--licence", help="Of the recording.")]
+LicenceOption = Annotated[str, typer.Option("--licence", help="Its licence.")]
 ConsistentOption = Annotated[
     bool,
     typer.Option(
         "--consistent",
-        help="Change motion and masses as little as brings the residual forces down.",
+        help="Make the smallest change of motion and masses that lowers the residuals.",
     ),
 ]
 KinematicsOnlyOption = Annotated[
     bool,
-    typer.Option("--kinematics-only", help="Without forces: model, angles and cycles."),
+    typer.Option("--kinematics-only", help="Use no forces: model, angles and cycles only."),
 ]
 SexOption = Annotated[
     str,
-    typer.Option("--sex", metavar="F|M", help="Chooses the segment tables.", show_default=False),
+    typer.Option("--sex", metavar="F|M", help="Selects the segment tables.", show_default=False),
 ]
 
 
@@ -176,9 +176,9 @@ def import_command(
 
     Finds the axes and the marker set, cleans the markers, scales the body and fits it to the
     standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
-    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Says what it
+    (inverse dynamics with the measured ground reaction) and the mean gait cycle. Prints what it
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
-    the model, motion, moments and forces as OpenSim's files.
+    the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
     from gaitval.session.request import Request
@@ -229,21 +229,21 @@ def _identifier(out: Path) -> str:
 data_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
-    help="Published data sets: what there is, and their download.",
+    help="List and download published data sets.",
 )
 app.add_typer(data_app, name="data")
 
 FolderOption = Annotated[
     Path | None,
     typer.Option(
-        "--folder", help="Where the data lie; by default the user's cache.", show_default=False
+        "--folder", help="Folder of the data; by default the user's cache.", show_default=False
     ),
 ]
 
 
 @data_app.command(
     "list",
-    help="List the data sets that can be fetched, and what of them is on this machine."
+    help="List the data sets that can be fetched, and which parts are on this machine."
     "\n\n\b\nExamples:\n  gaitval data list",
 )
 def data_list(folder: FolderOption = None) -> None:
@@ -264,7 +264,7 @@ def data_list(folder: FolderOption = None) -> None:
 
 @data_app.command(
     "fetch",
-    help="Download a data set by its DOI, verify and unpack it. The same command resumes."
+    help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
     "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
 )
 def data_fetch(

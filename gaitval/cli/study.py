@@ -87,7 +87,7 @@ def scale(
     """Scale the body model to the subject: model.urdf, scaling.csv.
 
     Segment lengths come from the markers of the standing trial, masses and inertias from de
-    Leva (1996). Prints length, mass, factor against the population mean and source of each.
+    Leva (1996). Prints each length with its mass, its ratio to the population mean, its source.
     """
     folder = _stage("scale", subject, out, config, settings, force)
     display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
@@ -161,10 +161,10 @@ def correct(
     settings: SetOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Correct what the policy is asked for: correction.json.
+    """Correct the reference of the trained policy: correction.json.
 
-    Walks, compares with the record, and changes the reference motion by a degree or so until
-    the walk itself is the record (iterative learning control).
+    Walks, compares with the record, and changes the reference motion by a degree or so, so that
+    the walk comes closer to the record (iterative learning control).
     """
     _stage("correct", subject, out, config, settings, force)
 
@@ -179,8 +179,8 @@ def simulate(
 ) -> None:
     """Walk with the trained policy, without pushes: rollouts/.
 
-    The identified body walks for a hundred gait cycles from every start phase, the nominal one
-    from the first as far as it is compared.
+    The identified body walks a hundred gait cycles from every start phase. The nominal body walks
+    from the first one, for the cycles that are compared.
     """
     _stage("simulate", subject, out, config, settings, force)
 
@@ -210,10 +210,10 @@ def validate(
     settings: SetOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Compare the walks with the record and with tolerances: metrics.json.
+    """Compare the walks with the record and the limits: metrics.json.
 
-    Prints what passed and what failed; exit code 1 where a tolerance that decides the verdict
-    is failed. To hold a policy to the accuracy it had, use `gaitval check`.
+    Prints what passed and what failed. Exit code 1 if a limit that decides the verdict
+    is failed. To hold a policy to its earlier accuracy, use `gaitval check`.
     """
     folder = _stage("validate", subject, out, config, settings, force)
     metrics = read_json(folder / "metrics.json")
@@ -221,8 +221,8 @@ def validate(
     refused = metrics["summary"]["refused"]
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics['summary']['accepted']} acceptance tolerances are "
-            f"failed (table above). All is stored in {folder / 'metrics.json'}; `gaitval report` "
+            f"{refused} of {refused + metrics['summary']['accepted']} acceptance limits were "
+            f"failed (table above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
             "shows the curves."
         )
 
@@ -241,8 +241,8 @@ def report(
 
 
 @command(
-    "gaitval subject 5               # from the stored policy: minutes",
-    "gaitval subject 5 --scratch     # from nothing: twice as long",
+    "gaitval subject 5               # from the stored policy: 3 minutes",
+    "gaitval subject 5 --scratch     # from nothing: 6 minutes",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",
@@ -255,9 +255,9 @@ def subject_command(
     force: ForceOption = False,
     scratch: ScratchOption = False,
 ) -> None:
-    """Do the main job: all stages, from the recorded gait to the report.
+    """Run the main job: all stages, from the recorded gait to the report.
 
-    Trains and identifies in turn until epsilon is below identification.kappa or
+    Alternates training and identification until epsilon is below identification.kappa or
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
     from gaitval.study.run import run_subject
@@ -275,13 +275,13 @@ def baseline(
     target: Annotated[
         Path | None,
         typer.Option(
-            "--to", help="Where to store it; by default RUN FOLDER/baseline.", show_default=False
+            "--to", help="Folder for it; by default RUN FOLDER/baseline.", show_default=False
         ),
     ] = None,
 ) -> None:
     """Store the policy, mu and metrics of a finished run, for `gaitval check`.
 
-    Commit the folder that this writes: it is small, and holds all that `check` needs.
+    Commit the folder that this writes. It is small, and holds all that `check` needs.
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.baseline import store_baseline
@@ -313,14 +313,14 @@ def check(
     ] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Only the cycles that are compared: seconds, without pushes."),
+        typer.Option("--quick", help="Compare the curves only: seconds; no long walks, no pushes."),
     ] = False,
 ) -> None:
-    """Walk a stored policy again, and fail where accuracy was lost.
+    """Simulate a stored policy again, and fail if accuracy was lost.
 
-    Simulates and validates with the code and libraries of now, and compares every measure
-    with the stored one. Exit code 1 and a table of what moved where a measure got worse by
-    more than its margin; 0 otherwise.
+    Simulates and validates with the installed code and libraries, and compares every measure
+    with the stored one. Exit code 1 and a table of what moved if a measure got worse by
+    more than its margin; otherwise 0.
     """
     from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
     from gaitval.study.baseline import walk_again

@@ -8,6 +8,7 @@ import pandas as pd
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.datasets import subject as stored
+from gaitval.datasets import subject_file
 from gaitval.interface.result import DEGREES, Result, curve_frame, value_frame
 from gaitval.metrics.comparison import Curves, recorded_curves
 
@@ -50,7 +51,7 @@ class Subject(Result, stored.Subject):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a subject's TOML file. Raises SubjectError."""
-        return cls.model_validate(stored.load_subject(Path(path)).model_dump())
+        return cls.model_validate(subject_file.load_subject(Path(path)).model_dump())
 
 
 def named_curves(curves: Curves) -> list[tuple[str, str, Array]]:
@@ -96,4 +97,4 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
     >>> list(subject.to_frame().columns)
     ['side', 'quantity', 'percent', 'value', 'unit']
     """
-    return Subject.model_validate(stored.load_subject(name_or_path).model_dump())
+    return Subject.model_validate(subject_file.load_subject(name_or_path).model_dump())

@@ -1,6 +1,6 @@
 """How a foot meets the ground: path of the centre of pressure, heel bounce, heel-strike transient.
 
-The path is told in the footprint: where the foot stands flat, at `FLAT` of its stance. The
+The path is given in the footprint: where the foot stands flat, at `FLAT` of its stance. The
 footprint is fixed to the ground, as on a pressure plate, so that the rising heel does not move it.
 Its origin is the point of the sole's outline that is furthest back, under the line of the ankle;
 its axes are along the foot (forward) and across it, towards the midline; lengths are in parts of
@@ -28,7 +28,7 @@ FLAT = 0.3
 EARLY = 0.15
 """Part of stance in which a heel may bounce and the transient of heel strike passes."""
 PROGRESS_AT = (10, 50, 90)
-"""% of stance at which the progress of the centre of pressure is told."""
+"""% of stance at which the progress of the centre of pressure is reported."""
 
 
 @dataclass(frozen=True)

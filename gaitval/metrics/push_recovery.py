@@ -7,7 +7,7 @@ beginning. Fallen is whose pelvis is too far from its reference in height or rot
 however far. The force acts through whole actions, as in training: 50 ms are 30 ms of the full force
 and 30 ms of two thirds of it, so that force times time is exact.
 
-Survival need not be monotone in the force: a walker may fall from 400 N and stand 500 N, which
+Survival need not be monotone in the force: a walker may fall from 400 N and survive 500 N, which
 happen to help its next step. So the largest push survived is defined as the largest tested F up to
 which *every* tested push was survived, and found by going up, never by bisection: first in steps
 of `step` up to the first fall, then on from the last push survived in steps of `resolution`.

@@ -19,7 +19,7 @@ LONG_MEASURES = ("consecutive_cycles", "push_survival")
 
 @dataclass(frozen=True)
 class Row:
-    """One measure of the baseline and of now.
+    """One measure in the baseline and in the present run.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
         row = int(rollout.root_force.any(axis=1).argmax())
         raise ArtefactError(
             f"the walk from phase {rollout.start_phase[0]:g} is pushed at the pelvis at "
-            f"{rollout.time[row]:g} s, but a walk that is held against the record must be held up "
+            f"{rollout.time[row]:g} s, but a walk that is compared with the record must be carried "
             "by its feet alone. Give a walk without pushes."
         )
     cycles = find_cycles(rollout, configuration)

@@ -317,7 +317,7 @@ def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) 
 def _tidy(value: Any) -> Any:
     """JSON-able copy, floats to six significant digits, what is not finite as null.
 
-    So the file does not hang on the last bits of an arithmetic unit.
+    So the file does not depend on the last bits of an arithmetic unit.
     """
     if isinstance(value, Mapping):
         return {str(key): _tidy(item) for key, item in value.items()}
@@ -358,7 +358,7 @@ def validate(
     nominal, identified : walks without pushes at the nominal and at the identified body
         parameters. Those that are judged start from each of `validation.start_phases`, the
         nominal ones before identification from the first one.
-    identification, correction, training : told as they are.
+    identification, correction, training : stored as they are.
     pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
 
     Raises

@@ -57,11 +57,11 @@ def write_urdf(model: BodyModel, path: Path) -> None:
 
     Raises
     ------
-    ModelError : the model's name cannot stand in a URDF, or the template is missing.
+    ModelError : the model's name cannot be used in a URDF, or the template is missing.
     """
     if not NAME.fullmatch(model.name):
         raise ModelError(
-            f"the model's name {model.name!r} cannot stand in a URDF: use letters, digits, "
+            f"the model's name {model.name!r} cannot be used in a URDF: use letters, digits, "
             "spaces, dots, hyphens and underscores."
         )
     with tempfile.TemporaryDirectory() as folder:

@@ -175,7 +175,7 @@ def _read(folder: Path) -> Policy:
         ) from None
     missing = [name for name in (*NETWORK, *NORMALISATION) if name not in tensors]
     if missing:
-        raise PolicyError(f"{path}: the tensors {', '.join(missing)} are missing.")
+        raise PolicyError(f"{path}: the tensors {', '.join(missing)} are missing. Train it again.")
     if not all(np.isfinite(value).all() for value in tensors.values()):
-        raise PolicyError(f"{path}: some of its numbers are not finite.")
+        raise PolicyError(f"{path}: some of its numbers are not finite. Train it again.")
     return Policy(tensors, about)

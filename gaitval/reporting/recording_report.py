@@ -23,7 +23,7 @@ PANELS: Final = 9
 BAR_HEADROOM: Final = 1.25
 """Length of the scale of the marker errors over the largest of limit and error."""
 LEFT_OUT_SHOWN: Final = 40
-"""Gait cycles that the table of those left out lists; their number is told in any case."""
+"""Gait cycles that the table of those left out lists; their number is always given."""
 
 NAN: Final = float("nan")
 
@@ -48,7 +48,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class GateRow:
-    """A published limit and how the import stands to it.
+    """A published limit, and whether the import keeps it.
 
     Attributes
     ----------

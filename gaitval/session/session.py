@@ -51,7 +51,7 @@ def work_out(request: Request, processing: ProcessingSettings, tell: Tell = sile
 
     Parameters
     ----------
-    tell : is told what was decided: the step, and a sentence.
+    tell : called with each decision: the step, and a sentence.
 
     Raises
     ------

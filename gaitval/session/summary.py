@@ -184,7 +184,7 @@ def _where_known(walk: Trial, residual: Array) -> Array:
 
 
 def limit_rows(found: Import) -> list[GateRow]:
-    """Every published limit and how the import stands to it."""
+    """Every published limit, and whether the import keeps it."""
     rows = [
         GateRow(
             name=f"{verdict.tolerance.title} ({verdict.target})",

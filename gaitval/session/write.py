@@ -65,7 +65,7 @@ def check_folder(folder: Path) -> None:
     subject = Path(folder) / SUBJECT
     if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
         raise ArtefactError(
-            f"{subject}: is there and was not written by an import, which would replace it. Give "
+            f"{subject}: exists, and an import would replace it, but did not write it. Give "
             "another folder with --out, or move the file."
         )
 
@@ -77,7 +77,7 @@ def _writing(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise ArtefactError(
             f"{error.filename or folder}: cannot be written ({error.strerror}). Free the disk, or "
-            "give another folder with --out; the same command then does the import anew."
+            "give another folder with --out; then run the same command again."
         ) from None
 
 

@@ -162,7 +162,7 @@ def _require(run: Run, stage: Stage, name: str) -> None:
         raise ArtefactError(
             f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: {reason}. "
             f"First run `{stage.command(subject)}` with the same options, or "
-            f"`gaitval subject {subject}`, which does all stages."
+            f"`gaitval subject {subject}`, which runs all stages."
         )
 
 

@@ -445,7 +445,7 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
     ended = gaitval("validate", "5")
     assert ended.exit_code == code
-    assert ("2 of 9 acceptance tolerances are failed" in plain_messages.getvalue()) == bool(code)
+    assert ("2 of 9 acceptance limits were failed" in plain_messages.getvalue()) == bool(code)
 
 
 def test_error_types_have_the_documented_exit_codes() -> None:

@@ -182,7 +182,7 @@ def test_the_hash_is_of_the_numbers(model, path):
 
 def test_a_name_that_xacro_could_evaluate_is_refused(model, tmp_path):
     for name in ("${1+1}", "$(env HOME)", "<x>", ""):
-        with pytest.raises(ModelError, match="cannot stand in a URDF"):
+        with pytest.raises(ModelError, match="cannot be used in a URDF"):
             write_urdf(BodyModel(name, model.segments, model.spheres), tmp_path / "model.urdf")
 
 

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("gaitval", "scripts", "tests", "benchmarks", "docs", "models")
 PAGES = [
     *ROOT.glob("*.md"),
-    *(ROOT / "docs").glob("*.md"),
+    *(ROOT / "docs").rglob("*.md"),
     *(ROOT / "reports").glob("*.md"),
     *(ROOT / "reports" / "recordings").glob("*.md"),
 ]

@@ -1,0 +1,152 @@
+"""The documentation site builds without a warning, has a place for everything, and leads nowhere
+that is not there.
+"""
+
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import docs_links
+import docs_pages
+import pytest
+import yaml
+from typer.main import get_command
+
+from gaitval import __version__
+from gaitval.cli.app import app
+from gaitval.configuration import Configuration
+from gaitval.metrics.tolerances import load_registry
+
+ROOT = Path(__file__).parents[2]
+NO_EXTRA = "the extra `docs` is not installed; `make docs` installs it"
+
+
+@pytest.fixture(scope="module")
+def hooks():
+    pytest.importorskip("mkdocs", reason=NO_EXTRA)
+    pytest.importorskip("latex2mathml", reason=NO_EXTRA)
+    return importlib.import_module("docs_hooks")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site as `make docs` builds it."""
+    for name in ("material", "mkdocstrings", "latex2mathml"):
+        pytest.importorskip(name, reason=NO_EXTRA)
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_the_site_builds_with_warnings_as_errors(site):
+    """Links are checked as it is built (`on_post_build`)."""
+    assert yaml.load((ROOT / "mkdocs.yml").read_text(), yaml.BaseLoader)["strict"] == "true"
+    assert (site / "index.html").is_file()
+    assert "<math" in (site / "method.html").read_text(encoding="utf-8")
+    assert "arithmatex" not in (site / "method.html").read_text(encoding="utf-8")
+
+
+def test_the_reference_shows_docstrings(site):
+    page = (site / "reference" / "model.html").read_text(encoding="utf-8")
+    assert "gaitval.model.parameters.apply_parameters" in page
+    assert "The model with its leg lengths and joint positions changed by mu." in page
+
+
+def test_every_folder_of_the_package_has_a_page():
+    folders = {path.parent.name for path in (ROOT / "gaitval").glob("*/__init__.py")}
+    assert set(docs_pages.FOLDERS) == folders
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    for page, _ in docs_pages.generated():
+        assert page in nav, page
+
+
+def test_every_setting_is_in_the_configuration_page():
+    page = docs_pages.configuration_page()
+    for name, field in Configuration.model_fields.items():
+        assert f"## {name}" in page
+        for key in getattr(field.annotation, "model_fields", {}):
+            assert f"| `{key}` |" in page, (name, key)
+
+
+def test_every_command_and_option_is_in_the_command_page():
+    page = docs_pages.commands_page()
+    for name, command in get_command(app).commands.items():
+        for part, each in getattr(command, "commands", {"": command}).items():
+            assert f"## {' '.join(['gaitval', name, part]).strip()}" in page
+            for parameter in each.params:
+                assert all(f"`{option}`" in page for option in parameter.opts), (name, parameter)
+
+
+def test_every_limit_is_in_the_limits_page_with_its_source():
+    page = docs_pages.limits_page()
+    for entry in load_registry().tolerance:
+        assert entry.title in page
+        assert entry.citation in page
+
+
+def test_a_docstring_says_what_a_parameter_is_not_its_type():
+    pytest.importorskip("griffe", reason=NO_EXTRA)
+    described = importlib.import_module("docs_docstrings").described
+    head, tail = "Do it.\n\nParameters\n----------\n", "    More.\n\nNotes\n-----\na : b\n"
+    assert described(f"{head}q, qd : (n, 31) rad.\n{tail}") == (
+        f"{head}q, qd\n    (n, 31) rad.\n{tail}"
+    )
+
+
+def test_links_into_the_repository_lead_to_the_page_that_shows_the_file(hooks):
+    def led(link: str) -> str:
+        return hooks.with_links(f"[x]({link})", "how-to/runs.md", "docs/how-to/runs.md")
+
+    assert led("../../gaitval/configuration.py") == "[x](../reference/configuration.md)"
+    assert led("../learning.md#ablations") == "[x](../learning.md#ablations)"
+    assert led("../../LICENSE") == "x (`LICENSE`)"
+    assert led("../../no_such") == "[x](../../no_such)"  # left for mkdocs to refuse
+
+
+def test_broken_links_are_found(tmp_path):
+    (tmp_path / "b.html").write_text('<h1 id="here">B</h1>')
+    (tmp_path / "a.html").write_text(
+        '<a href="b.html#here">x</a><a href="b.html#there">x</a><a href="c.html">x</a>'
+        '<script src="https://somewhere/x.js"></script><a href="https://somewhere">x</a>'
+    )
+    assert docs_links.broken_links(tmp_path) == [
+        "a.html: b.html#there leads to no such anchor",
+        "a.html: c.html leads to no file",
+        "a.html: https://somewhere/x.js is loaded from elsewhere",
+    ]
+
+
+def test_the_citation_is_of_this_version():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert str(cited["version"]) == __version__
+    assert {"cff-version", "message", "title", "authors"} <= set(cited)
+    for reference in cited["references"]:
+        assert {"type", "title", "authors"} <= set(reference)
+
+
+def test_the_changes_have_this_version():
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert __version__ in re.findall(r"^## (\S+)", changes, re.MULTILINE)
+
+
+@pytest.mark.skipif(shutil.which("cffconvert") is None, reason="cffconvert is not installed")
+def test_the_citation_is_valid():
+    done = subprocess.run(
+        ["cffconvert", "--validate", "--infile", str(ROOT / "CITATION.cff")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
