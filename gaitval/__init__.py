@@ -1,8 +1,8 @@
 """Scale a humanoid to a person, learn to walk as they do, and report how accurate the walk is.
 
-`import gaitval as gv` loads nothing but this file. The names below are those of the commands and
-are imported from `gaitval.interface` when they are first used (PEP 562); `__init__.pyi` tells type
-checkers and editors what they are.
+`import gaitval as gv` loads nothing but this file. The names below are those of the commands. They
+are imported from `gaitval.interface` when they are first used (PEP 562); a stub beside this file
+tells type checkers and editors what they are.
 """
 
 from importlib import import_module

@@ -108,7 +108,7 @@ def read_recording(
     >>> from pathlib import Path
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.mocap.motion_text import write_trc
+    >>> from gaitval.mocap.trc import write_trc
     >>> from gaitval.mocap.recording import Recording
     >>> places = np.array([[0.1, -0.1, 0.9], [0.1, 0.1, 0.9], [0.0, -0.1, 0.0]])
     >>> names = ("R.ASIS", "L.ASIS", "R.Heel")

@@ -469,7 +469,7 @@ HOLDING = """
 import sys
 from pathlib import Path
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import load_subject
+from gaitval.datasets.subject_file import load_subject
 from gaitval.study.stage import Observer, open_run
 
 with open_run(load_subject("5"), load_configuration(), Path(sys.argv[1]), Observer()):

@@ -175,7 +175,7 @@ def test_all_data_files_are_known_to_the_module_that_reads_them() -> None:
     unknown = [
         path
         for path in files
-        if path.suffix not in (".py", ".pyc")
+        if path.suffix not in (".py", ".pyc", ".pyi")
         and path not in read
         and not path.relative_to(PACKAGE).as_posix().startswith(NOT_READ_BY_A_STAGE)
     ]

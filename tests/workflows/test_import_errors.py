@@ -875,7 +875,7 @@ def test_a_folder_that_cannot_be_written(
     for out, words in (
         (file, "file: is a file"),
         (file / "below", "file: is a file"),
-        (kept, "was not written by an import"),
+        (kept, "but did not write it"),
     ):
         assert gaitval(request, out).exit_code == 2
         assert words in plain_messages.getvalue()
