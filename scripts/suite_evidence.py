@@ -60,10 +60,9 @@ def _suite(python: str, *arguments: str, **environment: str) -> tuple[int, int]:
 
 
 def _limits() -> evidence.Row:
-    sys.path.insert(0, str(ROOT / "tests"))
-    (file,) = (ROOT / "tests").rglob("tests/workflows/test_limits_can_fail.py")
-    sys.path.insert(0, str(file.parent))
-    from tests.workflows.test_limits_can_fail import rows_with_mutation
+    file = ROOT / "tests/workflows/test_limits_can_fail.py"
+    sys.path[:0] = [str(file.parent), str(ROOT / "tests/support")]
+    from test_limits_can_fail import rows_with_mutation
 
     failed, _ = _suite(sys.executable, str(file))
     mutated, rows = rows_with_mutation()
