@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from architecture import ORDER
+
 ROOT = Path(__file__).parents[1]
 
 BORROWED = {
@@ -15,20 +17,7 @@ BORROWED = {
 }
 """Pages that are files of the repository, as they stand there."""
 
-FOLDERS = (
-    *(
-        "cli",
-        "interface",
-        "study",
-        "session",
-        "reporting",
-        "learning_control",
-        "identification",
-        "metrics",
-    ),
-    *("policy", "simulation", "reference", "opensim", "inverse", "datasets", "scaling", "gait"),
-    *("mocap", "model"),
-)
+FOLDERS = tuple(folder for folder in ORDER if folder != "ground")
 """Folders of the package, each with a page of its code."""
 
 COUNTERPARTS = {
