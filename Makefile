@@ -4,6 +4,7 @@ BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 S ?= 5
 OUT ?=
 SET ?=
+SLOW ?=
 PYTEST_ARGS ?=
 
 settings := $(foreach setting,$(SET),--set $(setting))
@@ -26,9 +27,10 @@ setup: ## Install everything into .venv (no-op when up to date)
 subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothing, OUT=, SET="a=b c=d"
 	@$(BIN)/gaitval subject $(S) $(if $(OUT),--out $(OUT)) $(if $(filter-out 0,$(SCRATCH)),--scratch) $(settings)
 
-test: setup ## All tests; PYTEST_ARGS="-k scaling" for some of them
+test: setup ## All tests but the slow ones; SLOW=1 for those too, PYTEST_ARGS="-k scaling" for some
 	@# The tests run side by side: threads of linear algebra beside them would wait for each other.
-	@OMP_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile $(PYTEST_ARGS)
+	@OMP_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder \
+		$(if $(filter-out 0,$(SLOW)),,-m 'not slow') $(PYTEST_ARGS)
 
 lint: setup ## ruff and mypy --strict
 	@$(BIN)/ruff check .

@@ -21,7 +21,10 @@ from pathlib import Path
 import evidence
 
 ROOT = Path(__file__).resolve().parent.parent
-PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses", "4", "--dist", "loadfile")
+PYTEST = (
+    *("-m", "pytest", "-q", "-n", "auto", "--maxprocesses", "4"),
+    *("--dist", "loadfile", "--no-loadscope-reorder"),
+)
 
 
 def main() -> None:

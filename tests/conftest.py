@@ -57,6 +57,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         )
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The whole-program tests first, so that no worker is left alone with them at the end; within
+    them and within the others the order is the random one that the plug-in made before."""
+    items.sort(key=lambda item: "workflows" not in item.path.parts)
+
+
 @pytest.fixture(scope="session")
 def gait_data() -> Path:
     """Folder of the raw data (`wbds/`, `normative/`, …), which is not part of the project.

@@ -166,24 +166,36 @@ def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Any]) -> An
 
 
 class RolloutPool:
-    """Worker processes with an environment each; use as a context manager."""
+    """Worker processes with an environment each; use as a context manager.
+
+    One worker is this process itself: to start another takes seconds.
+    """
 
     def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
-        self._executor = ProcessPoolExecutor(
-            workers,
-            mp_context=mp.get_context("spawn"),
-            initializer=_begin,
-            initargs=(task, engine),
-        )
+        self._alone = WalkingEnvironment(task, engine=engine) if workers == 1 else None
+        self._executor = None if workers == 1 else _workers(task, workers, engine)
 
     def __enter__(self) -> "RolloutPool":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._executor.shutdown(cancel_futures=True)
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
 
     def map(
         self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
     ) -> list[Result]:
         """`function(environment, item)` of every item, in order; must be a module's function."""
+        if self._executor is None:
+            assert self._alone is not None
+            return [function(self._alone, item) for item in items]
         return list(self._executor.map(_call, [(function, item) for item in items]))
+
+
+def _workers(task: WalkingTask, count: int, engine: Engine) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(
+        count,
+        mp_context=mp.get_context("spawn"),
+        initializer=_begin,
+        initargs=(task, engine),
+    )

@@ -117,3 +117,5 @@ def test_worker_processes_give_the_same_scores_in_order(task, environment):
         with pytest.raises(ModelError, match="mu must have shape"):
             pool.map(_score, [_Candidate(policy, np.zeros(3), 0.1, 0.2)])
         assert pool.map(_score, walks[:1]) == expected[:1]  # the workers survive it
+    with RolloutPool(task, workers=1) as alone:
+        assert alone.map(_score, walks) == expected

@@ -35,6 +35,7 @@ def test_stored_policy_keeps_its_accuracy(baseline, tmp_path):
     assert not list(suite.iter("failure"))
 
 
+@pytest.mark.slow
 def test_a_stored_policy_walks_as_far_and_stands_the_same_pushes(tmp_path):
     """The long check, of one subject: a hundred cycles from every start, and all pushes."""
     junit = tmp_path / "accuracy.xml"
