@@ -189,7 +189,7 @@ def _record(found: Import) -> dict[str, Any]:
     return {
         "schema_version": 1,
         "versions": versions(),
-        "inputs": [asdict(file) for file in input_files(found)],
+        "inputs": [file._asdict() for file in input_files(found)],
         "person": {
             "identifier": request.identifier,
             "sex": request.sex,
