@@ -18,6 +18,7 @@ from gaitval.metrics.results import (
     Metrics,
 )
 from gaitval.metrics.typed import schema
+from gaitval.session.results import IMPORT_VERSION, ImportResult
 
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 
@@ -30,6 +31,9 @@ def schemas() -> dict[Path, dict[str, Any]]:
         ),
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
+        ),
+        PACKAGE / "session/import.schema.json": schema(
+            ImportResult, name="import", version=IMPORT_VERSION
         ),
     }
 

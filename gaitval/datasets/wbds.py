@@ -138,6 +138,30 @@ def left_phase_from_force(forces: Mapping[Side, Array]) -> float:
     return float(best.x)
 
 
+def _metadata(folder: Path, person: str, trial: str) -> dict[str, str | float]:
+    """Who walked and how fast, from the tables of the dataset, under the names of `Subject`."""
+    people_path, strides_path = folder / "WBDS_subjects_merged.csv", folder / "stride_times.csv"
+    number = int(person.removeprefix("WBDS"))
+    people = table_rows(people_path, ["Subject", "Gender", "Age", "Height", "Mass", "LegLen"])
+    someone = next((row for row in people if row["Subject"] == str(number)), None)
+    strides = table_rows(strides_path, ["WBDS", "trial", "belt_speed_m_s", "stride_time_s"])
+    stride = next(
+        (row for row in strides if int(row["WBDS"]) == number and row["trial"] == trial), None
+    )
+    if someone is None or stride is None:
+        path = people_path if someone is None else strides_path
+        raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
+    return {
+        "sex": someone["Gender"],
+        "age_years": number_in(people_path, someone, "Age"),
+        "mass_kg": number_in(people_path, someone, "Mass"),
+        "height_m": number_in(people_path, someone, "Height"),
+        "leg_length_m": number_in(people_path, someone, "LegLen"),
+        "walking_speed_m_s": number_in(strides_path, stride, "belt_speed_m_s"),
+        "stride_time_s": number_in(strides_path, stride, "stride_time_s"),
+    }
+
+
 def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subject:
     """Read one person's trial and fit its curves.
 
@@ -158,20 +182,8 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     folder = Path(folder)
     angles_path = folder / "processed" / f"{person}walk{trial}ang.txt"
     kinetics_path = folder / "processed" / f"{person}walk{trial}knt.txt"
-    people_path, strides_path = folder / "WBDS_subjects_merged.csv", folder / "stride_times.csv"
     sampled_angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
-
-    number = int(person.removeprefix("WBDS"))
-    people = table_rows(people_path, ["Subject", "Gender", "Age", "Height", "Mass", "LegLen"])
-    someone = next((row for row in people if row["Subject"] == str(number)), None)
-    strides = table_rows(strides_path, ["WBDS", "trial", "belt_speed_m_s", "stride_time_s"])
-    stride = next(
-        (row for row in strides if int(row["WBDS"]) == number and row["trial"] == trial), None
-    )
-    if someone is None or stride is None:
-        path = people_path if someone is None else strides_path
-        raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
-
+    metadata = _metadata(folder, person, trial)
     phase = np.arange(SAMPLES) / (SAMPLES - 1)
     angles = {
         name: fit_curve(name, phase, values, ANGLE_TOLERANCE, angles_path)
@@ -198,13 +210,7 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
-            "sex": someone["Gender"],
-            "age_years": number_in(people_path, someone, "Age"),
-            "mass_kg": number_in(people_path, someone, "Mass"),
-            "height_m": number_in(people_path, someone, "Height"),
-            "leg_length_m": number_in(people_path, someone, "LegLen"),
-            "walking_speed_m_s": number_in(strides_path, stride, "belt_speed_m_s"),
-            "stride_time_s": number_in(strides_path, stride, "stride_time_s"),
+            **metadata,
             "left_phase": left,
             "left_phase_from_force": left_phase_from_force(kinetics.forces),
             "mean_vertical_force": mean_vertical_force(kinetics.forces),

@@ -19,12 +19,11 @@ from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import (
     COORDINATE_COUNT,
     ROOT_DOFS,
-    SEGMENT_COUNT,
     tree_arrays,
     whole_body_centre_of_mass,
 )
@@ -144,10 +143,8 @@ def _all_frames(
     centre : (T, 3) out, centre of mass of the body.
     ankle : (T, 2, 3) out, origin of both feet.
     """
-    rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
-    axes = np.zeros((COORDINATE_COUNT, 3))
-    angular, linear = np.empty((SEGMENT_COUNT, 3)), np.empty((SEGMENT_COUNT, 3))
-    turning, wrench = np.empty((SEGMENT_COUNT, 2, 3)), np.empty((SEGMENT_COUNT, 2, 3))
+    segments = empty_dynamics()
+    rotation, origin, wrench = segments.frames.rotation, segments.frames.origin, segments.wrench
     for t in range(len(positions)):
         newton_euler(
             joint_position,
@@ -160,13 +157,7 @@ def _all_frames(
             force[t],
             point[t],
             free_moment[t],
-            rotation,
-            origin,
-            axes,
-            angular,
-            linear,
-            turning,
-            wrench,
+            segments,
             generalised[t],
         )
         for side in range(2):

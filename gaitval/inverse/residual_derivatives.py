@@ -1,12 +1,14 @@
 """Residuals on the pelvis and what they change with, frame by frame (compiled)."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS
 from gaitval.model.tree import (
     COORDINATE_COUNT,
@@ -32,6 +34,14 @@ BODY_UNKNOWNS = len(MASS_GROUPS) + 3
 """Logarithms of the mass factors, then the offset of the trunk's centre of mass."""
 
 
+class _Work(NamedTuple):
+    """Arrays that one frame needs: its generalised forces (31,), its state (3, 31)."""
+
+    segments: SegmentDynamics
+    generalised: Array
+    state: Array
+
+
 @njit
 def _root_residual(
     joint_position: Array,
@@ -40,7 +50,7 @@ def _root_residual(
     inertia: Array,
     state: Array,
     wrenches: Array,
-    work: tuple[Array, ...],
+    work: _Work,
     out: Array,
 ) -> None:
     """Residual moment and force (6,) of one frame into `out`.
@@ -50,7 +60,7 @@ def _root_residual(
     state : (3, 31) coordinates with the pelvis's Cardan angles, rates, second rates.
     wrenches : (3, 2, 3) force, point, free moment.
     """
-    rotation, origin, axes, angular, linear, turning, wrench, generalised, q = work
+    segments, generalised, q = work
     for i in range(3, COORDINATE_COUNT):
         q[0, i] = state[0, i]
         q[1, i] = state[1, i]
@@ -67,13 +77,7 @@ def _root_residual(
         wrenches[0],
         wrenches[1],
         wrenches[2],
-        rotation,
-        origin,
-        axes,
-        angular,
-        linear,
-        turning,
-        wrench,
+        segments,
         generalised,
     )
     for i in range(6):
@@ -81,18 +85,8 @@ def _root_residual(
 
 
 @njit
-def _work_arrays() -> tuple[Array, ...]:
-    return (
-        np.empty((SEGMENT_COUNT, 3, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.zeros((COORDINATE_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 2, 3)),
-        np.empty((SEGMENT_COUNT, 2, 3)),
-        np.empty(COORDINATE_COUNT),
-        np.empty((3, COORDINATE_COUNT)),
-    )
+def _work_arrays() -> _Work:
+    return _Work(empty_dynamics(), np.empty(COORDINATE_COUNT), np.empty((3, COORDINATE_COUNT)))
 
 
 @njit

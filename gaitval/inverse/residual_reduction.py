@@ -79,9 +79,9 @@ class ReductionSettings:
     Attributes
     ----------
     marker_m : m, displacement of a marker on the body; soft tissue moves this much.
+    translation_m : m, of the pelvis.
     observed_rad : rad, of a coordinate that moves a marker.
     unobserved_rad : rad, of one that moves none: where the trunk was is a guess.
-    translation_m : m, of the pelvis.
     highest_hz : changes that are faster than this, the usual low-pass of the motion, cost more,
         with the square of the frequency.
     residual_force_n, residual_moment_nm : of each component of the residual.
@@ -99,9 +99,9 @@ class ReductionSettings:
     """
 
     marker_m: float = 0.005
+    translation_m: float = 0.020
     observed_rad: float = float(np.deg2rad(2.0))
     unobserved_rad: float = float(np.deg2rad(20.0))
-    translation_m: float = 0.020
     highest_hz: float = 8.0
     residual_force_n: float = 3.0
     residual_moment_nm: float = 3.0

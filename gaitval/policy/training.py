@@ -1,7 +1,5 @@
 """Training of a walking policy: schedules, checkpoints, log."""
 
-import csv
-import io
 import json
 import time
 from collections import deque
@@ -16,7 +14,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
 
-from gaitval.artefacts import replacing, versions, write_text
+from gaitval.artefacts import replacing, versions
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.model.urdf import model_hash
@@ -24,22 +22,11 @@ from gaitval.policy.learner import Learner, choose_device
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy
+from gaitval.policy.training_log import read_log, write_log
 from gaitval.simulation.walker import WalkingTask
 
 Progress = Callable[[dict[str, float]], None]
 
-LOG_COLUMNS = (
-    "samples",
-    "wall_seconds",
-    "episode_length",
-    "episode_reward",
-    "cycles",
-    "learning_rate",
-    "log_std",
-    "approx_kl",
-    "difficulty",
-    *REWARD_TERMS,
-)
 _CHECKPOINT = "checkpoint.safetensors"
 
 
@@ -90,20 +77,6 @@ class _Log:
         return float(self.rows[-1]["wall_seconds"]) if self.rows else 0.0
 
 
-def _write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, LOG_COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
-
-
-def _read_rows(path: Path, samples: int) -> list[dict[str, Any]]:
-    """Rows of a training log up to a checkpoint."""
-    with path.open(newline="") as file:
-        return [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
-
-
 @dataclass(frozen=True)
 class _Checkpoint:
     samples: int
@@ -116,7 +89,7 @@ def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None
     """One file, so that a kill leaves the old checkpoint or the new one; the log before it, of
     which the rows after a checkpoint do not count.
     """
-    _write_rows(folder / "training.csv", checkpoint.log.rows)
+    write_log(folder / "training.csv", checkpoint.log.rows)
     state = {
         "samples": checkpoint.samples,
         "device": checkpoint.device,
@@ -135,7 +108,7 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
             if state["total"] != total:
                 return None
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        log = _Log(_read_rows(folder / "training.csv", state["samples"]))
+        log = _Log(read_log(folder / "training.csv", state["samples"]))
     except (OSError, SafetensorError, KeyError, TypeError, ValueError):
         return None
     log.episodes.extend(tuple(episode) for episode in state["episodes"])

@@ -53,12 +53,9 @@ SMALLEST_GAIN = 1e-3
 """Share of the sum of squares that the last Gauss-Newton step still took away."""
 
 
-class Accuracy(NamedTuple):
-    """Departures that weigh the same, rad, m, s, Nm/kg, body weights (BW).
-
-    The first group is two fifths to three quarters of the accuracy that the project aims at; the
-    second says how well the laws of motion and of contact hold; the third keeps what was not
-    recorded near its convention.
+class RecordAccuracy(NamedTuple):
+    """Departures from the record, rad, Nm/kg, body weights (BW): two fifths to three quarters of
+    the accuracy that the project aims at.
     """
 
     sagittal: float = np.deg2rad(1.5)
@@ -70,6 +67,10 @@ class Accuracy(NamedTuple):
     forward_force: float = 0.020
     sideways_force: float = 0.015
     vertical_force: float = 0.020
+
+
+class LawAccuracy(NamedTuple):
+    """How well the laws of motion and of contact hold."""
 
     residual: float = 0.002
     """BW and BW m, force and moment on the pelvis that nothing exerts."""
@@ -84,13 +85,22 @@ class Accuracy(NamedTuple):
     cycle, and a strike that is 1 % late is an error of 3 degrees of the knee in late swing."""
     clearance: float = 0.002
     """m, by which the swinging foot misses `SWING_CLEARANCE`."""
-    pressure_forward: float = 0.015
-    pressure_sideways: float = 0.008
+
+
+class PressureAccuracy(NamedTuple):
+    """How well the ground reaction stays under the sole and without jumps."""
+
+    forward: float = 0.015
+    sideways: float = 0.008
     """m, from the centre of pressure to the middle of the part of the sole on the ground."""
+    change: float = 0.004
+    """m, second difference of the centre of pressure."""
     force_change: float = 0.025
     """BW from one instant to the next, of the departure from the recorded force."""
-    pressure_change: float = 0.004
-    """m, second difference of the centre of pressure."""
+
+
+class ConventionAccuracy(NamedTuple):
+    """Departures from its convention of what was not recorded, rad, m, BW m."""
 
     subtalar: float = np.deg2rad(3.0)
     toes: float = np.deg2rad(5.0)
@@ -100,7 +110,15 @@ class Accuracy(NamedTuple):
     lumbar: float = np.deg2rad(10.0)
     translation: float = 0.03
     free_moment: float = 0.005
-    """BW m."""
+
+
+class Accuracy(NamedTuple):
+    """Departures that weigh the same."""
+
+    record: RecordAccuracy = RecordAccuracy()
+    laws: LawAccuracy = LawAccuracy()
+    pressure: PressureAccuracy = PressureAccuracy()
+    convention: ConventionAccuracy = ConventionAccuracy()
 
 
 SWING_CLEARANCE = 0.012
@@ -173,18 +191,18 @@ def _resampled(values: Array, count: int) -> Array:
 def _coordinate_accuracy(accuracy: Accuracy) -> Array:
     """Accuracy (31,) of every coordinate; infinite for the lumbar ones, whose trunk is held."""
     kinds = {
-        "hip_flexion": accuracy.sagittal,
-        "knee_angle": accuracy.sagittal,
-        "ankle_angle": accuracy.sagittal,
-        "hip_adduction": accuracy.frontal,
-        "hip_rotation": accuracy.frontal,
-        "subtalar_angle": accuracy.subtalar,
-        "mtp_angle": accuracy.toes,
+        "hip_flexion": accuracy.record.sagittal,
+        "knee_angle": accuracy.record.sagittal,
+        "ankle_angle": accuracy.record.sagittal,
+        "hip_adduction": accuracy.record.frontal,
+        "hip_rotation": accuracy.record.frontal,
+        "subtalar_angle": accuracy.convention.subtalar,
+        "mtp_angle": accuracy.convention.toes,
     }
-    scales = [accuracy.pelvis] * 3 + [accuracy.translation] * 3
+    scales = [accuracy.record.pelvis] * 3 + [accuracy.convention.translation] * 3
     for name in ACTUATED:
         joint = name.rpartition("_")[0]
-        scales.append(np.inf if name in LUMBAR else kinds.get(joint, accuracy.arms))
+        scales.append(np.inf if name in LUMBAR else kinds.get(joint, accuracy.convention.arms))
     return np.array(scales)
 
 
@@ -214,13 +232,14 @@ def _penalties(
             constants.append(departure[:, k] / wanted * norm)
         else:
             row = np.zeros((terms, total))
-            row[:, block] = np.eye(terms) / accuracy.lumbar
+            row[:, block] = np.eye(terms) / accuracy.convention.lumbar
             constants.append(np.zeros(terms))
         rows.append(row)
-    sizes = [accuracy.forward_force, accuracy.sideways_force, accuracy.vertical_force]
-    close = np.array([*sizes, np.inf, np.inf, accuracy.free_moment])
-    smooth = np.array([accuracy.force_change] * 3 + [accuracy.pressure_change] * 2)
-    smooth = np.append(smooth, accuracy.free_moment)
+    record = accuracy.record
+    sizes = [record.forward_force, record.sideways_force, record.vertical_force]
+    close = np.array([*sizes, np.inf, np.inf, accuracy.convention.free_moment])
+    smooth = np.array([accuracy.pressure.force_change] * 3 + [accuracy.pressure.change] * 2)
+    smooth = np.append(smooth, accuracy.convention.free_moment)
     weights = np.concatenate([scale[:3] / scale[0], scale[3:5], scale[5:6] / scale[0]])
     for t in range(instants):
         after, before = (t + 1) % instants, t - 1
@@ -282,22 +301,26 @@ def _problem(
 
     target = np.zeros((INSTANTS, OUTPUTS))
     weights = np.zeros((INSTANTS, OUTPUTS))
-    weights[:, :ROOT_DOFS] = 1.0 / (accuracy.residual * weight)
-    weights[:, TRUNK] = 1.0 / accuracy.trunk
+    weights[:, :ROOT_DOFS] = 1.0 / (accuracy.laws.residual * weight)
+    weights[:, TRUNK] = 1.0 / accuracy.convention.trunk
     for i, side in enumerate(SIDES):
         for name in FEED_FORWARD:
             place = COORDINATES.index(f"{name}_{side[0]}")
-            wanted = accuracy.adduction_moment if name == "hip_adduction" else accuracy.moment
+            wanted = (
+                accuracy.record.adduction_moment
+                if name == "hip_adduction"
+                else accuracy.record.moment
+            )
             weights[:, place] = 1.0 / (wanted * model.mass)
             target[:, place] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
         first = FOOT + 6 * i
-        weights[:, first : first + 2] = sliding[:, i, None] / accuracy.sliding
-        weights[:, first + 2] = sliding[:, i] / accuracy.pivoting
-        weights[:, first + 3] = stance[:, i] / accuracy.depth
-        weights[stance[:, i] & (own[:, i] < _LANDING), first + 3] = 1.0 / accuracy.landing
+        weights[:, first : first + 2] = sliding[:, i, None] / accuracy.laws.sliding
+        weights[:, first + 2] = sliding[:, i] / accuracy.laws.pivoting
+        weights[:, first + 3] = stance[:, i] / accuracy.laws.depth
+        weights[stance[:, i] & (own[:, i] < _LANDING), first + 3] = 1.0 / accuracy.laws.landing
         target[:, first + 3] = -depth[:, i]
-        weights[:, first + 4] = stance[:, i] / accuracy.pressure_forward
-        weights[:, first + 5] = stance[:, i] / accuracy.pressure_sideways
+        weights[:, first + 4] = stance[:, i] / accuracy.pressure.forward
+        weights[:, first + 5] = stance[:, i] / accuracy.pressure.sideways
 
     # The first guess of the centre of pressure is the middle of the sole on the ground.
     inputs = np.hstack([*path, force.reshape(INSTANTS, 12)])
@@ -322,7 +345,7 @@ def _problem(
         target=target,
         weight=weights * norm,
         swinging=(own > ends + _STANCE_EDGE) & (own < 1.0 - _STANCE_EDGE),
-        clearance_weight=norm / accuracy.clearance,
+        clearance_weight=norm / accuracy.laws.clearance,
         penalty=penalty,
         miss=miss,
     )

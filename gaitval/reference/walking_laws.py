@@ -12,7 +12,7 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import Tree, rotation_vector
 
@@ -49,13 +49,7 @@ _TOE_DOFS = np.array([COORDINATES.index("mtp_angle_r"), COORDINATES.index("mtp_a
 class _Work(NamedTuple):
     """Arrays that one instant needs."""
 
-    rotation: Array
-    origin: Array
-    axes: Array
-    angular: Array
-    linear: Array
-    turning: Array
-    wrench: Array
+    segments: SegmentDynamics
     generalised: Array
     state: Array
     force: Array
@@ -64,15 +58,9 @@ class _Work(NamedTuple):
 
 
 def _work() -> _Work:
-    segments, dofs = len(SEGMENTS), len(COORDINATES)
+    dofs = len(COORDINATES)
     return _Work(
-        np.empty((segments, 3, 3)),
-        np.empty((segments, 3)),
-        np.zeros((dofs, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 2, 3)),
-        np.empty((segments, 2, 3)),
+        empty_dynamics(),
         np.empty(dofs),
         np.empty((3, dofs)),
         np.empty((2, 3)),
@@ -116,18 +104,12 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
         work.force,
         work.point,
         work.free_moment,
-        work.rotation,
-        work.origin,
-        work.axes,
-        work.angular,
-        work.linear,
-        work.turning,
-        work.wrench,
+        work.segments,
         work.generalised,
     )
     for i in range(31):
         out[i] = work.generalised[i]
-    out[TRUNK] = rotation_vector(work.rotation[_TORSO])
+    out[TRUNK] = rotation_vector(work.segments.frames.rotation[_TORSO])
     for side in range(2):
         _sole(tree, side, work, out)
 
@@ -135,8 +117,7 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
 @njit
 def _sole(tree: Tree, side: int, work: _Work, out: Array) -> None:
     """What one foot adds to `out` of `_instant`, where `work` has the frames and the forces."""
-    rotation, origin, axes = work.rotation, work.origin, work.axes
-    angular, linear = work.angular, work.linear
+    rotation, origin, axes, angular, linear = work.segments.frames
     spheres = tree.sphere_segment.shape[0] // 2
     arm = np.empty((spheres, 3))
     height = np.empty(spheres)

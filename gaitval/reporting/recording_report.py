@@ -7,7 +7,7 @@ page shows degrees, centimetres and per cent of body weight.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -28,8 +28,7 @@ LEFT_OUT_SHOWN: Final = 40
 NAN: Final = float("nan")
 
 
-@dataclass(frozen=True)
-class InputFile:
+class InputFile(NamedTuple):
     """A file that the import read: its role ("static", "trial"), name, SHA-256 and bytes."""
 
     role: str
@@ -38,16 +37,14 @@ class InputFile:
     size: int
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """Something that gaitval decided or was told: the step, and what from what in a sentence."""
 
     name: str
     decided: str
 
 
-@dataclass(frozen=True)
-class GateRow:
+class GateRow(NamedTuple):
     """A published limit, and whether the import keeps it.
 
     Attributes
@@ -65,8 +62,7 @@ class GateRow:
     source: str
 
 
-@dataclass(frozen=True)
-class MarkerError:
+class MarkerError(NamedTuple):
     """Distance of one marker from its place on the model after inverse kinematics.
 
     Attributes
@@ -81,8 +77,7 @@ class MarkerError:
     seen: float = 1.0
 
 
-@dataclass(frozen=True)
-class ScalingMethod:
+class ScalingMethod(NamedTuple):
     """Marker errors of one way to scale the model, m; NaN where not measured.
 
     Attributes
@@ -100,8 +95,7 @@ class ScalingMethod:
     chosen: bool = False
 
 
-@dataclass(frozen=True)
-class ScaledSegment:
+class ScaledSegment(NamedTuple):
     """A segment of the model: length m, mass kg, factor over the generic one, what gave it."""
 
     name: str
@@ -111,8 +105,7 @@ class ScaledSegment:
     source: str
 
 
-@dataclass(frozen=True)
-class SpatiotemporalRow:
+class SpatiotemporalRow(NamedTuple):
     """A parameter of gait as mean and SD over its cycles or steps, in `unit`.
 
     One of right and left, or `both` for what has no side; None where it was not measured.
@@ -126,8 +119,7 @@ class SpatiotemporalRow:
     digits: int = 2
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """A gait cycle that is not part of the means: when it began (s) and why it was left out."""
 
     side: Side
@@ -153,8 +145,7 @@ class ResidualCurves:
     moment_limit: float = NAN
 
 
-@dataclass(frozen=True)
-class ConsistencyChange:
+class ConsistencyChange(NamedTuple):
     """What `--consistent` changed or reached: a quantity before and after, in `unit`."""
 
     name: str

@@ -18,6 +18,7 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
+from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import write_page
@@ -30,17 +31,6 @@ PICTURE_FRAMES = 33
 
 FAILED_SHOWN = 6
 """Failed targets that the tolerance table names; all of them are in the table of errors."""
-
-_TRAINING_COLUMNS = (
-    "samples",
-    "wall_seconds",
-    "episode_length",
-    "episode_reward",
-    "cycles",
-    "learning_rate",
-    "log_std",
-    "approx_kl",
-)
 
 _SPATIOTEMPORAL = {
     "walking_speed": "Walking speed",
@@ -247,7 +237,7 @@ def _training(path: Path) -> dict[str, Array] | None:
     rows = _csv(path)
     if not rows:
         return None
-    missing = [name for name in _TRAINING_COLUMNS if name not in rows[0]]
+    missing = [name for name in LEARNING_CURVES if name not in rows[0]]
     if missing:
         raise ArtefactError(
             f"{path}: the columns {', '.join(missing)} are missing. "
@@ -255,7 +245,7 @@ def _training(path: Path) -> dict[str, Array] | None:
         )
     return {
         name: np.array([_number_or_none(row[name]) for row in rows], dtype=float)
-        for name in _TRAINING_COLUMNS
+        for name in LEARNING_CURVES
     }
 
 

@@ -1,6 +1,6 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,8 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.inverse.residual_reduction import ConsistentMotion, reduce_residuals
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.model.body import BodyModel
+from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_sets import MarkerSet
@@ -103,16 +105,71 @@ def work_out_trial(
     landmarks = session.marker_set.landmarks
     markers = [marker for marker in body.markers if marker.name in recording.names]
     measured = marker_columns(recording, [marker.name for marker in markers], recording.markers)
-    anchoring = anchored(
-        body.model,
-        markers,
-        measured,
-        inverse_kinematics(body.model, markers, measured),
-        rate=recording.marker_rate,
-    )
+    anchoring = _kinematics(body.model, markers, measured, name, recording.marker_rate, tell)
     kinematics = anchoring.kinematics
     shown = {side: _leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
-    ever = np.asarray(kinematics.determined.any(axis=0))
+    model, placement = body.paired
+    placed = [marker for marker in placement.markers if marker.name in recording.names]
+    compared = inverse_kinematics(model, placed, measured)
+    positions = completed(
+        kinematics,
+        smoothed(kinematics.positions, recording.marker_rate, processing),
+    )
+    forces = loads = dynamics = consistent = None
+    findings: tuple[Finding, ...] = ()
+    if recording.plates and not request.without_forces:
+        recording, forces, loads, findings = _ground_reaction(
+            recording, processing, session.marker_set, shown, tell
+        )
+        wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
+        dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
+        if request.consistent:
+            tell("dynamics", f"{name}: looks for the smallest change that lowers the residuals")
+            consistent = reduce_residuals(
+                body.model,
+                recording.time,
+                positions,
+                *wrenches,
+                markers,
+                known=np.asarray(loads.valid.all(axis=1)),
+            )
+    events = find_events(recording, forces, processing, landmarks=landmarks)
+    cycles = _cycles(recording, events, forces, shown, processing)
+    return Trial(
+        name=name,
+        recording=recording,
+        kinematics=kinematics,
+        anchoring=anchoring,
+        compared=compared,
+        positions=positions,
+        events=events,
+        forces=forces,
+        loads=loads,
+        dynamics=dynamics,
+        consistent=consistent,
+        belt=belt_speed(recording, events, landmarks=landmarks),
+        cycles=cycles,
+        gait={
+            side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks)
+            for side in SIDES
+        },
+        findings=findings,
+    )
+
+
+def _kinematics(
+    model: BodyModel,
+    markers: Sequence[ModelMarker],
+    measured: Array,
+    name: str,
+    rate: float,
+    tell: Tell,
+) -> AnchoredFeet:
+    """Inverse kinematics with the resting feet anchored; tells what no marker shows."""
+    anchoring = anchored(
+        model, markers, measured, inverse_kinematics(model, markers, measured), rate=rate
+    )
+    ever = np.asarray(anchoring.kinematics.determined.any(axis=0))
     hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
     if hidden:
         tell(
@@ -128,47 +185,44 @@ def work_out_trial(
             f"{1000 * anchoring.marker_rms_before:.1f} to "
             f"{1000 * anchoring.marker_rms_after:.1f} mm",
         )
-    model, placement = body.paired
-    placed = [marker for marker in placement.markers if marker.name in recording.names]
-    compared = inverse_kinematics(model, placed, measured)
-    positions = completed(
-        kinematics,
-        smoothed(kinematics.positions, recording.marker_rate, processing),
+    return anchoring
+
+
+def _ground_reaction(
+    recording: Recording,
+    processing: ProcessingSettings,
+    marker_set: MarkerSet,
+    shown: Mapping[Side, NDArray[np.bool_]],
+    tell: Tell,
+) -> tuple[Recording, FootForces, FootForces, tuple[Finding, ...]]:
+    """The recording with zeroed plates; the feet's forces, and as loads of inverse dynamics."""
+    landmarks = marker_set.landmarks
+    recording, zeroing = zero_plates(recording, landmarks=landmarks)
+    forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+    findings = (*zeroing, *assigning)
+    for finding in findings:
+        tell("forces", str(finding))
+    slow, _ = assign_forces(
+        recording,
+        processing,
+        landmarks=landmarks,
+        cutoff_hz=processing.moment_force_cutoff_hz,
     )
+    loads = resample_forces(slow, recording.time)
+    moving = shown["right"] & shown["left"]
+    return recording, forces, replace(loads, valid=loads.valid & moving[:, None]), findings
 
-    forces = loads = dynamics = consistent = None
-    findings: tuple[Finding, ...] = ()
-    if recording.plates and not request.without_forces:
-        recording, zeroing = zero_plates(recording, landmarks=landmarks)
-        forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
-        findings = (*zeroing, *assigning)
-        for finding in findings:
-            tell("forces", str(finding))
-        slow, _ = assign_forces(
-            recording,
-            processing,
-            landmarks=landmarks,
-            cutoff_hz=processing.moment_force_cutoff_hz,
-        )
-        loads = resample_forces(slow, recording.time)
-        moving = shown["right"] & shown["left"]
-        loads = replace(loads, valid=loads.valid & moving[:, None])
-        wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
-        dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
-        if request.consistent:
-            tell("dynamics", f"{name}: looks for the smallest change that lowers the residuals")
-            consistent = reduce_residuals(
-                body.model,
-                recording.time,
-                positions,
-                *wrenches,
-                markers,
-                known=np.asarray(loads.valid.all(axis=1)),
-            )
 
-    events = find_events(recording, forces, processing, landmarks=landmarks)
+def _cycles(
+    recording: Recording,
+    events: Sequence[Event],
+    forces: FootForces | None,
+    shown: Mapping[Side, NDArray[np.bool_]],
+    processing: ProcessingSettings,
+) -> dict[Side, tuple[GaitCycle, ...]]:
+    """The gait cycles of each side, with those marked in which its markers have gaps."""
     with about_file(recording.source):
-        cycles: dict[Side, tuple[GaitCycle, ...]] = {
+        return {
             side: without_gaps(
                 cut_cycles(events, side, forces=forces),
                 recording.time,
@@ -177,27 +231,6 @@ def work_out_trial(
             )
             for side in SIDES
         }
-    belt = belt_speed(recording, events, landmarks=landmarks)
-    gait = {
-        side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
-    }
-    return Trial(
-        name=name,
-        recording=recording,
-        kinematics=kinematics,
-        anchoring=anchoring,
-        compared=compared,
-        positions=positions,
-        events=events,
-        forces=forces,
-        loads=loads,
-        dynamics=dynamics,
-        consistent=consistent,
-        belt=belt,
-        cycles=cycles,
-        gait=gait,
-        findings=findings,
-    )
 
 
 def _leg_shown(

@@ -32,6 +32,7 @@ from gaitval.opensim.osim import write_osim
 from gaitval.reporting.recording_report import (
     write_recording_report,
 )
+from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
@@ -155,7 +156,8 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
         written.append(target / name)
     write_recording_report(target, summary_of(found))
     written += [target / "recording.html", target / "recording.pdf"]
-    write_json(target / RECORD, _plain(_record(found)))
+    record = ImportResult.model_validate(_plain(_record(found)))
+    write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
 
@@ -187,9 +189,9 @@ def _record(found: Import) -> dict[str, Any]:
     """What `import.json` holds."""
     request, body = found.request, found.body
     return {
-        "schema_version": 1,
+        "schema_version": IMPORT_VERSION,
         "versions": versions(),
-        "inputs": [asdict(file) for file in input_files(found)],
+        "inputs": [file._asdict() for file in input_files(found)],
         "person": {
             "identifier": request.identifier,
             "sex": request.sex,

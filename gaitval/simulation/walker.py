@@ -83,6 +83,22 @@ class WalkerBody(NamedTuple):
     phase_step: float
 
 
+class Action(NamedTuple):
+    """What an action asks for.
+
+    Attributes
+    ----------
+    pace : rate of the phase over that of the reference.
+    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
+    root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
+    """
+
+    pace: float
+    offset: Array
+    next_offset: Array
+    root_force: Array
+
+
 class Account(NamedTuple):
     """The physics steps of one action, N rows.
 
@@ -260,10 +276,7 @@ def _advance(
     body: WalkerBody,
     state: Array,
     phase: float,
-    pace: float,
-    offset: Array,
-    next_offset: Array,
-    root_force: Array,
+    action: Action,
     memory: Array,
     account: Account,
 ) -> float:
@@ -272,11 +285,10 @@ def _advance(
     Parameters
     ----------
     state : (2, 31) in and out.
-    pace : rate of the phase over that of the reference.
-    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
     memory : (K, 3) in and out, as `simulation.contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
+    pace, offset, next_offset, root_force = action
     slope = (next_offset - offset) / account.phase.shape[0]
     target, work = offset.copy(), _workspace(memory.shape[0])
     phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
@@ -294,14 +306,12 @@ def _advance_in_dart(
     body: WalkerBody,
     state: Array,
     phase: float,
-    pace: float,
-    offset: Array,
-    next_offset: Array,
-    root_force: Array,
+    action: Action,
     memory: Array,
     account: Account,
 ) -> float:
     """`_advance` with DART's dynamics and integrator; the skeleton is at `state`."""
+    pace, offset, next_offset, root_force = action
     work = _workspace(len(memory))
     target = offset.copy()
     slope = (next_offset - offset) / len(account.phase)
@@ -442,21 +452,12 @@ class Walker:
         pace : how fast to go through the gait cycle, 1 as fast as the reference.
         """
         account = self._account
-        action = (
-            self._body,
-            self.state,
-            self.phase,
-            pace,
-            self.offset,
-            offset,
-            root_force,
-            self._memory,
-            account,
-        )
+        action = Action(pace, self.offset, offset, root_force)
+        walk = (self._body, self.state, self.phase, action, self._memory, account)
         if self._skeleton is None:
-            self.phase = _advance(*action)
+            self.phase = _advance(*walk)
         else:
-            self.phase = _advance_in_dart(self._skeleton, *action)
+            self.phase = _advance_in_dart(self._skeleton, *walk)
         self.offset[:] = offset
         if recording is not None:
             recording.append(account, root_force)

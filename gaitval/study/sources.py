@@ -186,7 +186,45 @@ def _is_text(statement: ast.stmt) -> bool:
 
 @cache
 def _text(statement: ast.stmt) -> str:
-    return ast.dump(statement)
+    """A statement as text that is the same on every Python.
+
+    `ast.dump` differs between versions: 3.12 gives each function a list of type parameters, and
+    3.13 leaves out empty lists. Here a field that is empty or not given is left out.
+    """
+    return _node_text(statement)
+
+
+def _node_text(node: object) -> str:
+    match node:
+        case ast.Constant(value=value):
+            # With its type: 1, 1.0 and True are equal, and not the same constant.
+            return f"{type(value).__name__}({value!a})"
+        case ast.JoinedStr(values=values):
+            return f"JoinedStr({', '.join(_string_parts(values))})"
+        case ast.AST():
+            fields = [(name, getattr(node, name, None)) for name in sorted(node._fields)]
+            given = [
+                f"{name}={_node_text(value)}" for name, value in fields if value not in ([], None)
+            ]
+            return f"{type(node).__name__}({', '.join(given)})"
+        case list():
+            return f"[{', '.join(map(_node_text, node))}]"
+    return ascii(node)
+
+
+def _string_parts(values: list[ast.expr]) -> Iterator[str]:
+    """Parts of an f-string; how its plain text is cut into pieces differs between versions."""
+    plain = ""
+    for value in values:
+        if isinstance(value, ast.Constant):
+            plain += str(value.value)
+            continue
+        if plain:
+            yield ascii(plain)
+        plain = ""
+        yield _node_text(value)
+    if plain:
+        yield ascii(plain)
 
 
 def _name(path: Path, package: Path) -> str:

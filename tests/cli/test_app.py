@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from rich.console import Console
+from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__
@@ -23,17 +24,6 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.study.baseline import STORED_FILES
 
-STAGES = (
-    "scale",
-    "reference",
-    "train",
-    "identify",
-    "correct",
-    "simulate",
-    "push",
-    "validate",
-    "report",
-)
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),
     *("gymnasium", "stable_baselines3", "jsonschema", "pydantic", "jinja2", "weasyprint"),

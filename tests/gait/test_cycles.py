@@ -11,6 +11,7 @@ from synthetic_recording import (
     STANCE,
     STRIDE,
     WIDTH,
+    Y_UP,
     strikes,
     toe_offs,
     walk,
@@ -35,7 +36,6 @@ from gaitval.mocap.recording import Event, FootForces
 from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def true_events(duration: float = 6.0) -> list[Event]:

@@ -13,6 +13,7 @@ from synthetic_recording import (
     STANCE,
     STRIDE,
     WEIGHT,
+    Y_UP,
     Rectangle,
     centre_of_pressure,
     strikes,
@@ -32,7 +33,6 @@ from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
 PROCESSING = ProcessingSettings()
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 WALKWAY = (
     Rectangle(x=(0.1, 0.55), y=(-0.3, 0.3)),

@@ -24,7 +24,8 @@ from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
-from gaitval.policy.training import LOG_COLUMNS, _read_checkpoint, train, train_general
+from gaitval.policy.training import _read_checkpoint, train, train_general
+from gaitval.policy.training_log import LOG_COLUMNS
 
 EASY = {
     "environment": {"push_probability": 0.0, "initial_noise": 0.0},

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from simulation_fixtures import random_policy
+from stage_order import STAGES
 
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
@@ -30,19 +31,6 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
-
-STAGES = (
-    "scale",
-    "reference",
-    "train",
-    "identify",
-    "correct",
-    "simulate",
-    "push",
-    "validate",
-    "report",
-)
-
 
 FOUND = {
     "names": PARAMETERS,

@@ -26,6 +26,7 @@ from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
 from typer.testing import CliRunner
 
+from gaitval.artefacts import read_json
 from gaitval.cli import app as cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
@@ -37,6 +38,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.session import write
+from gaitval.session.results import import_from
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import Trial, valid_cycles
@@ -304,6 +306,13 @@ def test_an_import_repeats_bit_for_bit(
     assert set(first) - set(again) == pages
     assert {name: first[name] for name in again} == again
     assert {"subject.toml", *(f"{FOLDER}/{name}" for name in _PROMISED)} <= set(again)
+
+
+def test_the_record_of_an_import_is_typed(from_the_command_line):
+    written = read_json(from_the_command_line / FOLDER / "import.json")
+    found = import_from(written, "import.json")
+    assert found.as_dict() == written
+    assert found.person.mass_kg == PERSON.mass_kg
 
 
 _PROMISED = (
