@@ -3,12 +3,11 @@
 The models are the schema: `scripts/schemas.py` writes it beside them.
 """
 
-from typing import Annotated, Any, Final, Generic, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.record_results import Curve, Kinds, PredictionResult, RecordResult, Sides
 from gaitval.metrics.tolerances import WALK_UNITS
 from gaitval.metrics.typed import (
     Count,
@@ -24,46 +23,13 @@ from gaitval.metrics.typed import (
 )
 from gaitval.model.parameters import PARAMETERS
 
-SCHEMA_VERSION: Final = 4
+SCHEMA_VERSION: Final = 5
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
 """Of `identification.json`, which does not say it."""
 
 CORRECTED_JOINTS: Final = 13
 """Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
-
-T = TypeVar("T")
-
-Curve = Annotated[list[Number | None], Field(min_length=101, max_length=101)]
-"""0 to 100 % of a side's gait cycle; null where not finite."""
-
-
-def _sided(names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(f"{name}_{side}" for name in names for side in "rl")
-
-
-_ANGLE, _ANGLES = named(_sided((*RECORDED_ANGLES, *PELVIS_ANGLES)))
-_MOMENT, _MOMENTS = named(_sided(JOINT_MOMENTS))
-_FORCE, _FORCES = named(_sided(FORCES))
-
-
-class Kinds(Result, Generic[T]):
-    """Something of every curve."""
-
-    angles: Annotated[dict[Annotated[str, _ANGLE], T], *_ANGLES]
-    moments: Annotated[dict[Annotated[str, _MOMENT], T], *_MOMENTS]
-    forces: Annotated[dict[Annotated[str, _FORCE], T], *_FORCES]
-
-
-class Sides(Result, Generic[T]):
-    """Something of both sides."""
-
-    right: T
-    left: T
-
-
-class RecordedCurves(Kinds[Curve]):
-    """The record, in the units of the curves."""
 
 
 class CountBySide(Sides[Count]):
@@ -109,67 +75,6 @@ class Method(Result):
     """That each walk is planned for after the settling ones."""
     epsilon: str
     external_load: str
-
-
-class RecordedFigures(Result):
-    """Spatiotemporal parameters of the record; m/s, steps/min, s, fractions of the cycle, m."""
-
-    walking_speed: Number
-    cadence: Number
-    stride_time_right: Number
-    stride_time_left: Number
-    stance_fraction_right: Number
-    stance_fraction_left: Number
-    double_support_fraction: Number
-    step_length_right: Number
-    step_length_left: Number
-
-
-class ForceComponents(Result):
-    """Body weights."""
-
-    forward: Number
-    left: Number
-    vertical: Number
-
-
-class AsymmetryResult(Result):
-    """Right less left, Nm/kg."""
-
-    mean_difference: Number
-    rms_difference: Size
-
-
-class MomentAsymmetry(Result):
-    """Right less left over each side's own cycle."""
-
-    hip_flexion: AsymmetryResult
-    knee_angle: AsymmetryResult
-    ankle_angle: AsymmetryResult
-
-
-class ConsistencyResult(Result):
-    """What the record contradicts, see gaitval/metrics/record_consistency.py. Forces in body
-    weights, moments in Nm/kg.
-    """
-
-    mean_force: ForceComponents
-    """Mean over the gait cycle of the ground reaction under both feet; 0, 0, 1 in steady
-    walking."""
-    force_rmse_bound: ForceComponents
-    """RMSE, averaged over both feet, that no steady walk can be below."""
-    vertical_rmse_bound_in_stance: Size
-    """The same of the worse foot where no simulated foot is loaded in the recorded swing."""
-    moment_asymmetry: MomentAsymmetry
-
-
-class RecordResult(Result):
-    """The recorded gait."""
-
-    curves: RecordedCurves
-    spatiotemporal: RecordedFigures
-    left_phase: Number
-    consistency: ConsistencyResult
 
 
 class Start(Result):
@@ -330,7 +235,7 @@ class VerdictResult(Result):
 
 
 class Summary(Result):
-    """Passed and failed rows of role acceptance; rows that have a goal, and those that reach it."""
+    """Of the rows of role acceptance: passed, failed, with a goal, and with the goal reached."""
 
     accepted: Count
     refused: Count
@@ -439,11 +344,13 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[4]
+    schema_version: Literal[5]
     subject: SubjectResult
     units: CurveUnits
     method: Method
     record: RecordResult
+    predictions: list[PredictionResult]
+    """Of the record, without a model; skill is told against the first."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The walk that measures and tolerances are of."""

@@ -14,6 +14,14 @@ WALK_UNITS = {
     "angle_rmse": "deg",
     "moment_rmse": "Nm/kg",
     "force_rmse": "% BW",
+    "angle_skill": "1",
+    "moment_skill": "1",
+    "force_skill": "1",
+    "unfiltered_force_rmse": "% BW",
+    "force_ringing": "% BW",
+    "shoulder_moment_rms": "Nm",
+    "shoulder_moment_peak": "Nm",
+    "arm_work_share": "%",
     "speed_error": "%",
     "stride_time_error": "%",
     "stance_fraction_error": "% of cycle",
@@ -26,7 +34,9 @@ WALK_UNITS = {
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle; the errors of speed and stride time are sizes of relative differences from the record, those
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
-`push_survival` is the share of directions in which a push is survived."""
+`push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
+over that of a prediction without a model (`baselines`); ringing, shoulder moments and arm work
+are those of `unrecorded`."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

@@ -14,6 +14,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.baselines import Prediction, others_line, rms, skill
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
@@ -21,13 +22,14 @@ from gaitval.metrics.comparison import (
     recorded_curves,
     simulated_curves,
 )
-from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walking_speed
+from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
+from gaitval.metrics.unrecorded import unrecorded
 from gaitval.model.body import BodyModel
 from gaitval.simulation.rollout import Rollout
 
@@ -46,6 +48,7 @@ CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
 _SCALE = {"angles": 180.0 / math.pi, "moments": 1.0, "forces": 100.0}
 _RMSE = {"angles": "angle_rmse", "moments": "moment_rmse", "forces": "force_rmse"}
+_SKILL = {"angles": "angle_skill", "moments": "moment_skill", "forces": "force_skill"}
 
 _SPATIOTEMPORAL_UNITS = {
     "walking_speed": "m/s",
@@ -147,10 +150,56 @@ def _compared(
     return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
 
 
+def _predicted(prediction: Prediction, recorded: Json) -> Json:
+    """A prediction without a model, and how far it is from the record."""
+    return {
+        "name": prediction.name,
+        "told": prediction.told,
+        "people": prediction.people,
+        "rmse": {
+            kind: {
+                name: rms(curve - recorded["curves"][kind][name]) for name, curve in each.items()
+            }
+            for kind, each in _by_kind(prediction.curves).items()
+        },
+    }
+
+
+def _skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
+    """Skill against the first prediction, of every curve."""
+    return [
+        Measure(
+            _SKILL[kind],
+            name,
+            skill(None if error is None else error["rmse"], prediction["rmse"][kind][name]),
+        )
+        for prediction in predictions[:1]
+        for kind, each in errors.items()
+        for name, error in each.items()
+    ]
+
+
+def _unfiltered_measures(
+    rollout: Rollout, cycles: GaitCycles, recorded: Json, mass: float
+) -> list[Measure]:
+    """RMSE of the vertical force as it acts on the feet, which no filter has smoothed."""
+    measures = []
+    for column, side in enumerate(SIDES):
+        force = rollout.ground_reaction[:, column, 2] * (100.0 / (mass * GRAVITY))
+        curves = cut(force, cycles.starts[side], cycles.ends[side])
+        name = f"vertical_{side[0]}"
+        found = compare_curve(curves, recorded["curves"]["forces"][name])
+        measures.append(
+            Measure("unfiltered_force_rmse", name, None if found is None else found.rmse)
+        )
+    return measures
+
+
 def _walk(
     walks: Rollouts,
     record: GaitRecord,
     recorded: Json,
+    predictions: Sequence[Json],
     model: BodyModel,
     configuration: Configuration,
 ) -> tuple[Json, list[Measure]]:
@@ -182,6 +231,9 @@ def _walk(
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
+        *_skill_measures(errors, predictions),
+        *_unfiltered_measures(rollout, cycles, recorded, model.mass),
+        *unrecorded(rollout, cycles, mass=model.mass).measures(),
         *_spatiotemporal_measures(rows),
         *_endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
@@ -285,9 +337,10 @@ def _verdict_row(verdict: Verdict) -> Json:
 
 
 def _summary(verdicts: Sequence[Verdict]) -> Json:
-    """How many rows of role acceptance passed, and how many goals are reached."""
-    accepted = [verdict.passed for verdict in verdicts if verdict.tolerance.role == "acceptance"]
-    goals = [verdict.reached for verdict in verdicts if verdict.reached is not None]
+    """How many rows of role acceptance passed, and how many of their goals are reached."""
+    deciding = [verdict for verdict in verdicts if verdict.tolerance.role == "acceptance"]
+    accepted = [verdict.passed for verdict in deciding]
+    goals = [verdict.reached for verdict in deciding if verdict.reached is not None]
     return {
         "accepted": sum(accepted),
         "refused": len(accepted) - sum(accepted),
@@ -344,6 +397,7 @@ def validate(
     correction: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     pushes: Mapping[str, Any] | None = None,
+    others: Sequence["Subject"] = (),
 ) -> Json:
     """Compare simulated walks with the record: the content of `metrics.json`.
 
@@ -360,12 +414,16 @@ def validate(
         nominal ones before identification from the first one.
     identification, correction, training : stored as they are.
     pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
+    others : people whose records a prediction without a model is made from, see
+        `baselines.others_line`.
 
     Raises
     ------
     ArtefactError : the walks are not those of the configured start phases.
     """
     recorded = _recorded(record)
+    prediction = others_line(subject, others)
+    predictions = [] if prediction is None else [_predicted(prediction, recorded)]
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -373,7 +431,9 @@ def validate(
     for which, each in (("nominal", nominal), ("identified", identified)):
         if each is not None:
             _check_starts(each, phases if which == final else phases[:1], which)
-            walks[which], measures = _walk(each, record, recorded, model, configuration)
+            walks[which], measures = _walk(
+                each, record, recorded, predictions, model, configuration
+            )
     measures += _push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
@@ -388,6 +448,7 @@ def validate(
             "units": CURVE_UNITS,
             "method": _method(record, model, configuration),
             "record": recorded,
+            "predictions": predictions,
             "walks": walks,
             "final": final,
             "measures": [

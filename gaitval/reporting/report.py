@@ -15,6 +15,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
@@ -117,25 +118,32 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
 
 
 def _error_table(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of every curve and side; the RMSE before identification and correction beside them."""
+    """Rows of every curve and side, beside the RMSE before identification and correction, and that
+    of a prediction without a model with the skill against it.
+    """
     groups = (
         ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
         ("moments", JOINT_MOMENTS, 2),
         ("forces", FORCES, 1),
     )
     walks = metrics["walks"]
+    guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
     tables = []
     for kind, names, digits in groups:
         rows = []
         for name in names:
             for side in ("right", "left"):
                 key = f"{name}_{side[0]}"
+                error = walks[metrics["final"]]["errors"][kind][key]
+                guess = guesses[0][kind][key] if guesses else None
                 rows.append(
                     {
                         "name": figures.NAMES[name],
                         "side": side,
-                        "error": walks[metrics["final"]]["errors"][kind][key],
+                        "error": error,
                         "before": walks["nominal"]["errors"][kind][key],
+                        "guess": guess,
+                        "skill": skill(None if error is None else error["rmse"], guess),
                     }
                 )
         tables.append(
@@ -400,6 +408,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "identification": metrics["identification"],
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
+        "prediction": next(iter(metrics["predictions"]), None),
         "error_tables": _error_table(metrics),
         "parameters": _parameters(metrics["identification"]),
         "correction": _correction(metrics["correction"]),

@@ -377,6 +377,7 @@ def push_stage(run: Run) -> Stage:
 
 def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
     """The walks of the run folder against the record and the tolerances."""
+    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.metrics.rollouts import Endurance, Rollouts
     from gaitval.metrics.validation import validate
     from gaitval.model.urdf import read_urdf
@@ -400,6 +401,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         identification=read_json(run.folder / "identification.json"),
         correction=read_json(run.folder / "correction.json"),
         pushes=pushes,
+        others=builtin_subjects(),
     )
 
 
