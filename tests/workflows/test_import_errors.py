@@ -398,7 +398,7 @@ def test_a_c3d_in_the_wrong_unit(raw: Path, laboratory: Laboratory) -> None:
         ("forward=+x up=+z", ("up is +z", "nearest: +y", "Correct --axes")),
         ("forward=-x up=+y", ("forward is -x", "nearest: +x", "Correct --axes")),
         ("forward=+z up=+y", ("forward is +z", "nearest: +x", "Correct --axes")),
-        ("forward=+x up=+x", ("two directions along one axis",)),
+        ("forward=+x up=+x", ("two directions are along one axis",)),
         ("x y z", ("'x' is not understood", "forward=+x up=+y")),
     ],
 )
@@ -422,7 +422,7 @@ def test_axes_of_one_file_only(laboratory: Laboratory) -> None:
     standing, walking = laboratory.standing, in_axes(laboratory.walking, UP_IS_Z)
     words = "other axes than the standing trial"
     refuse(
-        laboratory.request(walking=walking, forces=walking), "walk.trc", "° off being above", words
+        laboratory.request(walking=walking, forces=walking), "walk.trc", "° off the vertical", words
     )
     refuse(laboratory.request(standing=in_axes(standing, UP_IS_Z)), "walk.trc", words)
     refuse(laboratory.request(forces=walking), "forces.mot", "in other axes than the markers")
