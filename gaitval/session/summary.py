@@ -1,4 +1,4 @@
-"""What the page and the command line show of an import: limits, tables, figures."""
+"""What the report and the command line show of an import: limits, tables, figures."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -56,7 +56,7 @@ def verdicts(found: Import) -> list[Verdict]:
 
 
 def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
-    """Residuals of a walk where both feet's forces are known, as recorded and made consistent."""
+    """Residuals of a trial where both feet's forces are known, as recorded and made consistent."""
     if walk.dynamics is None or walk.loads is None:
         return []
     known = np.asarray(walk.loads.valid.all(axis=1))
@@ -69,7 +69,7 @@ def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
 
 
 def input_files(found: Import) -> list[InputFile]:
-    """The files that were given, with their hashes."""
+    """The input files, with their hashes."""
     request = found.request
     files = [("static", request.static)]
     files += [("trial", path) for path in request.trials]
@@ -92,7 +92,7 @@ SPATIOTEMPORAL: Final = {
 
 
 def summary_of(found: Import) -> RecordingSummary:
-    """What the page of the import shows."""
+    """What the report of the import shows."""
     request, first = found.request, found.trials[0]
     errors = marker_errors(first.kinematics)
     limits = {verdict.tolerance.id: verdict.tolerance.value for verdict in verdicts(found)}
@@ -177,14 +177,14 @@ _DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
 
 
 def _where_known(walk: Trial, residual: Array) -> Array:
-    """NaN where the plates do not show both feet: what is missing there is no residual."""
+    """NaN where the plates do not show both feet: the force missing there is not a residual."""
     assert walk.loads is not None
     known = np.asarray(walk.loads.valid.all(axis=1))
     return np.where(known[:, None], residual, np.nan)
 
 
 def limit_rows(found: Import) -> list[GateRow]:
-    """Every published limit, and whether the import keeps it."""
+    """Every published limit, and whether the import meets it."""
     rows = [
         GateRow(
             name=f"{verdict.tolerance.title} ({verdict.target})",
@@ -196,7 +196,7 @@ def limit_rows(found: Import) -> list[GateRow]:
         )
         for verdict in verdicts(found)
     ]
-    # The distances of the landmarks are among the tolerances already.
+    # The landmark distances are already among the tolerances.
     return rows + [
         GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
         for check in found.body.placement.checks
@@ -205,7 +205,9 @@ def limit_rows(found: Import) -> list[GateRow]:
 
 
 def scaling_methods(found: Import) -> list[ScalingMethod]:
-    """Marker errors of both ways to scale the body, in standing and in the first walking trial."""
+    """Marker errors of both ways of scaling the body, in standing and in the first walking
+    trial.
+    """
     body, walk = found.body, found.trials[0]
     standing = np.array(list(body.paired[1].distances.values()))
     landmarks = np.array(list(body.placement.distances.values()))
@@ -270,7 +272,7 @@ def _changes(walk: Trial) -> list[ConsistencyChange]:
         length = name.startswith("pelvis_t")
         value = 1000 * change if length else float(np.degrees(change))
         if value < 0.005:
-            continue  # shown as 0.00: a held coordinate
+            continue  # would show as 0.00: a locked coordinate
         rows.append(ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°"))
     rows += [
         ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")

@@ -59,7 +59,7 @@ def test_contradictions_are_refused():
         ({"foot": 10.2}, ["foot = 10.2: this looks like inches"]),
         (
             {"pelvis_width": 25.0, "thigh": 0.7},
-            ["give pelvis_width = 0.25", "thigh = 0.7 m: expected is about 0.416 m"],
+            ["give pelvis_width = 0.25", "thigh = 0.7 m: about 0.416 m is expected"],
         ),
         ({"foot": -0.25}, ["foot = -0.25 m"]),
         ({"foot": float("nan")}, ["foot = nan m"]),

@@ -443,7 +443,7 @@ def test_nothing_but_nan(laboratory: Laboratory) -> None:
     blind = with_plates(
         laboratory.walking, lambda plate: replace(plate, force=plate.force * np.nan)
     )
-    refuse(laboratory.request(forces=blind), "forces.mot", "2400 samples of the force are missing")
+    refuse(laboratory.request(forces=blind), "forces.mot", "2400 force samples are missing")
 
 
 @pytest.mark.parametrize("marker", ["Knee", "Heel", "HF", "GTR"])
@@ -556,7 +556,7 @@ def test_wrong_marker_sets(laboratory: Laboratory) -> None:
     refuse(laboratory.request(marker_set="plug_in_gait"), *words)
     path = laboratory.folder / "mine.toml"
     for text, wanted in (
-        ('title = "x', ["mine.toml: not valid TOML", "Mend that line"]),
+        ('title = "x', ["mine.toml: not valid TOML", "Correct that line"]),
         (
             'title="x"\nsource="y"\n[markers]\n"A"={segment="pelvs"}\n'
             '"B"={segment="pelvis", landmark="L.ASI"}',
@@ -617,7 +617,7 @@ def plug_in_gait(recording: Recording) -> Recording:
         ({}, ["--knee-width and --ankle-width", "in metres"]),
         ({"knee_width_m": 0.105}, ["R.Ankle.Medial", "in metres: --ankle-width"]),
         ({"knee_width_m": 105.0, "ankle_width_m": 70.0}, ["millimetres: give 0.105"]),
-        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1, plausible"]),
+        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1 (plausible"]),
     ],
     ids=["none", "one", "mm", "negative"],
 )
@@ -634,7 +634,7 @@ def test_plug_in_gait_without_the_widths(
 
 def test_trials_in_each_others_place(raw: Path, laboratory: Laboratory) -> None:
     stand, walk = raw / "WBDS01static1.c3d", raw / "WBDS01walkT01.c3d"
-    words = ("WBDS01walkT01.c3d", "does not stand still", "cm from its median place", "--static")
+    words = ("WBDS01walkT01.c3d", "does not stand still", "cm from its median position", "--static")
     refuse(laboratory.without_plates(stand, standing=walk), *words)
     refuse(
         laboratory.without_plates(laboratory.standing),
@@ -875,7 +875,7 @@ def test_a_folder_that_cannot_be_written(
     for out, words in (
         (file, "file: is a file"),
         (file / "below", "file: is a file"),
-        (kept, "but did not write it"),
+        (kept, "but no import wrote it"),
     ):
         assert gaitval(request, out).exit_code == 2
         assert words in plain_messages.getvalue()
@@ -903,7 +903,9 @@ def test_a_full_disk(
     monkeypatch.setattr("gaitval.session.write.write_osim", full)
     result = gaitval(laboratory.request(), laboratory.folder / "out")
     assert result.exit_code == 2
-    assert "cannot be written (No space left on device). Free the disk" in plain_messages.getvalue()
+    assert (
+        "cannot be written (No space left on device). Free disk space" in plain_messages.getvalue()
+    )
 
 
 KILLED = """
