@@ -1,1 +1,1 @@
-"""The change of the reference that makes a walk the record."""
+"""Correct the reference so that the walk comes closer to the record."""

@@ -1,4 +1,4 @@
-"""Content of `metrics.json` and `identification.json`, as typed models.
+"""Contents of `metrics.json` and `identification.json`, as typed models.
 
 The models are the schema: `scripts/schemas.py` writes it beside them.
 """
@@ -27,7 +27,7 @@ from gaitval.model.parameters import PARAMETERS
 SCHEMA_VERSION: Final = 4
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
-"""Of `identification.json`, which does not say it."""
+"""Of `identification.json`, which does not contain it."""
 
 CORRECTED_JOINTS: Final = 13
 """Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
@@ -48,7 +48,7 @@ _FORCE, _FORCES = named(_sided(FORCES))
 
 
 class Kinds(Result, Generic[T]):
-    """Something of every curve."""
+    """A value for every curve."""
 
     angles: Annotated[dict[Annotated[str, _ANGLE], T], *_ANGLES]
     moments: Annotated[dict[Annotated[str, _MOMENT], T], *_MOMENTS]
@@ -56,7 +56,7 @@ class Kinds(Result, Generic[T]):
 
 
 class Sides(Result, Generic[T]):
-    """Something of both sides."""
+    """A value for each side."""
 
     right: T
     left: T
@@ -71,7 +71,7 @@ class CountBySide(Sides[Count]):
 
 
 class SubjectResult(Result):
-    """Who walked, and where the record is from."""
+    """Who walked, and the source of the record."""
 
     identifier: str
     source: str
@@ -88,14 +88,14 @@ class CurveUnits(Result):
 
 
 class LowPassResult(Result):
-    """What moments and forces of the record had passed before they were averaged."""
+    """Low-pass filters applied to the record's moments and forces before averaging."""
 
     moments_hz: Positive
     forces_hz: Positive
 
 
 class Method(Result):
-    """How walks were compared."""
+    """How rollouts were compared."""
 
     model_mass_kg: Size
     gravity_m_s2: Size
@@ -106,7 +106,7 @@ class Method(Result):
     settling_cycles: Count
     cycles: Count
     consecutive_cycles: Count
-    """That each walk is planned for after the settling ones."""
+    """Planned cycles of each rollout after the settling ones."""
     epsilon: str
     external_load: str
 
@@ -149,7 +149,7 @@ class MomentAsymmetry(Result):
 
 
 class ConsistencyResult(Result):
-    """What the record contradicts, see gaitval/metrics/record_consistency.py. Forces in body
+    """Contradictions in the record, see gaitval/metrics/record_consistency.py. Forces in body
     weights, moments in Nm/kg.
     """
 
@@ -157,9 +157,9 @@ class ConsistencyResult(Result):
     """Mean over the gait cycle of the ground reaction under both feet; 0, 0, 1 in steady
     walking."""
     force_rmse_bound: ForceComponents
-    """RMSE, averaged over both feet, that no steady walk can be below."""
+    """Lower bound of the RMSE, averaged over both feet, of any steady walk."""
     vertical_rmse_bound_in_stance: Size
-    """The same of the worse foot where no simulated foot is loaded in the recorded swing."""
+    """The same for the worse foot if no simulated foot is loaded in the recorded swing."""
     moment_asymmetry: MomentAsymmetry
 
 
@@ -173,7 +173,7 @@ class RecordResult(Result):
 
 
 class Start(Result):
-    """How far the walk from one start phase went."""
+    """How far the rollout from one start phase went."""
 
     start_phase: Number
     fell: Flag
@@ -184,7 +184,7 @@ class Start(Result):
 
 
 class SpatiotemporalResult(Result):
-    """A spatiotemporal parameter of a walk, and of the record."""
+    """A spatiotemporal parameter of a rollout, and of the record."""
 
     name: Literal[
         "walking_speed",
@@ -273,12 +273,12 @@ class FootContacts(Sides[FootContactResult]):
 
 
 class WalkResult(Result):
-    """The walks with one set of body parameters."""
+    """The rollouts with one set of body parameters."""
 
     mu: Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     starts: Annotated[list[Start], Field(min_length=1)]
     cycles: CountBySide
-    """Gait cycles that the curves are of."""
+    """Number of gait cycles in the curves."""
     spatiotemporal: list[SpatiotemporalResult]
     foot_contact: FootContacts
     curves: MeanCurves
@@ -297,7 +297,7 @@ MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(WALK_UNITS))})$"
 
 
 class MeasureResult(Result):
-    """A measured value; null where the walk was too short."""
+    """A measured value; null if the rollout was too short."""
 
     measure: MeasureName
     target: str
@@ -306,7 +306,7 @@ class MeasureResult(Result):
 
 
 class VerdictResult(Result):
-    """A tolerance on a measured value."""
+    """The verdict of a tolerance on a measured value."""
 
     id: str
     title: str
@@ -314,7 +314,7 @@ class VerdictResult(Result):
     unit: str
     limit: Literal["at_most", "at_least", "exactly"]
     goal: Number | None
-    """A stricter limit that is aimed at."""
+    """A stricter limit to aim at."""
     role: Literal["acceptance", "context"]
     status: Literal["published", "derived", "convention"]
     verified: Flag
@@ -326,7 +326,7 @@ class VerdictResult(Result):
     tolerance: Number
     passed: Flag
     reached: Flag | None
-    """Whether the goal is kept; null without one."""
+    """Whether the goal is reached; null without one."""
 
 
 class Summary(Result):
@@ -381,7 +381,7 @@ class IdentificationResult(FoundParameters):
 
 
 class CorrectedMeasure(Result):
-    """A measure before and after the correction, and what was aimed at."""
+    """A measure before and after the correction, and its goal."""
 
     measure: str
     target: str
@@ -391,8 +391,8 @@ class CorrectedMeasure(Result):
 
 
 class CorrectionResult(Result):
-    """Change of the reference motion: angles in rad, mean, cosines and sines over the right gait
-    cycle; height of the pelvis in m. Errors are 1 where every measure is at its goal.
+    """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
+    cycle), height of the pelvis in m. An error of 1 means that every measure is at its goal.
     """
 
     joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
@@ -423,7 +423,7 @@ class PushRecoveryResult(Result):
 
 
 class Provenance(Result):
-    """Versions, and hashes of what was compared."""
+    """Versions, and hashes of the compared files."""
 
     versions: dict[str, str]
     configuration: Sha256
@@ -446,7 +446,7 @@ class Metrics(Result):
     record: RecordResult
     walks: WalkResults
     final: Literal["nominal", "identified"]
-    """The walk that measures and tolerances are of."""
+    """The rollouts that measures and tolerances refer to."""
     measures: list[MeasureResult]
     tolerances: list[VerdictResult]
     summary: Summary
@@ -458,9 +458,9 @@ class Metrics(Result):
 
 
 def metrics_from(values: Any, origin: str) -> Metrics:
-    """The metrics that were read from a file.
+    """Typed metrics from the values read from a file.
 
-    Those of another version are refused, not converted: their verdicts are of other limits.
+    Other versions are refused, not converted, because their verdicts are for other limits.
 
     Parameters
     ----------
@@ -468,30 +468,30 @@ def metrics_from(values: Any, origin: str) -> Metrics:
 
     Raises
     ------
-    ArtefactError : of another version, or not of the schema; says where.
+    ArtefactError : they are of another version, or do not match the schema; the message says where.
     """
     same_version(
         values,
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        mend="Write it anew: `gaitval validate` in a run folder, `gaitval baseline` for a stored "
-        "baseline.",
+        mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
+        "stored baseline.",
     )
     return Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
 
 
 def check_metrics(metrics: Any, origin: str) -> None:
-    """Raise ArtefactError as `metrics_from` where `metrics` cannot be used."""
+    """Raise ArtefactError, as `metrics_from` does, if `metrics` cannot be used."""
     metrics_from(metrics, origin)
 
 
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
-    """The identification that was read from a file, of one round or of the chosen one.
+    """A typed identification from the values read from a file, of one round or the chosen one.
 
     Raises
     ------
-    ArtefactError : not of the schema; says where.
+    ArtefactError : they do not match the schema; the message says where.
     """
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters

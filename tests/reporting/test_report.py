@@ -324,7 +324,7 @@ def test_damaged_inputs_are_named(run_folder, tmp_path):
     with pytest.raises(ArtefactError, match=r"push\.json: no traces"):
         write_report(tmp_path)
     (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(ArtefactError, match="not of the schema"):
+    with pytest.raises(ArtefactError, match="does not match the schema"):
         write_report(tmp_path)
 
 
