@@ -46,7 +46,7 @@ def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: ob
         ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),
         (
             "environment.pace_scale=0.25",
-            r"environment: pace_scale 0\.25 x action_limit 4 is to be ",
+            r"environment: pace_scale 0\.25 x action_limit 4 must be ",
         ),
         ("contact.stiffness=-1", r"contact\.stiffness: .*greater than 0, but it is -1"),
         ("training.samples", r"not of the form section\.key=value, for example --set "),

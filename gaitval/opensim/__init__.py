@@ -1,1 +1,1 @@
-"""OpenSim's files, written and read without OpenSim."""
+"""Write and read OpenSim's files without OpenSim."""

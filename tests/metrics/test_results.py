@@ -178,7 +178,9 @@ def _damaged(where: str, change: Callable[[Json], None], stored: Json) -> Json:
 def test_damage_is_refused_with_the_place(
     where: str, change: Callable[[Json], None], place: str, stored: Json
 ) -> None:
-    with pytest.raises(ArtefactError, match=rf"x\.json: does not match the schema .* at \S*{place}, "):
+    with pytest.raises(
+        ArtefactError, match=rf"x\.json: does not match the schema .* at \S*{place}, "
+    ):
         check_metrics(_damaged(where, change, stored), "x.json")
 
 

@@ -686,7 +686,7 @@ def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) 
     hidden = changed(laboratory.walking, lambda markers, _: markers[500:650].fill(np.nan))
     found = work_out(laboratory.request(walking=hidden), ProcessingSettings())
     reasons = [cycle.reasons for cycle in found.trials[0].cycles["right"]]
-    assert sum(any("do not show pelvis and right leg" in one for one in r) for r in reasons) == 2
+    assert sum(any("do not show the pelvis and the right leg" in one for one in r) for r in reasons) == 2
     assert len(found.angles["knee_angle_r"].curves) == 1
     gone = changed(laboratory.walking, lambda markers, _: markers[300:850].fill(np.nan))
     words = ("walk.trc", "no complete right gait cycle", "heel strike")
@@ -744,7 +744,7 @@ def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, l
         (lambda p: replace(p, force=-p.force), "those on the person are needed"),
         (lambda p: replace(p, force=p.force / 9.81), "look like kilograms (kgf)"),
         (lambda p: replace(p, force=p.force / 4.448), "look like pounds (lbf)"),
-        (lambda p: replace(p, force=p.force / 1e3), "another unit than N"),
+        (lambda p: replace(p, force=p.force / 1e3), "not in N or"),
         (lambda p: replace(p, centre_of_pressure=1e3 * p.centre_of_pressure), "looks like milli"),
         (lambda p: replace(p, free_moment=1e3 * p.free_moment), "looks like Nmm"),
         (lambda p: replace(p, force=0 * p.force, free_moment=0 * p.free_moment), "no foot is on"),
@@ -770,7 +770,7 @@ def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
             laboratory.request(forces=one),
             "no right gait cycle",
             "right foot",
-            "stands on no plate",
+            "is on no plate",
             "Give a trial",
             through=everything,
         )
