@@ -132,7 +132,7 @@ def test_the_papers_configuration_is_given_by_its_name():
 
 def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigurationError, match=r"papr: no such .* named ones \(paper\)"):
+    with pytest.raises(ConfigurationError, match=r"papr: no such .* built-in one \(paper\)"):
         load_configuration(Path("papr"))
     (tmp_path / "paper").write_text("seed = 3\n")  # a file goes before a name
     assert load_configuration(Path("paper")).seed == 3

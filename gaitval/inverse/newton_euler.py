@@ -49,19 +49,19 @@ def newton_euler(
 ) -> None:
     """Generalised forces of one frame.
 
-    It is long because it is one recursion, outwards and back, and written out in scalars: numba
-    makes arrays of vectors on the heap, which takes longer than the sums.
+    It is long because it is one recursion, outwards and back, written out in scalars: numba would
+    allocate vectors on the heap, which takes longer than the sums.
 
     Parameters
     ----------
     joint_position, mass, centre_of_mass, inertia : of `Tree`.
     q, qd, qdd : (31,) positions, velocities, accelerations.
-    force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
-        that is NaN is a foot in the air.
-    rotation, origin, axes, angular, linear : out, as `tree.forward` and `tree.velocities` say.
-    turning : (14, 2, 3) out, angular acceleration and acceleration of the joint less gravity.
+    force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a NaN point
+        means that the foot is in the air.
+    rotation, origin, axes, angular, linear : out, as in `tree.forward` and `tree.velocities`.
+    turning : (14, 2, 3) out, angular acceleration, and acceleration of the joint minus gravity.
     wrench : (14, 2, 3) out, moment about its joint and force of the parent on each segment.
-    generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
+    generalised : (31,) out; for the root the moment about the pelvis' origin and the force.
     """
     forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
     velocities(origin, axes, qd, angular, linear, SEGMENT_COUNT)
@@ -82,7 +82,7 @@ def newton_euler(
         turning[s, 1, 2] = turning[p, 1, 2] + e0 * r1 - e1 * r0 + w0 * v1 - w1 * v0
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
             a0, a1, a2 = axes[d, 0], axes[d, 1], axes[d, 2]
-            # An axis turns with all rotations before it.
+            # An axis rotates with all rotations before it.
             e0 += a0 * qdd[d] + (w1 * a2 - w2 * a1) * qd[d]
             e1 += a1 * qdd[d] + (w2 * a0 - w0 * a2) * qd[d]
             e2 += a2 * qdd[d] + (w0 * a1 - w1 * a0) * qd[d]

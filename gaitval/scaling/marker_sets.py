@@ -226,7 +226,7 @@ def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
     lines = [
         f"the {len(names)} markers match no known marker set ({', '.join(_builtin_names())}).",
         f"  found: {', '.join(names) or 'none'}",
-        f"  the nearest is {nearest.name} ({nearest.title}); missing from it: "
+        f"  the nearest is {nearest.name} ({nearest.title}); its markers missing: "
         + ", ".join(missing),
     ]
     if guesses:

@@ -329,15 +329,18 @@ def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.S
     assert "identification.json missing" in plain_messages.getvalue()
 
 
-@pytest.mark.parametrize("content", [None, "", "[1"])
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(None, "no such file"), ("", "cannot be read as JSON"), ("[1", "cannot be read as JSON")],
+)
 def test_check_refuses_a_missing_or_damaged_file(
-    tmp_path: Path, content: str | None, plain_messages: io.StringIO
+    tmp_path: Path, content: str | None, words: str, plain_messages: io.StringIO
 ) -> None:
     file = tmp_path / "metrics.json"
     if content is not None:
         file.write_text(content)
     assert gaitval("check", "--baseline", str(file)).exit_code == 2
-    assert "metrics.json: no" in plain_messages.getvalue()
+    assert f"metrics.json: {words}" in plain_messages.getvalue()
 
 
 # --- progress ----------------------------------------------------------------------------

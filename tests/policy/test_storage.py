@@ -192,7 +192,7 @@ def test_a_training_starts_from_its_own_policy_or_a_general_one(task, policy, fo
     own = model_hash(task.model)
     assert load_start(folder, EnvironmentSettings(), model_hash=own).about == policy.about
     for other in (None, "0123456789abcdef"):
-        with pytest.raises(PolicyError, match=r"trained for S05 alone .*Start from a general"):
+        with pytest.raises(PolicyError, match=r"trained for S05 only .*Start from a general"):
             load_start(folder, EnvironmentSettings(), model_hash=other)
     about = {k: v for k, v in policy.about.items() if k not in ("subject", "model_hash")}
     save_policy(Policy(policy.tensors, {**about, "general": True}), tmp_path / "general")

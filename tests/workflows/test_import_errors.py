@@ -686,7 +686,10 @@ def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) 
     hidden = changed(laboratory.walking, lambda markers, _: markers[500:650].fill(np.nan))
     found = work_out(laboratory.request(walking=hidden), ProcessingSettings())
     reasons = [cycle.reasons for cycle in found.trials[0].cycles["right"]]
-    assert sum(any("do not show the pelvis and the right leg" in one for one in r) for r in reasons) == 2
+    assert (
+        sum(any("do not show the pelvis and the right leg" in one for one in r) for r in reasons)
+        == 2
+    )
     assert len(found.angles["knee_angle_r"].curves) == 1
     gone = changed(laboratory.walking, lambda markers, _: markers[300:850].fill(np.nan))
     words = ("walk.trc", "no complete right gait cycle", "heel strike")
