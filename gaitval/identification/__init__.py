@@ -1,1 +1,1 @@
-"""Identify the body parameters μ from the record."""
+"""Identification of the body parameters μ from the record."""

@@ -1,1 +1,1 @@
-"""Correct the reference so that the walk comes closer to the record."""
+"""Correction of the reference, which brings the walk closer to the record."""

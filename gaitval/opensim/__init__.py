@@ -1,1 +1,1 @@
-"""Write and read OpenSim's files without OpenSim."""
+"""OpenSim's files, written and read without OpenSim."""

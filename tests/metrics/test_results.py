@@ -88,7 +88,7 @@ def test_a_schema_that_is_not_current_is_told(
         script["main"].__globals__, "schemas", lambda: {tmp_path / "old.json": {"title": "new"}}
     )
     monkeypatch.setattr(sys, "argv", ["schemas.py", "--check"])
-    with pytest.raises(SystemExit, match=r"old\.json is not current"):
+    with pytest.raises(SystemExit, match=r"old\.json is out of date"):
         script["main"]()
     monkeypatch.setattr(sys, "argv", ["schemas.py"])
     script["main"]()
