@@ -400,7 +400,7 @@ def correction_table(baselines: Sequence[Stored]) -> str:
             "error relative to the goals, all measures",
             *CORRECTED.values(),
             "largest change of an angle, °",
-            "of the pelvis's height, mm",
+            "of the pelvis' height, mm",
         ),
         lines,
     )

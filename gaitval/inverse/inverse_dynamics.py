@@ -51,7 +51,7 @@ class InverseDynamics:
     powers : (T, 25) W, moment times rate of its coordinate: positive while the joint transfers
         energy to the segments.
     residual_force : (T, 3) N, on the pelvis, world axes.
-    residual_moment : (T, 3) Nm, about the pelvis's origin (middle of the hips), world axes.
+    residual_moment : (T, 3) Nm, about the pelvis' origin (middle of the hips), world axes.
     joint_force : (T, 2, 3, 3) N, of the proximal on the distal segment at hip, knee and ankle
         (`JOINTS`), right side first, world axes. It is the net (intersegmental) force; the contact
         force, which includes the muscles, is several times as large.
@@ -98,7 +98,7 @@ class Residuals:
     ----------
     force_rms, force_peak : N; the largest of the three world components, because OpenSim's
         checklist rates each separately.
-    moment_rms, moment_peak : Nm, likewise, about the pelvis's origin.
+    moment_rms, moment_peak : Nm, likewise, about the pelvis' origin.
     force_share : largest residual force / largest ground reaction on one foot (Hicks et al. 2015),
         in vector lengths.
     moment_share : largest residual moment / (mean height of the centre of mass times the largest

@@ -23,7 +23,7 @@ class Kinematics(NamedTuple):
     Attributes
     ----------
     positions : (T, 31).
-    velocities : (T, 31) per second; the pelvis's angular velocity first, world axes.
+    velocities : (T, 31) per second; the pelvis' angular velocity first, world axes.
     accelerations : (T, 31) per second², rate of `velocities`.
     """
 
@@ -33,7 +33,7 @@ class Kinematics(NamedTuple):
 
 
 def cardan_coordinates(positions: Array) -> Array:
-    """Positions (T, 31) whose first three columns are the pelvis's tilt, list and rotation
+    """Positions (T, 31) whose first three columns are the pelvis' tilt, list and rotation
     (`rotations.pelvis_angles`) without jumps of a full turn, rad, instead of the rotation vector.
     """
     coordinates = np.array(positions, dtype=float)
@@ -51,7 +51,7 @@ def root_state(
     angular_velocity: Array,
     angular_acceleration: Array,
 ) -> None:
-    """Orientation and its rates from the pelvis's Cardan angles.
+    """Orientation and its rates from the pelvis' Cardan angles.
 
     Parameters
     ----------

@@ -209,7 +209,7 @@ def marker_metric(
     segment, place, weight : (M,), (M, 3) m and (M,): segment of each marker, its position on it,
         and its weight.
     above : (14, 31) whether a coordinate moves a segment.
-    coordinates : (T, 31) with the pelvis's Cardan angles.
+    coordinates : (T, 31) with the pelvis' Cardan angles.
     """
     rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
     axes = np.zeros((COORDINATE_COUNT, 3))

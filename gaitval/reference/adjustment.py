@@ -63,9 +63,9 @@ class Adjustment:
             fits = False
         if not fits or not np.isfinite([*harmonics.ravel(), height]).all():
             raise ArtefactError(
-                f"{origin}: not a correction of the {len(JOINTS)} angles that this version of "
-                "gaitval corrects. It is damaged or from another version; run `gaitval correct` "
-                "again."
+                f"{origin}: not a correction of the {len(JOINTS)} angles that this version "
+                "corrects. It is damaged or from another version of gaitval; run `gaitval "
+                "correct` again."
             )
         return cls(harmonics, height)
 

@@ -87,7 +87,7 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
 
     Parameters
     ----------
-    x : (105,) coordinates (31) with the pelvis's Cardan angles first, their rates, their second
+    x : (105,) coordinates (31) with the pelvis' Cardan angles first, their rates, their second
         rates; then of the right and the left foot force (3) N, centre of pressure (2) m and
         free moment Nm.
     out : (46,) generalised forces (31) that must act in addition to the ground's; rotation vector

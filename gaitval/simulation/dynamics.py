@@ -7,7 +7,7 @@ them): semi-implicit Euler with the joints' springs and dampers implicit,
 
 where the pelvis turns by its new angular velocity, R⁺ = exp(h ω⁺) R. The system is solved by the
 articulated-body algorithm (Featherstone 2008, table 7.1) with all spatial quantities in world axes
-about one point, the pelvis's origin, so that nothing is transformed between segments. The effect of
+about one point, the pelvis' origin, so that nothing is transformed between segments. The effect of
 velocities and gravity on the accelerations is computed first (by recursive Newton-Euler with q̈ =
 0), so that the articulated pass has no velocity terms.
 """
@@ -39,9 +39,9 @@ class DynamicsWorkspace(NamedTuple):
     acceleration : (14, 6) of every segment, first without q̈ (linear part at its joint), then the
         part due to q̈ (linear part at the pelvis' origin).
     turned : (3, 3) inertia of one segment, world axes.
-    inertia : (14, 6, 6) articulated inertia about the pelvis's origin.
+    inertia : (14, 6, 6) articulated inertia about the pelvis' origin.
     force : (14, 6) its bias force.
-    axis : (31, 6) motion of the pelvis's origin with a unit rate of each joint coordinate.
+    axis : (31, 6) motion of the pelvis' origin with a unit rate of each joint coordinate.
     reaction : (31, 6) inertia times axis.
     compliance, drive : (31,) of each joint coordinate: 1 / (axis · reaction + h D + h² K), and the
         moment that remains for its acceleration.
@@ -123,7 +123,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         n1 = j01 * b0 + j11 * b1 + j12 * b2 + w2 * l0 - w0 * l2
         n2 = j02 * b0 + j12 * b1 + j22 * b2 + w0 * l1 - w1 * l0
 
-        # Both about the pelvis's origin.
+        # Both about the pelvis' origin.
         x = c0 + origin[s, 0] - origin[0, 0]
         y = c1 + origin[s, 1] - origin[0, 1]
         z = c2 + origin[s, 2] - origin[0, 2]
