@@ -1,8 +1,8 @@
 """Time of inverse dynamics; run with `make bench`.
 
-The peer is OpenSim on the same model, motion and ground reaction: its tool as a user runs it,
-which reads both and writes the moments, and its solver alone. The trial is 10 s of WBDS01 T01
-(150 Hz). Compare the ratios of one run, not times.
+The peer is OpenSim on the same model, motion and ground reaction: its tool as a user runs it, which
+reads both and writes the moments, and its solver only. The trial is 10 s of WBDS01 T01 (150 Hz).
+Compare the ratios of one run, not times.
 """
 
 import numpy as np

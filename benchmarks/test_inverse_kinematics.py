@@ -1,8 +1,8 @@
 """Time of inverse kinematics; run with `make bench`.
 
-The peer is OpenSim on the same model, markers and weights, with the accuracy that it ships with:
-its tool as a user runs it, which reads the markers and writes the motion, and its solver alone.
-The trial is 2 s of WBDS01 T01 (22 markers, 150 Hz). Compare the ratios of one run, not times.
+The peer is OpenSim on the same model, markers and weights, with its default accuracy: its tool as a
+user runs it, which reads the markers and writes the motion, and its solver only. The trial is 2 s
+of WBDS01 T01 (22 markers, 150 Hz). Compare the ratios of one run, not times.
 """
 
 import opensim

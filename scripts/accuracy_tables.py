@@ -1,8 +1,8 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines.
 
 Every figure comes from files under reports/Snn/baseline, which `make baseline` writes: accuracy
-from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails where a
-table is not what the baselines say (for CI).
+from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a table
+does not match the baselines (for CI).
 """
 
 import argparse
@@ -29,11 +29,11 @@ TITLE = f"""# Accuracy by subject
 
 `scripts/accuracy_tables.py` writes this page from the stored baselines (`make baseline S=5`). Each
 baseline is a deterministic walk of the stored policy with the identified body, without pushes,
-compared with the recorded mean curves of the person. That nothing holds the pelvis is not listed as
-a criterion, because it could not fail: {EXTERNAL_LOAD}.
+compared with the recorded mean curves of the person. That no external force acts on the pelvis
+is not listed as a criterion, because it could not fail: {EXTERNAL_LOAD}.
 
-{AT_GOAL} reaches the goal (or the limit, if there is no goal), {WITHIN} keeps only the limit,
-**{FAILED}** does neither. Two values are those of the right and the left side. The limits and goals
+{AT_GOAL} reaches the goal (or the limit, if there is no goal), {WITHIN} meets only the limit,
+**{FAILED}** meets neither. Two values are those of the right and the left side. Limits and goals,
 with their sources: [tolerances.toml](../gaitval/metrics/tolerances.toml).
 """
 
@@ -43,7 +43,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Stored:
-    """A stored baseline: content of its `metrics.json` and, if there, `times.json`."""
+    """A stored baseline: contents of its `metrics.json` and, if it exists, `times.json`."""
 
     metrics: Metrics
     times: dict[str, Any] | None
@@ -54,7 +54,7 @@ class Stored:
         return str(self.metrics["subject"]["identifier"])
 
     def verdicts(self) -> list[Row]:
-        """Verdicts that decide, one a measured value."""
+        """Verdicts that decide, one per measured value."""
         return [row for row in self.metrics["tolerances"] if row["role"] == "acceptance"]
 
     def verdict(self, measure: str, target: str) -> Row | None:
@@ -65,7 +65,7 @@ class Stored:
         return None
 
     def walk(self) -> dict[str, Any]:
-        """The walk that is judged."""
+        """The rollouts that are validated."""
         walk: dict[str, Any] = self.metrics["walks"][self.metrics["final"]]
         return walk
 
@@ -88,7 +88,9 @@ def load(folder: Path) -> list[Stored]:
 
 
 def mark(row: Row) -> str:
-    """Whether a value reaches the goal, keeps the limit, or neither; without a goal, the limit."""
+    """Whether a value reaches the goal, meets the limit, or neither; without a goal, only the
+    limit.
+    """
     if not row["passed"]:
         return f"**{FAILED}**"
     return WITHIN if row["reached"] is False else AT_GOAL
@@ -117,7 +119,7 @@ def _worst(stored: Stored, measure: str) -> str:
 
 
 def worst_of(rows: Sequence[Row]) -> Row:
-    """The row furthest on the wrong side; one that could not be measured, if any."""
+    """The row that misses its limit by most; one that could not be measured, if any."""
 
     def badness(row: Row) -> float:
         if row["value"] is None:
@@ -137,7 +139,9 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def criteria_table(baselines: Sequence[Stored]) -> str:
-    """A row a criterion over all subjects: how many values reach what, and the worst one."""
+    """One row per criterion over all subjects: how many values reach goal and limit, and the worst
+    one.
+    """
     by_criterion: dict[str, list[tuple[Stored, Row]]] = {}
     for stored in baselines:
         for row in stored.verdicts():
@@ -164,7 +168,7 @@ def criteria_table(baselines: Sequence[Stored]) -> str:
 
 
 def summary_table(baselines: Sequence[Stored]) -> str:
-    """A row a subject: how many of its values reach what."""
+    """One row per subject: how many of its values reach goal and limit."""
     lines = []
     for stored in baselines:
         rows = stored.verdicts()
@@ -187,7 +191,7 @@ def summary_table(baselines: Sequence[Stored]) -> str:
 def measure_table(
     baselines: Sequence[Stored], columns: Sequence[tuple[str, Callable[[Stored], str]]]
 ) -> str:
-    """A row a subject, a column a measure."""
+    """One row per subject, one column per measure."""
     return table(
         ("subject", *(heading for heading, _ in columns)),
         [[stored.name, *(cell(stored) for _, cell in columns)] for stored in baselines],
@@ -238,7 +242,7 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, Callable[[Stored], str]], ...]], ...] 
         ),
     ),
     (
-        "Walking against the record, and walking on",
+        "Speed, timing and steps compared with the record, and endurance",
         (
             ("stance, % of cycle", _feet("stance_fraction_error")),
             ("step length, cm", _feet("step_length_error")),
@@ -251,7 +255,7 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, Callable[[Stored], str]], ...]], ...] 
 
 
 def survival_table(baselines: Sequence[Stored]) -> str:
-    """Share of directions in which the push that is to be survived is, by phase."""
+    """Fraction of directions in which the walker survives the required push, by phase."""
     tested = [stored for stored in baselines if stored.metrics["push_recovery"] is not None]
     if not tested:
         return "No pushes tested.\n"
@@ -289,7 +293,7 @@ def push_table(baselines: Sequence[Stored]) -> str:
 
 
 def record_table(baselines: Sequence[Stored]) -> str:
-    """What the records contradict, and the error that comes of it."""
+    """Contradictions in the records, and the resulting error."""
     lines = []
     for stored in baselines:
         found = stored.metrics["record"]["consistency"]
@@ -318,7 +322,7 @@ def record_table(baselines: Sequence[Stored]) -> str:
             "so vertical RMSE is at least, %",
             "worse foot at least, %",
             "simulated, mean of both feet, %",
-            "hip moment, right less left",
+            "hip moment, right minus left",
             "knee moment",
             "ankle moment",
         ),
@@ -348,9 +352,9 @@ def contact_table(baselines: Sequence[Stored]) -> str:
             "pressure at 10 % of stance, % of foot",
             "at 50 %",
             "at 90 %",
-            "bounces a stance",
+            "bounces per stance",
             "early peak, % of body weight",
-            "double support, part of the cycle (recorded)",
+            "double support, fraction of the cycle (recorded)",
         ),
         lines,
     )
@@ -365,7 +369,7 @@ def _feet_text(values: Sequence[float | None], digits: int) -> str:
 
 
 def correction_table(baselines: Sequence[Stored]) -> str:
-    """What the correction of the reference brings, and how large it is."""
+    """The effect and size of the correction of the reference."""
     lines = []
     for stored in baselines:
         found = stored.metrics["correction"]
@@ -393,10 +397,10 @@ def correction_table(baselines: Sequence[Stored]) -> str:
         (
             "subject",
             "measures at their goal",
-            "error over goal, all measures",
+            "error relative to the goals, all measures",
             *CORRECTED.values(),
             "largest change of an angle, °",
-            "of the pelvis's height, mm",
+            "of the pelvis' height, mm",
         ),
         lines,
     )
@@ -415,7 +419,7 @@ NOT_SAGITTAL: dict[str, tuple[str, ...]] = {
     "force_rmse": ("forward", "medial"),
     "stance_fraction_error": (),
 }
-"""Targets that the worst of a measure is not looked for in."""
+"""Targets that are left out when looking for the worst value of a measure."""
 
 START_KINDS = {
     "scratch": "from nothing to report",
@@ -424,8 +428,7 @@ START_KINDS = {
 }
 """What a run may start from, as in `times.json`."""
 MINUTES = {"scratch": (30.0, 45.0), "general": (5.0, 8.0), "warm": (5.0, 8.0)}
-"""Goal and limit of the wall time on two processors, min; convention: short enough to
-wait for."""
+"""Goal and limit of the wall time on two processors, min; convention: short enough to wait for."""
 
 
 def time_table(baselines: Sequence[Stored]) -> str:
@@ -458,12 +461,12 @@ ABOUT_RECORDS = """\
 In steady walking the mean vertical force is one body weight. The records have less, so no steady
 walk can have a smaller vertical RMSE than given here
 ([why](../gaitval/metrics/record_consistency.py)). Moments: mean difference of right and left,
-Nm/kg; in brackets, the RMSE that remains if both legs of a walker do the same.
+Nm/kg; in brackets, the smallest RMSE of a walker whose legs move alike.
 """
 ABOUT_CORRECTION = """\
 The reference is changed slightly, so that the walk comes closer to the record
-([why](../docs/decisions.md)). Before and after, with the same policy and body. The error over goal
-is a mean of eighth powers; it is 1 with every measure at its goal.
+([why](../docs/decisions.md)). Before and after, with the same policy and body. The error relative
+to the goals is a power mean with exponent 8; it is 1 if every measure is at its goal.
 """
 ABOUT_TIMES = """\
 Sum over all stages of the run, on the machine that made the baseline. Goals: 30 min from nothing
@@ -478,9 +481,9 @@ def report(baselines: Sequence[Stored]) -> str:
         *((title, "", measure_table(baselines, columns)) for title, columns in GROUPS),
         ("Pushes: directions survived, %", ABOUT_SURVIVAL, survival_table(baselines)),
         ("Pushes: largest survived, N", ABOUT_LARGEST, push_table(baselines)),
-        ("The records against themselves", ABOUT_RECORDS, record_table(baselines)),
+        ("Contradictions within the records", ABOUT_RECORDS, record_table(baselines)),
         ("How the feet meet the ground", "", contact_table(baselines)),
-        ("Gain of the correction", ABOUT_CORRECTION, correction_table(baselines)),
+        ("Effect of the correction", ABOUT_CORRECTION, correction_table(baselines)),
         ("Wall times", ABOUT_TIMES, time_table(baselines)),
     ]
     parts = [TITLE]
@@ -492,7 +495,7 @@ def report(baselines: Sequence[Stored]) -> str:
 def main() -> int:
     """Write, or with --check compare, both files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where stale")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
     baselines = load(ROOT / "reports")
     readme = ROOT / "README.md"
@@ -505,7 +508,7 @@ def main() -> int:
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:
         if check:
-            sys.stderr.write(f"{path}: not what the baselines say; run `make tables`.\n")
+            sys.stderr.write(f"{path}: does not match the baselines. Run `make tables`.\n")
         else:
             path.write_text(wanted[path], encoding="utf-8")
     return int(check and bool(stale))

@@ -1,4 +1,5 @@
-"""Whether two versions of gaitval walk the stored baselines alike: every number is compared.
+"""Check that two versions of gaitval give the same results for the stored baselines: every number
+is compared.
 
     python scripts/same_results.py --before REVISION --topic ground layout
     python scripts/same_results.py --python /path/to/python3.13 --topic ground
@@ -46,7 +47,7 @@ MEANT = {
 
 
 def main() -> None:
-    """Compare, print and write the row; exit 1 where the versions differ by more than allowed."""
+    """Compare, print and write the row; exit 1 if the versions differ by more than allowed."""
     arguments = _arguments()
     with tempfile.TemporaryDirectory() as temporary:
         code = ROOT
@@ -106,7 +107,9 @@ def _walk(python: str, code: Path, baseline: Path, out: Path) -> Any:
 
 
 def _numbers(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Every number of a document with its place; rows of measures and verdicts by their names."""
+    """Every number in a document with its place; rows of measures and verdicts go by their
+    names.
+    """
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _numbers(item, f"{place}/{key}")
@@ -180,7 +183,7 @@ def _version(python: str) -> str:
 
 
 def _folders(some: dict[str, float], others: dict[str, float]) -> str:
-    """Where the numbers lie that the others do not have, at most two levels deep."""
+    """Places of the numbers that the others lack, at most two levels deep."""
     missing = {"/".join(place.split("/")[:3]) for place in some if place not in others}
     return ", ".join(sorted(missing)) or "none"
 

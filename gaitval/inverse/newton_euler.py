@@ -70,8 +70,8 @@ def newton_euler(
 ) -> None:
     """Generalised forces of one frame.
 
-    It is long because it is one recursion, outwards and back, and written out in scalars: numba
-    makes arrays of vectors on the heap, which takes longer than the sums.
+    It is long because it is one recursion, outwards and back, written out in scalars: numba would
+    allocate vectors on the heap, which takes longer than the sums.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def newton_euler(
         turning[s, 1, 2] = turning[p, 1, 2] + e0 * r1 - e1 * r0 + w0 * v1 - w1 * v0
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
             a0, a1, a2 = axes[d, 0], axes[d, 1], axes[d, 2]
-            # An axis turns with all rotations before it.
+            # An axis rotates with all rotations before it.
             e0 += a0 * qdd[d] + (w1 * a2 - w2 * a1) * qd[d]
             e1 += a1 * qdd[d] + (w2 * a0 - w0 * a2) * qd[d]
             e2 += a2 * qdd[d] + (w0 * a1 - w1 * a0) * qd[d]

@@ -1,4 +1,4 @@
-"""Residuals on the pelvis and what they change with, frame by frame (compiled)."""
+"""Residuals on the pelvis and their derivatives, frame by frame (compiled)."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from gaitval.model.tree import (
 )
 
 MASS_GROUPS = ("pelvis", "thigh", "shank", "foot", "torso", "upper_arm", "forearm")
-"""Segments that share one mass factor; both sides alike, the toes with the foot."""
+"""Segments that share one mass factor: both sides together, the toes with the foot."""
 
 GROUP_OF_SEGMENT = np.array(
     [
@@ -57,7 +57,7 @@ def _root_residual(
 
     Parameters
     ----------
-    state : (3, 31) coordinates with the pelvis's Cardan angles, rates, second rates.
+    state : (3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
     wrenches : (3, 2, 3) force, point, free moment.
     """
     segments, generalised, q = work
@@ -121,12 +121,12 @@ def residual_derivatives(
 ) -> None:
     """Derivatives of the residuals.
 
-    The differences by the second rates, in which the residuals are linear, and by the rates, in
-    which they are quadratic, are exact up to rounding.
+    The differences with respect to second rates (in which the residuals are linear) and rates (in
+    which they are quadratic) are exact up to rounding.
 
     Parameters
     ----------
-    known : (T,) frames to do.
+    known : (T,) frames to compute.
     by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
     by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
     """
@@ -141,7 +141,7 @@ def residual_derivatives(
         if not known[t]:
             continue
         state = states[t].copy()
-        # Each loop calls at one place only: the compiler copies the whole recursion to each.
+        # Each loop has only one call, because the compiler copies the whole recursion to each call.
         for case in range(3 * COORDINATE_COUNT * 2):
             order, i, sign = (
                 case // (2 * COORDINATE_COUNT),
@@ -157,7 +157,7 @@ def residual_derivatives(
             for r in range(6):
                 by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
         for case in range(groups + 6):
-            # The residual is linear in the masses: what one group adds is its derivative.
+            # The residual is linear in the masses: the contribution of a group is its derivative.
             trunk = case >= groups
             axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
             for s in range(SEGMENT_COUNT):
@@ -200,10 +200,10 @@ def marker_metric(
 
     Parameters
     ----------
-    segment, place, weight : (M,), (M, 3) m and (M,): of each marker, on which segment it is and
-        where on it, and how much it counts.
+    segment, place, weight : (M,), (M, 3) m and (M,): segment of each marker, its position on it,
+        and its weight.
     above : (14, 31) whether a coordinate moves a segment.
-    coordinates : (T, 31) with the pelvis's Cardan angles.
+    coordinates : (T, 31) with the pelvis' Cardan angles.
     """
     rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
     axes = np.zeros((COORDINATE_COUNT, 3))
@@ -213,7 +213,7 @@ def marker_metric(
     arm, column = np.empty(3), np.empty(3)
     pivot = np.zeros(
         COORDINATE_COUNT, dtype=np.int64
-    )  # segment whose origin a coordinate turns about
+    )  # segment whose origin a coordinate rotates about
     for s in range(SEGMENT_COUNT):
         for d in range(ROOT_DOFS, COORDINATE_COUNT):
             if above[s, d] and not above[PARENT[s], d]:

@@ -1,4 +1,4 @@
-"""Content of `metrics.json` and `identification.json`, as typed models.
+"""Contents of `metrics.json` and `identification.json`, as typed models.
 
 The models are the schema: `scripts/schemas.py` writes it beside them.
 """
@@ -26,7 +26,7 @@ from gaitval.model.parameters import PARAMETERS
 SCHEMA_VERSION: Final = 5
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
-"""Of `identification.json`, which does not say it."""
+"""Of `identification.json`, which does not contain it."""
 
 CORRECTED_JOINTS: Final = 13
 """Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
@@ -37,7 +37,7 @@ class CountBySide(Sides[Count]):
 
 
 class SubjectResult(Result):
-    """Who walked, and where the record is from."""
+    """Who walked, and the source of the record."""
 
     identifier: str
     source: str
@@ -54,14 +54,14 @@ class CurveUnits(Result):
 
 
 class LowPassResult(Result):
-    """What moments and forces of the record had passed before they were averaged."""
+    """Low-pass filters applied to the record's moments and forces before averaging."""
 
     moments_hz: Positive
     forces_hz: Positive
 
 
 class Method(Result):
-    """How walks were compared."""
+    """How rollouts were compared."""
 
     model_mass_kg: Size
     gravity_m_s2: Size
@@ -72,13 +72,13 @@ class Method(Result):
     settling_cycles: Count
     cycles: Count
     consecutive_cycles: Count
-    """That each walk is planned for after the settling ones."""
+    """Planned cycles of each rollout after the settling ones."""
     epsilon: str
     external_load: str
 
 
 class Start(Result):
-    """How far the walk from one start phase went."""
+    """How far the rollout from one start phase went."""
 
     start_phase: Number
     fell: Flag
@@ -89,7 +89,7 @@ class Start(Result):
 
 
 class SpatiotemporalResult(Result):
-    """A spatiotemporal parameter of a walk, and of the record."""
+    """A spatiotemporal parameter of a rollout, and of the record."""
 
     name: Literal[
         "walking_speed",
@@ -178,12 +178,12 @@ class FootContacts(Sides[FootContactResult]):
 
 
 class WalkResult(Result):
-    """The walks with one set of body parameters."""
+    """The rollouts with one set of body parameters."""
 
     mu: Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     starts: Annotated[list[Start], Field(min_length=1)]
     cycles: CountBySide
-    """Gait cycles that the curves are of."""
+    """Number of gait cycles in the curves."""
     spatiotemporal: list[SpatiotemporalResult]
     foot_contact: FootContacts
     curves: MeanCurves
@@ -202,7 +202,7 @@ MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(WALK_UNITS))})$"
 
 
 class MeasureResult(Result):
-    """A measured value; null where the walk was too short."""
+    """A measured value; null if the rollout was too short."""
 
     measure: MeasureName
     target: str
@@ -211,7 +211,7 @@ class MeasureResult(Result):
 
 
 class VerdictResult(Result):
-    """A tolerance on a measured value."""
+    """The verdict of a tolerance on a measured value."""
 
     id: str
     title: str
@@ -219,7 +219,7 @@ class VerdictResult(Result):
     unit: str
     limit: Literal["at_most", "at_least", "exactly"]
     goal: Number | None
-    """A stricter limit that is aimed at."""
+    """A stricter limit to aim at."""
     role: Literal["acceptance", "context"]
     status: Literal["published", "derived", "convention"]
     verified: Flag
@@ -231,7 +231,7 @@ class VerdictResult(Result):
     tolerance: Number
     passed: Flag
     reached: Flag | None
-    """Whether the goal is kept; null without one."""
+    """Whether the goal is reached; null without one."""
 
 
 class Summary(Result):
@@ -286,7 +286,7 @@ class IdentificationResult(FoundParameters):
 
 
 class CorrectedMeasure(Result):
-    """A measure before and after the correction, and what was aimed at."""
+    """A measure before and after the correction, and its goal."""
 
     measure: str
     target: str
@@ -296,8 +296,8 @@ class CorrectedMeasure(Result):
 
 
 class CorrectionResult(Result):
-    """Change of the reference motion: angles in rad, mean, cosines and sines over the right gait
-    cycle; height of the pelvis in m. Errors are 1 where every measure is at its goal.
+    """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
+    cycle), height of the pelvis in m. An error of 1 means that every measure is at its goal.
     """
 
     joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
@@ -328,7 +328,7 @@ class PushRecoveryResult(Result):
 
 
 class Provenance(Result):
-    """Versions, and hashes of what was compared."""
+    """Versions, and hashes of the compared files."""
 
     versions: dict[str, str]
     configuration: Sha256
@@ -353,7 +353,7 @@ class Metrics(Result):
     """Of the record, without a model; skill is told against the first."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
-    """The walk that measures and tolerances are of."""
+    """The rollouts that measures and tolerances refer to."""
     measures: list[MeasureResult]
     tolerances: list[VerdictResult]
     summary: Summary
@@ -365,9 +365,9 @@ class Metrics(Result):
 
 
 def metrics_from(values: Any, origin: str) -> Metrics:
-    """The metrics that were read from a file.
+    """Typed metrics from the values read from a file.
 
-    Those of another version are refused, not converted: their verdicts are of other limits.
+    Other versions are refused, not converted, because their verdicts are for other limits.
 
     Parameters
     ----------
@@ -375,30 +375,30 @@ def metrics_from(values: Any, origin: str) -> Metrics:
 
     Raises
     ------
-    ArtefactError : of another version, or not of the schema; says where.
+    ArtefactError : they are of another version, or do not match the schema; the message says where.
     """
     same_version(
         values,
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        mend="Write it anew: `gaitval validate` in a run folder, `gaitval baseline` for a stored "
-        "baseline.",
+        mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
+        "stored baseline.",
     )
     return Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
 
 
 def check_metrics(metrics: Any, origin: str) -> None:
-    """Raise ArtefactError as `metrics_from` where `metrics` cannot be used."""
+    """Raise ArtefactError, as `metrics_from` does, if `metrics` cannot be used."""
     metrics_from(metrics, origin)
 
 
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
-    """The identification that was read from a file, of one round or of the chosen one.
+    """A typed identification from the values read from a file, of one round or the chosen one.
 
     Raises
     ------
-    ArtefactError : not of the schema; says where.
+    ArtefactError : they do not match the schema; the message says where.
     """
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters

@@ -1,4 +1,4 @@
-"""Validation of a subject's simulated walks: the content of `metrics.json`."""
+"""Validate a subject's rollouts: the contents of `metrics.json`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -42,7 +42,7 @@ EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "
     "tests/simulation/test_walker.py::test_nothing_but_gravity_and_ground_acts_on_a_walk"
 )
-"""Told in place of a verdict: a measured zero could not fail, the test can."""
+"""Stated instead of a verdict: a measured zero could not fail, but the test can."""
 
 CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
@@ -126,8 +126,8 @@ def _check_starts(walks: Rollouts, wanted: Sequence[float], which: str) -> None:
     seen = [start.start_phase for start in walks.starts]
     if len(seen) != len(wanted) or not np.allclose([compared, *seen], [wanted[0], *wanted]):
         raise ArtefactError(
-            f"the {which} walks start at the phases {seen}, and the compared one at {compared:g}, "
-            f"but validation.start_phases asks for {list(wanted)}: they are of another "
+            f"the {which} rollouts start at the phases {seen}, and the compared one at "
+            f"{compared:g}, but validation.start_phases is {list(wanted)}: they are from another "
             "configuration. Run `gaitval simulate` again."
         )
 
@@ -139,7 +139,7 @@ def _compared(
     model: BodyModel,
     configuration: Configuration,
 ) -> tuple[GaitCycles, Curves, Mapping[Side, FootContact], list[Json]]:
-    """Cycles that are compared, their curves, contacts and spatiotemporal parameters."""
+    """The compared cycles, with their curves, contacts and spatiotemporal parameters."""
     validation = configuration.validation
     cycles = find_cycles(rollout, configuration).first(validation.cycles)
     filters = low_pass_of(record, validation.filter_frequency)
@@ -203,7 +203,7 @@ def _walk(
     model: BodyModel,
     configuration: Configuration,
 ) -> tuple[Json, list[Measure]]:
-    """Everything told of the walks with one set of body parameters, and what is measured."""
+    """Everything reported on the rollouts with one set of body parameters, and their measures."""
     rollout = walks.compared
     cycles, compared, contacts, rows = _compared(rollout, record, recorded, model, configuration)
     error = epsilon(compared, recorded_curves(record))
@@ -243,10 +243,11 @@ def _walk(
 def deviations(
     rollout: Rollout, record: GaitRecord, model: BodyModel, configuration: Configuration
 ) -> dict[tuple[str, str], NDArray[np.float64]] | None:
-    """How far a walk is from the record, over what is aimed at (`tolerances.aim`).
+    """Deviations of a rollout from the record, divided by their aim (`tolerances.aim`).
 
-    By measure and target, of curves (101,) and of speed, stance and steps (1,); a norm of 1 is
-    a value at its goal. None where the walk fell or has no two cycles of each foot.
+    They are given by measure and target, for curves (101,) and for speed, stance and steps (1,); a
+    norm of 1 is a value at its goal. None if the walker fell or there are not two cycles of each
+    foot.
     """
     if rollout.fell[0]:
         return None
@@ -295,7 +296,7 @@ def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
 
 
 def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
-    """How far speed, stride time, stance and steps are from the record."""
+    """Absolute errors of speed, stride time, stance and steps."""
     return [
         replace(each, value=None if each.value is None else abs(each.value))
         for each in _spatiotemporal_errors(rows)
@@ -350,7 +351,7 @@ def _summary(verdicts: Sequence[Verdict]) -> Json:
 
 
 def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) -> Json:
-    """How the walks were compared with the record."""
+    """How the rollouts were compared with the record."""
     settings = configuration.validation
     return {
         "model_mass_kg": model.mass,
@@ -368,9 +369,9 @@ def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) 
 
 
 def _tidy(value: Any) -> Any:
-    """JSON-able copy, floats to six significant digits, what is not finite as null.
+    """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
 
-    So the file does not depend on the last bits of an arithmetic unit.
+    So the file does not depend on the last bits of the floating-point arithmetic.
     """
     if isinstance(value, Mapping):
         return {str(key): _tidy(item) for key, item in value.items()}
@@ -399,12 +400,12 @@ def validate(
     pushes: Mapping[str, Any] | None = None,
     others: Sequence["Subject"] = (),
 ) -> Json:
-    """Compare simulated walks with the record: the content of `metrics.json`.
+    """Compare rollouts with the record: the contents of `metrics.json`.
 
-    The walk from the first start phase is compared curve by curve; the walks from all of them are
-    held to the number of cycles, and none may fall. Tolerances judge the identified body, or
-    the nominal one where there is no identified one. The result holds no times, and equal walks
-    give equal bytes.
+    The rollout from the first start phase is compared curve by curve; those from all start phases
+    must reach the number of cycles, and none may end in a fall. Tolerances are applied to the
+    identified body, or to the nominal one if there is no identified one. The result contains no
+    times, and equal rollouts give equal bytes.
 
     Parameters
     ----------
@@ -419,7 +420,7 @@ def validate(
 
     Raises
     ------
-    ArtefactError : the walks are not those of the configured start phases.
+    ArtefactError : the rollouts do not start from the configured phases.
     """
     recorded = _recorded(record)
     prediction = others_line(subject, others)

@@ -15,7 +15,7 @@ class ModelMarker:
     name : as in the recording, after aliases are resolved.
     segment : one of `model.body.SEGMENTS`.
     position : (3,) m, in the segment's frame (REP-103 in the neutral pose).
-    weight : of its squared distance in inverse kinematics, relative to the others.
+    weight : weight of its squared distance in inverse kinematics, relative to the others.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What the page and the command line show of an import: limits, tables, figures."""
+"""What the report and the command line show of an import: limits, tables, figures."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -44,7 +44,7 @@ def verdicts(found: Import) -> list[Verdict]:
 
 
 def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
-    """Residuals of a walk where both feet's forces are known, as recorded and made consistent."""
+    """Residuals of a trial where both feet's forces are known, as recorded and made consistent."""
     if walk.dynamics is None or walk.loads is None:
         return []
     known = np.asarray(walk.loads.valid.all(axis=1))
@@ -165,7 +165,7 @@ _DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
 
 
 def _where_known(walk: Trial, residual: Array) -> Array:
-    """NaN where the plates do not show both feet: what is missing there is no residual."""
+    """NaN where the plates do not show both feet: the force missing there is not a residual."""
     assert walk.loads is not None
     known = np.asarray(walk.loads.valid.all(axis=1))
     return np.where(known[:, None], residual, np.nan)
@@ -184,7 +184,7 @@ def limit_rows(found: Import) -> list[page.GateRow]:
         )
         for verdict in verdicts(found)
     ]
-    # The distances of the landmarks are among the tolerances already.
+    # The landmark distances are already among the tolerances.
     return rows + [
         page.GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
         for check in found.body.placement.checks

@@ -174,16 +174,16 @@ def _kinematics(
     if hidden:
         tell(
             "kinematics",
-            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
-            "upright, arms hanging)",
+            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, "
+            "trunk upright, arms hanging)",
         )
     if anchoring.resting.any():
         tell(
             "kinematics",
-            f"{name}: resting feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
+            f"{name}: stance feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
             f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
-            f"{1000 * anchoring.marker_rms_before:.1f} to "
-            f"{1000 * anchoring.marker_rms_after:.1f} mm",
+            f"{1000 * anchoring.marker_rms_before:.1f} to {1000 * anchoring.marker_rms_after:.1f} "
+            "mm",
         )
     return anchoring
 
@@ -254,9 +254,10 @@ def _leg_shown(
         seen_names = [name for name in recording.names if np.isfinite(recording.marker(name)).any()]
         missing = [name for name in marker_set.essential if name not in seen_names]
         raise RecordError(
-            f"{recording.source}: the markers never show {', '.join(never)}: too few of the {side} "
-            f"leg are seen together. Missing: {', '.join(missing) or 'none, but never together'}. "
-            "Label them in the recording program and export again."
+            f"{recording.source}: the markers never show {', '.join(never)}: too few markers of "
+            f"the {side} leg are seen together. Missing: "
+            f"{', '.join(missing) or 'none, but never together'}. Label them in the recording "
+            "program and export again."
         )
     return np.asarray(seen[:, ever].all(axis=1))
 

@@ -1,4 +1,4 @@
-"""Writes what an import found: the subject for the main job, OpenSim's files, tables, the page."""
+"""Write what an import found: the subject for the main job, OpenSim files, tables, the report."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -39,19 +39,19 @@ from gaitval.session.summary import input_files, summary_of, trial_residuals, ve
 from gaitval.session.trial import Trial
 
 FOLDER: Final = "recording"
-"""In the folder of the subject: all but `subject.toml`."""
+"""Folder, beside `subject.toml`, for everything else."""
 
 SUBJECT: Final = "subject.toml"
 RECORD: Final = "import.json"
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder for the results before the work is done for it.
+    """Refuse an unusable output folder before any work is done.
 
     Raises
     ------
-    ArtefactError : a file, below one, may not be written to, or with a subject in it that no
-        import wrote.
+    ArtefactError : it is a file or lies below one, may not be written to, or contains a subject
+        that no import wrote.
     """
     for wanted in (Path(folder), Path(folder) / FOLDER):
         nearest = wanted
@@ -61,13 +61,13 @@ def check_folder(folder: Path) -> None:
             raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise ArtefactError(
-                f"{nearest}: may not be written to. Give another folder with --out."
+                f"{nearest}: no permission to write. Give another folder with --out."
             )
     subject = Path(folder) / SUBJECT
     if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
         raise ArtefactError(
-            f"{subject}: exists, and an import would replace it, but did not write it. Give "
-            "another folder with --out, or move the file."
+            f"{subject}: this file would be overwritten, but no import wrote it. Give another "
+            "folder with --out, or move the file."
         )
 
 
@@ -77,13 +77,13 @@ def _writing(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ArtefactError(
-            f"{error.filename or folder}: cannot be written ({error.strerror}). Free the disk, or "
-            "give another folder with --out; then run the same command again."
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free disk space, "
+            "or give another folder with --out; then run the same command again."
         ) from None
 
 
 def write_subject(folder: Path, subject: Subject) -> Path:
-    """Write `subject.toml`, after all others; returns the file."""
+    """Write `subject.toml`, after all other files; returns its path."""
     with _writing(folder):
         write_text(Path(folder) / SUBJECT, subject.to_toml())
     return Path(folder) / SUBJECT
@@ -92,13 +92,13 @@ def write_subject(folder: Path, subject: Subject) -> Path:
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     """Write everything but the subject below `folder`/recording; returns the files.
 
-    OpenSim's files of a trial belong together: from its motion and ground reaction its inverse
-    dynamics finds the moments that are written. So the ground reaction is as inverse dynamics used
-    it, and a trial that was made consistent has a model with its own masses.
+    OpenSim's files of a trial belong together: its inverse dynamics finds the written moments from
+    the written motion and ground reaction. So the ground reaction is the one that inverse dynamics
+    used, and a trial that was made consistent has a model with its own masses.
 
-    Each file is written whole or not at all. What an earlier import left of `subject.toml` and
-    `import.json` is removed first, and `import.json` is written last: where it stands, all others
-    do, and are of one import.
+    Each file is written whole or not at all. The `subject.toml` and `import.json` of an earlier
+    import are removed first, and `import.json` is written last: if it exists, so do all others,
+    from the same import.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def _curve_table(found: Import) -> pd.DataFrame:
 
 
 def _record(found: Import) -> dict[str, Any]:
-    """What `import.json` holds."""
+    """The contents of `import.json`."""
     request, body = found.request, found.body
     return {
         "schema_version": IMPORT_VERSION,
@@ -275,7 +275,7 @@ def _model_figures(model: BodyModel) -> list[list[float]]:
 
 
 def _plain(value: Any) -> Any:
-    """For JSON: numbers of NumPy as Python's, NaN as null."""
+    """For JSON: NumPy numbers as Python numbers, NaN as null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

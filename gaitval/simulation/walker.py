@@ -1,11 +1,11 @@
-"""One walking body: its dynamics, ground contact and joint servos, advanced action by action.
+"""One walking body: its dynamics, ground contact and joint servos, advanced one action at a time.
 
 The servo of a joint is τ = k (q̂(φ) + a − q) + d (p q̂̇(φ) − q̇) + τ_ff(φ) − β q̇, with q̂ the
 reference, a the action's offset, p its pace, τ_ff the reference's moment and β the passive joint
-damping. The phase φ of the gait cycle grows p times as fast as in the reference. The spring and
-the dampers are integrated implicitly (as springs about zero); what does not depend on the state
-enters as a force, so the torque that acted is known exactly: τ = command − k q⁺ − (d + β) q̇⁺
-with the state after the step.
+damping. The phase φ of the gait cycle grows p times as fast as in the reference. The spring and the
+dampers are integrated implicitly (as springs about zero); terms that do not depend on the state
+enter as forces, so the torque that acted is known exactly: τ = command − k q⁺ − (d + β) q̇⁺ with
+the state after the step.
 
 Two engines advance the body in the same way: `compiled` (`simulation/dynamics.py`), which runs
 all physics steps of an action in one compiled call, and DART.
@@ -44,7 +44,7 @@ Engine = Literal["compiled", "dart"]
 
 @dataclass(frozen=True)
 class WalkingTask:
-    """What a policy is trained for: a body, how the person walks, and all constants."""
+    """What a policy is trained for: a body, the person's gait, and all constants."""
 
     model: BodyModel
     record: GaitRecord
@@ -55,21 +55,21 @@ class WalkingTask:
     def of(
         cls, model: BodyModel, record: GaitRecord, configuration: Configuration
     ) -> "WalkingTask":
-        """Task with the reference motion of a record on a model."""
+        """The task with the reference motion of a record on a model."""
         reference = consistent_reference(record, model, configuration.contact)
         return cls(model, record, reference, configuration)
 
 
 class WalkerBody(NamedTuple):
-    """What a physics step needs to know of a body and its servos.
+    """What a physics step needs to know about a body and its servos.
 
     Attributes
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as `simulation.contact.contact_forces`.
+    lag : (2,) as in `simulation.contact.contact_forces`.
     physics_step : s.
-    phase_step : share of a gait cycle in a physics step.
+    phase_step : fraction of a gait cycle in a physics step.
     """
 
     tree: Tree
@@ -124,7 +124,7 @@ class Account(NamedTuple):
 
 
 def empty_account(steps: int) -> Account:
-    """Account of so many steps, to be filled."""
+    """Account of this many steps, to be filled."""
     return Account(
         np.zeros(steps),
         np.zeros((steps, 31)),

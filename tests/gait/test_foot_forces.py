@@ -115,7 +115,7 @@ def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> No
         assert (forces.force[later, column] == 0.0).all()
         assert not forces.valid[later, column].any()
     assert {finding.kind for finding in findings} == {"contact"}
-    assert all("stands on no plate" in finding.action for finding in findings)
+    assert all("is on no plate" in finding.action for finding in findings)
 
 
 def test_two_plates_under_one_foot_are_added() -> None:

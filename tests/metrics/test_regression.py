@@ -102,12 +102,12 @@ def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
 def test_another_subject_is_refused(metrics):
     other = copy.deepcopy(metrics)
     other["subject"]["identifier"] = "S01"
-    with pytest.raises(ArtefactError, match="of subject S01 and the run of subject S05"):
+    with pytest.raises(ArtefactError, match="of subject S01, but the run is of subject S05"):
         compare(other, metrics)
 
 
 def test_a_damaged_baseline_is_refused(metrics):
-    with pytest.raises(ArtefactError, match="the baseline: not of the schema"):
+    with pytest.raises(ArtefactError, match="the baseline: does not match the schema"):
         compare({}, metrics)
 
 

@@ -208,9 +208,9 @@ def test_the_test_that_the_metrics_name_for_the_external_load_exists(metrics):
 def test_walks_of_another_configuration_are_refused(rollouts, walks):
     with pytest.raises(ArtefactError, match=r"start at the phases \[0.5, 0.0\]"):
         _validate(_walks(rollouts[::-1]))
-    with pytest.raises(ArtefactError, match="nominal walks start at"):
+    with pytest.raises(ArtefactError, match="nominal rollouts start at"):
         _validate(_walks(rollouts[:1]))
-    with pytest.raises(ArtefactError, match="identified walks start at"):
+    with pytest.raises(ArtefactError, match="identified rollouts start at"):
         _validate(_walks(rollouts[:1]), _walks(rollouts[:1]))
     with pytest.raises(ArtefactError, match=r"the compared one at 0\.5"):
         _validate(replace(walks, compared=rollouts[1]))

@@ -193,7 +193,7 @@ class TestGiven:
             ("forward=+w up=+z", "'forward=+w' is not understood"),
             ("ahead=+x up=+z", "'ahead=+x' is not understood"),
             ("xyz", "'xyz' is not understood"),
-            ("up=+z down=-y", "up is said twice"),
+            ("up=+z down=-y", "up is given twice"),
             ("forward=x left=z up=y", "left-handed"),
         ],
     )

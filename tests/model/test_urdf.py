@@ -214,7 +214,7 @@ def test_a_name_that_xacro_could_evaluate_is_refused(model, tmp_path):
             "document type",
         ),
         ('<box size="', '<mesh filename="../../x.stl" size="', "mesh"),
-        ('<mass value="8', '<mass value="eight', "not readable as URDF"),
+        ('<mass value="8', '<mass value="eight', "cannot be read as URDF"),
     ],
 )
 def test_another_urdf_is_refused_with_the_place(path, tmp_path, old, new, message):

@@ -459,7 +459,7 @@ def test_a_general_policy_is_trained_on_all_and_started_from(task, tmp_path):
     assert not np.array_equal(means["both"], means["heavy"])
 
     save_policy(both, tmp_path / "policy")
-    with pytest.raises(PolicyError, match="a general policy of several people"):
+    with pytest.raises(PolicyError, match="a general policy, which was trained on several people"):
         load_policy(tmp_path / "policy")
     start = load_start(tmp_path / "policy", tiny.configuration.environment)
     assert start.about["general"]
@@ -481,7 +481,9 @@ def scaled_mass(model, factor):
 @pytest.mark.usefixtures("local")
 def test_what_a_general_policy_cannot_be_trained_on(task, tmp_path):
     other = changed(task, servo={"hip": 300.0})
-    with pytest.raises(ConfigurationError, match="configuration, but those of the tasks differ"):
+    with pytest.raises(
+        ConfigurationError, match="configuration, but the tasks' configurations differ"
+    ):
         train_general([task, other], tmp_path, samples=UPDATE)
     few = changed(task, training={"environments": 2})
     with pytest.raises(ConfigurationError, match="2 are fewer than the 3 tasks"):

@@ -219,7 +219,7 @@ def test_every_section_is_there(page):
         *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
         *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
         "Correction of the reference",
-        *("The record against itself", "How the feet meet the ground", "Recovery from pushes"),
+        *("Contradictions in the record", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
@@ -324,7 +324,7 @@ def test_damaged_inputs_are_named(run_folder, tmp_path):
     with pytest.raises(ArtefactError, match=r"push\.json: no traces"):
         write_report(tmp_path)
     (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(ArtefactError, match="not of the schema"):
+    with pytest.raises(ArtefactError, match="does not match the schema"):
         write_report(tmp_path)
 
 

@@ -276,7 +276,7 @@ def test_a_record_without_code_runs_again_and_says_so(folder: Path, scale) -> No
     records = read_json(folder / "stages.json")
     del records["scale"]["code"]
     write_json(folder / "stages.json", records)
-    assert "did not keep what the code of scale was" in (why_run(scale("a"), folder) or "")
+    assert "did not record the code of scale" in (why_run(scale("a"), folder) or "")
     assert run_stage(scale("a"), folder)
     assert why_run(scale("a"), folder) is None
 
