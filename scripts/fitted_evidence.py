@@ -4,8 +4,8 @@
 
 Reads `reports/Snn/baseline/metrics.json` and writes the rows of `reports/evidence/fitted.csv`:
 means over ten subjects and both sides. Skill is 1 less the mean RMSE over that of a straight line
-on dimensionless speed through the nine others. Forces are compared with the record as it is, and with
-every record scaled so that its mean vertical force is one body weight.
+on dimensionless speed through the nine others. Forces are compared with the record as it is, and
+with every record scaled so that its mean vertical force is one body weight.
 """
 
 import json

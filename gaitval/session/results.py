@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.metrics.results import Sides
+from gaitval.metrics.record_results import Sides
 from gaitval.metrics.typed import (
     Count,
     Flag,

@@ -90,10 +90,10 @@ def _check_complete(found: Import) -> None:
     plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
     raise RecordError(
         f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
-        "heel strike, so there is no mean of moments and forces for a subject.\n"
+        "heel strike, so a subject's mean moments and forces cannot be computed.\n"
         + _some("the cycles", reasons)
         + _some("the plates", plates)
-        + "Give a trial (or several, --trial repeated) in which each foot meets a plate of its "
+        + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of its "
         "own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
     )
