@@ -15,7 +15,7 @@ import gaitval as gv
 
 def main(name: str = "5", other: str = "1", folder: str = "walkers") -> None:
     """Walk twice, compare, draw."""
-    first, second = (gv.rollout(gv.load_policy(each), cycles=5) for each in (name, other))
+    first, second = (gv.rollout(gv.load_policy(each)) for each in (name, other))
     comparison = gv.compare(first, second)
     print(comparison)  # how far apart two people are: RMSE of each mean curve
 

@@ -108,7 +108,7 @@ class Policy(Result):
     @classmethod
     def load(cls, path: str | Path) -> "Policy":
         """Read what `save` wrote, a run folder or a baseline. Raises PolicyError."""
-        folder = Path(path)
+        folder = Path(path).resolve()
         missing = [name for name in STORED_FILES[:-1] if not (folder / name).is_file()]
         if missing:
             raise PolicyError(

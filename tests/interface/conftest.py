@@ -1,4 +1,4 @@
-"""What the tests of the interface share: one stored walker, whose reference motion is built once."""
+"""What the tests of the interface share: a stored walker, its reference motion built once."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -10,7 +10,7 @@ from gaitval.interface.walks import Policy, Rollout
 
 
 @pytest.fixture(scope="session")
-def one_policy_each() -> Iterator[None]:
+def _one_policy_each() -> Iterator[None]:
     """`gv.load_policy` gives the same policy each time, in examples too: they change none."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(gv, "load_policy", cache(gv.load_policy))
@@ -18,7 +18,7 @@ def one_policy_each() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def policy(one_policy_each: None) -> Policy:
+def policy(_one_policy_each: None) -> Policy:
     return gv.load_policy(5)
 
 
