@@ -120,8 +120,8 @@ def import_session(
     """Turn a laboratory's recordings into a subject, as `gaitval import` does.
 
     It finds the axes and the marker set, cleans the markers, fits the body to the standing and the
-    walking trials, and works out joint angles, joint moments and the mean gait cycle. It takes a
-    minute or so.
+    walking trials, and works out joint angles, joint moments and the mean gait cycle. It takes
+    seconds for a walk over plates, a minute for long trials.
 
     Parameters
     ----------

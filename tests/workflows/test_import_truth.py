@@ -320,7 +320,7 @@ def test_an_import_repeats_bit_for_bit(from_the_command_line: Path, from_python:
 
 
 def test_an_import_is_read_again(from_python: Session, tmp_path: Path):
-    assert "Marker error" in repr(from_python)
+    assert "Residual moment" in repr(from_python)
     from_python.save(tmp_path)
     again = Session.load(tmp_path)
     assert again.subject == from_python.subject
