@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags
@@ -133,20 +132,7 @@ def work_out_trial(
             )
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
-    with about_file(recording.source):
-        cycles: dict[Side, tuple[GaitCycle, ...]] = {
-            side: without_gaps(
-                cut_cycles(events, side, forces=forces),
-                recording.time,
-                shown[side],
-                longest_gap_s=processing.largest_gap_s,
-            )
-            for side in SIDES
-        }
-    belt = belt_speed(recording, events, landmarks=landmarks)
-    gait = {
-        side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
-    }
+    cycles = _cycles(recording, events, forces, shown, processing)
     return Trial(
         name=name,
         recording=recording,
@@ -159,9 +145,12 @@ def work_out_trial(
         loads=loads,
         dynamics=dynamics,
         consistent=consistent,
-        belt=belt,
+        belt=belt_speed(recording, events, landmarks=landmarks),
         cycles=cycles,
-        gait=gait,
+        gait={
+            side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks)
+            for side in SIDES
+        },
         findings=findings,
     )
 
@@ -278,9 +267,29 @@ def trial_loads(
     return TrialLoads(recording, forces, loads, (*zeroing, *assigning))
 
 
+def _cycles(
+    recording: Recording,
+    events: Sequence[Event],
+    forces: FootForces | None,
+    shown: Mapping[Side, Flags],
+    processing: ProcessingSettings,
+) -> dict[Side, tuple[GaitCycle, ...]]:
+    """The gait cycles of each side, with those marked in which its markers have gaps."""
+    with about_file(recording.source):
+        return {
+            side: without_gaps(
+                cut_cycles(events, side, forces=forces),
+                recording.time,
+                shown[side],
+                longest_gap_s=processing.largest_gap_s,
+            )
+            for side in SIDES
+        }
+
+
 def leg_shown(
     kinematics: InverseKinematics, side: Side, recording: Recording, marker_set: MarkerSet
-) -> NDArray[np.bool_]:
+) -> Flags:
     """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
 
     Raises
