@@ -11,12 +11,18 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "compare": "walks",
+    "import_session": "sessions",
+    "inverse_dynamics": "motions",
+    "inverse_kinematics": "motions",
     "limits": "limits",
     "load_policy": "walks",
     "load_subject": "subjects",
     "read_recording": "recordings",
+    "reference_motion": "references",
     "rollout": "walks",
+    "run_study": "studies",
     "scale": "bodies",
+    "write_report": "studies",
 }
 """The module of `gaitval.interface` that contains each public name."""
 

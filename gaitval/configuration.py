@@ -398,7 +398,9 @@ def _explain(error: ValidationError, origin: str) -> str:
     return f"{origin}: " + "\n".join(lines)
 
 
-def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()) -> Configuration:
+def load_configuration(
+    path: str | Path | None = None, *, settings: Sequence[str] = ()
+) -> Configuration:
     """The default configuration, overridden by a TOML file and then by `settings`.
 
     Parameters

@@ -16,9 +16,9 @@ from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 
 JOINT_ANGLES = RECORDED_ANGLES
-PELVIS_ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
-JOINT_MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-FORCES = ("forward", "medial", "vertical")
+PELVIS_ANGLES: tuple[str, ...] = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+JOINT_MOMENTS: tuple[str, ...] = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+FORCES: tuple[str, ...] = ("forward", "medial", "vertical")
 """Components of the ground reaction; positive means the same on both feet."""
 
 _SUFFIX: Mapping[Side, str] = {"right": "r", "left": "l"}

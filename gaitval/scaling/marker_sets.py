@@ -94,6 +94,11 @@ class MarkerSet:
         return {d.landmark: name for name, d in self.markers.items() if d.landmark is not None}
 
     @property
+    def segments(self) -> dict[str, str]:
+        """Segment that each marker is on."""
+        return {name: d.segment for name, d in self.markers.items()}
+
+    @property
     def essential(self) -> tuple[str, ...]:
         """Markers that are on the person in walking and not optional."""
         return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))

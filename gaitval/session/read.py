@@ -79,7 +79,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         ignored = marker_set.ignored(standing.names)
     if ignored:
         tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
-    standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))
+    standing, *walking = (named(recording, marker_set) for recording in (standing, *walking))
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
@@ -91,19 +91,14 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
-    segments = {name: d.segment for name, d in marker_set.markers.items()}
     standing, report = clean(
-        standing.turned(axes.rotation), segments, processing, landmarks=landmarks
+        standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
     )
     _tell_cleaning(tell, request.static, report)
     check_stands(standing, landmarks)
     turned = []
     for trial, recording in zip(request.trials, walking, strict=True):
-        recording = recording.turned(axes.rotation)
-        recording, heading = turn_to_walking_direction(recording, landmarks)
-        tell("axes", heading)
-        recording, report = clean(recording, segments, processing, landmarks=landmarks)
-        _tell_cleaning(tell, trial, report)
+        recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
         distances = check_same_person(
             _trajectories(standing),
             _trajectories(recording),
@@ -201,8 +196,13 @@ def _described(recording: Recording) -> str:
     )
 
 
-def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
-    """Only the markers of the set, under its names."""
+def named(recording: Recording, marker_set: MarkerSet) -> Recording:
+    """Only the markers of the set, by its names.
+
+    Raises
+    ------
+    RecordError : too few of them are there, or one is there twice.
+    """
     with about_file(recording.source):
         names = marker_set.renamed(recording.names)
     missing = [marker for marker in marker_set.essential if marker not in names.values()]
@@ -215,6 +215,32 @@ def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def prepared(
+    recording: Recording,
+    marker_set: MarkerSet,
+    processing: ProcessingSettings,
+    file: Path,
+    tell: Tell = silent,
+) -> Recording:
+    """A walking trial turned about the vertical, so that the person walks along +x, and cleaned.
+
+    Parameters
+    ----------
+    recording : `named`, in the project's axes.
+    file : what to call the trial in what is told.
+
+    Raises
+    ------
+    RecordError : see `turn_to_walking_direction` and `clean`.
+    """
+    landmarks = marker_set.landmarks
+    recording, heading = turn_to_walking_direction(recording, landmarks)
+    tell("axes", heading)
+    recording, report = clean(recording, marker_set.segments, processing, landmarks=landmarks)
+    _tell_cleaning(tell, file, report)
+    return recording
 
 
 def _trajectories(recording: Recording) -> dict[str, Array]:

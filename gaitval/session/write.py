@@ -20,7 +20,9 @@ from gaitval.datasets.subject import (
 from gaitval.errors import ArtefactError
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.model.body import BodyModel
+from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.model.urdf import write_urdf
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -154,6 +156,9 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
         with replacing(target / name) as temporary:
             table.to_csv(temporary, index=False)
         written.append(target / name)
+    write_urdf(body.model, target / "model.urdf")
+    save_markers(target / MARKERS, body.markers, found.session.marker_set.name)
+    written += [target / "model.urdf", target / MARKERS]
     write_recording_report(target, summary_of(found))
     written += [target / "recording.html", target / "recording.pdf"]
     record = ImportResult.model_validate(_plain(_record(found)))

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
 
+RECORDS = "stages.json"
+"""What each stage of a run folder depended on and wrote."""
+
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
 
@@ -153,7 +156,7 @@ def run_stage(
     if stage.workspace and (force or not same):
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
     records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
-    write_json(folder / "stages.json", records)
+    write_json(folder / RECORDS, records)
 
     observer.started(stage.name, reason)
     started, clock = datetime.now(UTC), monotonic()
@@ -161,7 +164,7 @@ def run_stage(
     seconds = monotonic() - clock
 
     records[stage.name]["outputs"] = {name: file_hash(folder / name) for name in stage.outputs}
-    write_json(folder / "stages.json", records)
+    write_json(folder / RECORDS, records)
     _add_provenance(
         folder,
         stage.name,
@@ -177,7 +180,7 @@ def run_stage(
 
 
 def _records(folder: Path) -> dict[str, Any]:
-    path = folder / "stages.json"
+    path = folder / RECORDS
     records: dict[str, Any] = read_json(path) if path.exists() else {}
     return records
 
