@@ -93,8 +93,8 @@ def _check_complete(found: Import) -> None:
         "heel strike, so a subject's mean moments and forces cannot be computed.\n"
         + _some("the cycles", reasons)
         + _some("the plates", plates)
-        + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of its "
-        "own. If this is one, the forces are of another trial, of the other foot or in other "
+        + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of "
+        "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
     )
 

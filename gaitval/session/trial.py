@@ -309,7 +309,8 @@ def leg_shown(
         missing = [name for name in marker_set.essential if name not in seen_names]
         raise RecordError(
             f"{recording.source}: the markers never show {', '.join(never)}: too few markers of "
-            f"the {side} leg are seen together. Missing: {', '.join(missing) or 'none, but never together'}. "
+            f"the {side} leg are seen together. Missing: "
+            f"{', '.join(missing) or 'none, but never together'}. "
             "Label them in the recording program and export again."
         )
     return np.asarray(seen[:, ever].all(axis=1))
