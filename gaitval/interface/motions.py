@@ -233,17 +233,7 @@ def inverse_dynamics(
     """
     processing = load_configuration(settings=settings).processing
     trial, marker_set = _prepared(recording, body, processing)
-    if not np.array_equal(motion.time, trial.time):
-        raise RecordError(
-            f"{recording.source} has {len(trial.time)} frames from {trial.time[0]:g} s, but the "
-            f"motion is of {motion.source}, with {len(motion.time)} frames from "
-            f"{motion.time[0]:g} s. Give the recording that inverse kinematics was done for."
-        )
-    if not trial.plates:
-        raise RecordError(
-            f"{recording.source}: no force plates in the trial, so there are no moments. Give the "
-            "file of its ground reaction to read_recording (`forces`)."
-        )
+    _check_of_one_trial(motion, trial)
     shown = {side: leg_shown(motion, side, trial, marker_set) for side in SIDES}
     carried = trial_loads(trial, processing, marker_set.landmarks, shown)
     found = dynamics.inverse_dynamics(body.model, trial.time, motion.positions, *carried.wrenches)
@@ -255,6 +245,20 @@ def inverse_dynamics(
         known=carried.known,
     )
     return result
+
+
+def _check_of_one_trial(motion: InverseKinematics, trial: mocap.Recording) -> None:
+    if not np.array_equal(motion.time, trial.time):
+        raise RecordError(
+            f"{trial.source} has {len(trial.time)} frames from {trial.time[0]:g} s, but the "
+            f"motion is of {motion.source}, with {len(motion.time)} frames from "
+            f"{motion.time[0]:g} s. Give the recording that inverse kinematics was done for."
+        )
+    if not trial.plates:
+        raise RecordError(
+            f"{trial.source}: no force plates in the trial, so there are no moments. Give the "
+            "file of its ground reaction to read_recording (`forces`)."
+        )
 
 
 def _prepared(

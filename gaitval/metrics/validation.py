@@ -150,8 +150,13 @@ def _compared(
     return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
 
 
+def _predictions(subject: "Subject", others: Sequence["Subject"], recorded: Json) -> list[Json]:
+    """Predictions without a model, and how far they are from the record."""
+    prediction = others_line(subject, others)
+    return [] if prediction is None else [_predicted(prediction, recorded)]
+
+
 def _predicted(prediction: Prediction, recorded: Json) -> Json:
-    """A prediction without a model, and how far it is from the record."""
     return {
         "name": prediction.name,
         "told": prediction.told,
@@ -404,27 +409,24 @@ def validate(
 
     The rollout from the first start phase is compared curve by curve; those from all start phases
     must reach the number of cycles, and none may end in a fall. Tolerances are applied to the
-    identified body, or to the nominal one if there is no identified one. The result contains no
-    times, and equal rollouts give equal bytes.
+    identified body if there is one. Equal rollouts give equal bytes; no times are in them.
 
     Parameters
     ----------
     model : the body before mu.
-    nominal, identified : walks without pushes at the nominal and at the identified body
-        parameters. Those that are judged start from each of `validation.start_phases`, the
-        nominal ones before identification from the first one.
-    identification, correction, training : stored as they are.
-    pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
-    others : people whose records a prediction without a model is made from, see
-        `baselines.others_line`.
+    nominal, identified : rollouts without pushes with the nominal and identified body parameters.
+        Those that are validated start from each of `validation.start_phases`; nominal ones that are
+        only compared, from the first one.
+    identification, correction, training : stored unchanged.
+    pushes : `PushRecovery.as_dict` of the validated body; None if no push was tested.
+    others : people that predictions without a model are made from.
 
     Raises
     ------
     ArtefactError : the rollouts do not start from the configured phases.
     """
     recorded = _recorded(record)
-    prediction = others_line(subject, others)
-    predictions = [] if prediction is None else [_predicted(prediction, recorded)]
+    predictions = _predictions(subject, others, recorded)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -432,9 +434,8 @@ def validate(
     for which, each in (("nominal", nominal), ("identified", identified)):
         if each is not None:
             _check_starts(each, phases if which == final else phases[:1], which)
-            walks[which], measures = _walk(
-                each, record, recorded, predictions, model, configuration
-            )
+            shared = (record, recorded, predictions, model, configuration)
+            walks[which], measures = _walk(each, *shared)
     measures += _push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(

@@ -39,8 +39,8 @@ TURNS_ROUND_M: Final = 0.75
 treadmill and in standing it travels less."""
 
 ALONG_AXIS: Final = float(np.radians(10.0))
-"""Walkways and belts lie along the laboratory's axes. A path within this angle of an axis is taken
-to lie along it; the rest of the angle is the person's own."""
+"""A path within this angle of an axis of the laboratory is taken to lie along it, as walkways and
+belts do; the rest of the angle is the person's own."""
 
 _PELVIS: Final = ("ASIS", "PSIS")  # of each side; a sacral marker may replace both PSIS
 _HEEL: Final = ("Heel",)
@@ -102,10 +102,7 @@ def parse_axes(text: str) -> LaboratoryAxes:
         raise RecordError(f'axes "{text}": two directions are needed. {form}')
     given = list(found.values())
     if any(a @ b for i, a in enumerate(given) for b in given[:i]):
-        raise RecordError(
-            f'axes "{text}": two directions are along one axis, but they must be at right angles. '
-            f"{form}"
-        )
+        raise RecordError(f'axes "{text}": two directions share an axis. {form}')
     forward = found.get("forward")
     left = found.get("left")
     up = found.get("up")
@@ -374,10 +371,8 @@ def turn_to_walking_direction(
     speed = float(np.linalg.norm(velocity))
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
-    if abs(angle - quarter) <= ALONG_AXIS:
-        turned_by, off = -quarter, angle - quarter
-    else:
-        turned_by, off = -angle, 0.0
+    along = abs(angle - quarter) <= ALONG_AXIS
+    turned_by, off = (-quarter, angle - quarter) if along else (-angle, 0.0)
     cosine, sine = np.cos(turned_by), np.sin(turned_by)
     rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
     if off or not turned_by:
@@ -385,8 +380,10 @@ def turn_to_walking_direction(
     turned = recording.turned(rotation)
     _check_facing(turned, landmarks)
     by = np.degrees(turned_by) % 360
-    text = f"Walks {how} at {speed:.2f} m/s; "
-    text += f"turned by {by if by <= 180 else by - 360:.0f}° about the vertical to walk along +x"
+    by -= 360.0 * (by > 180.0)
+    text = (
+        f"Walks {how} at {speed:.2f} m/s; turned by {by:.0f}° about the vertical to walk along +x"
+    )
     return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
 
 
@@ -401,7 +398,6 @@ def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis:
     upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
     upward = upward[np.isfinite(upward).all(axis=1)]
     if len(upward):
-        # frame by frame: overground the pelvis is nowhere near the mean position of the ankles
         middle = np.median(upward, axis=0)
         _check_height(where, float(np.linalg.norm(middle)))
         off = float(np.degrees(np.arccos(np.clip(_unit(middle)[2], -1, 1))))

@@ -398,7 +398,7 @@ def test_a_c3d_in_the_wrong_unit(raw: Path, laboratory: Laboratory) -> None:
         ("forward=+x up=+z", ("up is +z", "nearest: +y", "Correct --axes")),
         ("forward=-x up=+y", ("forward is -x", "nearest: +x", "Correct --axes")),
         ("forward=+z up=+y", ("forward is +z", "nearest: +x", "Correct --axes")),
-        ("forward=+x up=+x", ("two directions are along one axis",)),
+        ("forward=+x up=+x", ("two directions share an axis",)),
         ("x y z", ("'x' is not understood", "forward=+x up=+y")),
     ],
 )
