@@ -24,6 +24,7 @@ from typing import Any
 
 import evidence
 
+from gaitval.artefacts import write_json
 from gaitval.metrics.regression import compare
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -70,6 +71,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--python", metavar="FILE", help="compare with this Python")
     parser.add_argument(
         "--topic", required=True, nargs="+", help="files of reports/evidence for the row"
+    )
+    parser.add_argument(
+        "--store",
+        action="store_true",
+        help="keep the present walks' metrics as those of the baselines (after a change of schema)",
     )
     parser.add_argument("--subjects", type=int, nargs="+", default=range(1, 11), metavar="N")
     found = parser.parse_args()
@@ -134,6 +140,8 @@ def _compare(arguments: argparse.Namespace, code: Path, temporary: Path) -> evid
         else:
             one = _walk(arguments.python, ROOT, baseline, temporary / "one.json")
         two = _walk(sys.executable, ROOT, baseline, temporary / "two.json")
+        if arguments.store:
+            write_json(baseline / "metrics.json", two)
         before, now = dict(_numbers(one)), dict(_numbers(two))
         meant = [place for place in MEANT if before.get(place) != now.get(place)]
         common = [place for place in before if place in now and place not in meant]

@@ -35,7 +35,7 @@ def test_the_report_of_a_run_builds_on_its_stages(policy: Policy, tmp_path: Path
     """As `gaitval report`: a folder with records of stages is a run, and this one is not done."""
     folder = shutil.copytree(policy.folder, tmp_path / "run")
     write_json(folder / "stages.json", {})
-    with pytest.raises(ArtefactError, match="report builds on scale"):
+    with pytest.raises(ArtefactError, match="report depends on scale"):
         gv.write_report(folder)
 
 
