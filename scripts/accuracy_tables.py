@@ -69,6 +69,11 @@ class Stored:
         walk: dict[str, Any] = self.metrics["walks"][self.metrics["final"]]
         return walk
 
+    def predictions(self) -> list[dict[str, Any]]:
+        """Predictions of the record without a model."""
+        found: list[dict[str, Any]] = self.metrics["predictions"]
+        return found
+
 
 def load(folder: Path) -> list[Stored]:
     """All baselines below `folder`, by subject."""
@@ -252,6 +257,72 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, Callable[[Stored], str]], ...]], ...] 
         ),
     ),
 )
+
+
+SKILLS = {
+    "Hip flexion": ("angles", "hip_flexion"),
+    "Knee angle": ("angles", "knee_angle"),
+    "Ankle angle": ("angles", "ankle_angle"),
+    "Hip moment": ("moments", "hip_flexion"),
+    "Hip adduction moment": ("moments", "hip_adduction"),
+    "Knee moment": ("moments", "knee_angle"),
+    "Ankle moment": ("moments", "ankle_angle"),
+    "Vertical force": ("forces", "vertical"),
+    "Fore-aft force": ("forces", "forward"),
+    "Medial force": ("forces", "medial"),
+}
+
+
+def skill_table(baselines: Sequence[Stored]) -> str:
+    """Errors of the walkers beside those of predictions without a model, over all subjects."""
+    lines = []
+    for title, (kind, name) in SKILLS.items():
+        ours, guesses = [], []
+        for stored in baselines:
+            for curve in (f"{name}_r", f"{name}_l"):
+                error, predictions = stored.walk()["errors"][kind][curve], stored.predictions()
+                if error is not None and predictions:
+                    ours.append(error["rmse"])
+                    guesses.append(predictions[0]["rmse"][kind][curve])
+        if not ours:
+            continue
+        unit = baselines[0].metrics["units"][kind]
+        digits = _digits(unit)
+        better = sum(a < b for a, b in zip(ours, guesses, strict=True))
+        lines.append(
+            [
+                f"{title}, {unit}",
+                f"{statistics.mean(ours):.{digits}f} ± {statistics.stdev(ours):.{digits}f}",
+                f"{statistics.mean(guesses):.{digits}f} ± {statistics.stdev(guesses):.{digits}f}",
+                f"{1.0 - statistics.mean(ours) / statistics.mean(guesses):.2f}",
+                f"{better} of {len(ours)}",
+            ]
+        )
+    headings = ("RMSE, mean ± SD", "walker", "guess", "skill", "walker nearer")
+    return table(headings, lines)
+
+
+def unrecorded_table(baselines: Sequence[Stored]) -> str:
+    """What no record tells of, by subject."""
+    columns = (
+        ("shoulder moment RMS, Nm", "shoulder_moment_rms", ("right", "left")),
+        ("its peak, Nm", "shoulder_moment_peak", ("right", "left")),
+        ("work of the arms over the legs', %", "arm_work_share", ("walk",)),
+        ("ringing of the vertical force, % BW", "force_ringing", ("walk",)),
+    )
+    lines = []
+    for stored in baselines:
+        found = {(row["measure"], row["target"]): row for row in stored.metrics["tolerances"]}
+        lines.append(
+            [
+                stored.name,
+                *(
+                    " / ".join(value_text(found[measure, target]) for target in targets)
+                    for _, measure, targets in columns
+                ),
+            ]
+        )
+    return table(("subject", *(heading for heading, *_ in columns)), lines)
 
 
 def survival_table(baselines: Sequence[Stored]) -> str:
@@ -457,6 +528,17 @@ ABOUT_LARGEST = """\
 The largest tested force up to which every tested push of 50 ms was survived, by phase and
 direction (0° pushes ahead, 90° to the left).
 """
+ABOUT_SKILL = """\
+The walkers were told the record. A guess was not: it is a straight line on dimensionless speed
+through the nine other people, which knows only walking speed and leg length. Skill is
+1 − RMSE / RMSE of the guess: 1 is perfect, and below 0 the guess is nearer to the record than the
+walker. Last column: curves (of each side) where the walker is nearer.
+"""
+ABOUT_UNRECORDED = """\
+No record tells of the arms, and the comparison's low-pass filter hides what the force does above
+10 Hz. So a walker is free to use both. Limits:
+[tolerances.toml](../gaitval/metrics/tolerances.toml).
+"""
 ABOUT_RECORDS = """\
 In steady walking the mean vertical force is one body weight. The records have less, so no steady
 walk can have a smaller vertical RMSE than given here
@@ -478,6 +560,8 @@ def report(baselines: Sequence[Stored]) -> str:
     """The page reports/README.md."""
     sections = [
         ("All subjects", "", criteria_table(baselines) + "\n" + summary_table(baselines)),
+        ("More than a guess?", ABOUT_SKILL, skill_table(baselines)),
+        ("Arms and ringing", ABOUT_UNRECORDED, unrecorded_table(baselines)),
         *((title, "", measure_table(baselines, columns)) for title, columns in GROUPS),
         ("Pushes: directions survived, %", ABOUT_SURVIVAL, survival_table(baselines)),
         ("Pushes: largest survived, N", ABOUT_LARGEST, push_table(baselines)),
@@ -502,7 +586,13 @@ def main() -> int:
     wanted = {
         ROOT / "reports" / "README.md": report(baselines),
         readme: with_table(
-            readme.read_text(encoding="utf-8"), "accuracy", criteria_table(baselines).rstrip("\n")
+            with_table(
+                readme.read_text(encoding="utf-8"),
+                "accuracy",
+                criteria_table(baselines).rstrip("\n"),
+            ),
+            "skill",
+            skill_table(baselines).rstrip("\n"),
         ),
     }
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
