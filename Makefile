@@ -56,7 +56,7 @@ tables: setup ## Write the accuracy tables of the READMEs from the stored baseli
 	@$(BIN)/python scripts/recording_tables.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
-	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline/metrics.json
+	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline
 
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds

@@ -7,7 +7,7 @@ checkers and editors.
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "compare": "walks",

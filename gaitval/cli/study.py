@@ -294,16 +294,16 @@ def baseline(
 
 
 @command(
-    "gaitval check --baseline reports/S05/baseline/metrics.json",
-    "gaitval check --baseline reports/S05/baseline/metrics.json --junit accuracy.xml",
+    "gaitval check --baseline reports/S05/baseline",
+    "gaitval check --baseline reports/S05/baseline --junit accuracy.xml",
 )
 def check(
     baseline: Annotated[
         Path,
         typer.Option(
             "--baseline",
-            metavar="FILE",
-            help="metrics.json of a stored baseline, with the policy beside it.",
+            metavar="FOLDER",
+            help="Folder of a stored baseline, or the metrics.json in it.",
             show_default=False,
         ),
     ],
@@ -325,6 +325,8 @@ def check(
     from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
     from gaitval.study.baseline import walk_again
 
+    if baseline.is_dir():
+        baseline /= "metrics.json"
     stored = read_json(baseline)
     with display.live_view() as live:
         now = walk_again(baseline.parent, live, quick=quick)

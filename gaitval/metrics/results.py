@@ -9,6 +9,7 @@ from pydantic import Field
 
 from gaitval.metrics.record_results import Curve, Kinds, PredictionResult, RecordResult, Sides
 from gaitval.metrics.tolerances import WALK_UNITS
+from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.typed import (
     Count,
     Flag,
@@ -327,6 +328,20 @@ class PushRecoveryResult(Result):
     """By phase and criterion direction: whether the push of `force` was survived."""
 
 
+class ShareResult(Result):
+    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
+
+    rms: Size
+    """Nm/kg."""
+    r_squared: Number | None
+    """Share of the moment's variance that the part alone explains."""
+
+
+_PART, _PARTS = named(PARTS)
+TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], ShareResult], *_PARTS]]
+"""By actuated coordinate and part."""
+
+
 class Provenance(Result):
     """Versions, and hashes of the compared files."""
 
@@ -358,6 +373,8 @@ class Metrics(Result):
     tolerances: list[VerdictResult]
     summary: Summary
     push_recovery: PushRecoveryResult | None
+    torque_shares: TorqueShares | None = None
+    """Of the final walk."""
     identification: IdentificationResult | None
     correction: CorrectionResult | None
     training: dict[str, Any] | None

@@ -29,6 +29,7 @@ from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
+from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import unrecorded
 from gaitval.model.body import BodyModel
 from gaitval.simulation.rollout import Rollout
@@ -391,6 +392,16 @@ def _tidy(value: Any) -> Any:
     return value
 
 
+def _provenance(subject: "Subject", configuration: Configuration, recorded: Json) -> Json:
+    """Versions, and hashes of what was compared."""
+    return {
+        "versions": versions(),
+        "configuration": value_hash(configuration.model_dump(mode="json")),
+        "subject": value_hash(subject.to_toml()),
+        "record": value_hash(recorded),
+    }
+
+
 def validate(
     subject: "Subject",
     record: GaitRecord,
@@ -404,6 +415,7 @@ def validate(
     training: Mapping[str, Any] | None = None,
     pushes: Mapping[str, Any] | None = None,
     others: Sequence["Subject"] = (),
+    torque_shares: Shares | None = None,
 ) -> Json:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
@@ -420,6 +432,7 @@ def validate(
     identification, correction, training : stored unchanged.
     pushes : `PushRecovery.as_dict` of the validated body; None if no push was tested.
     others : people that predictions without a model are made from.
+    torque_shares : of the validated body's rollout.
 
     Raises
     ------
@@ -459,15 +472,11 @@ def validate(
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
             "summary": _summary(verdicts),
             "push_recovery": pushes,
+            "torque_shares": torque_shares,
             "identification": identification,
             "correction": correction,
             "training": training,
         }
     )
-    metrics["provenance"] = {
-        "versions": versions(),
-        "configuration": value_hash(configuration.model_dump(mode="json")),
-        "subject": value_hash(subject.to_toml()),
-        "record": value_hash(metrics["record"]),
-    }
+    metrics["provenance"] = _provenance(subject, configuration, metrics["record"])
     return metrics_from(metrics, "the metrics of this run").as_dict()

@@ -154,6 +154,20 @@ def _error_table(metrics: Json) -> list[dict[str, Any]]:
     return tables
 
 
+def _torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
+    """Rows of each coordinate and side with the parts of its moment."""
+    if values is None:
+        return None
+    return [
+        {
+            "name": joint.removesuffix("_r").removesuffix("_l").replace("_", " "),
+            "side": {"_r": "right", "_l": "left"}.get(joint[-2:], ""),
+            "parts": parts,
+        }
+        for joint, parts in values.items()
+    ]
+
+
 def _correction(values: Json | None) -> dict[str, Any] | None:
     """What the correction of the reference changes, in degrees, and its effect."""
     if values is None:
@@ -417,6 +431,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
         "prediction": next(iter(metrics["predictions"]), None),
+        "torque_shares": _torque_shares(metrics["torque_shares"]),
         "error_tables": _error_table(metrics),
         "parameters": _parameters(metrics["identification"]),
         "correction": _correction(metrics["correction"]),

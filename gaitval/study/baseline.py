@@ -91,7 +91,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
     if missing:
         raise ArtefactError(
             f"{baseline}: {', '.join(missing)} missing. A baseline is a complete folder, as "
-            "`gaitval baseline SUBJECT` writes it; give --baseline the metrics.json in it."
+            "`gaitval baseline SUBJECT` writes it. Give --baseline that folder."
         )
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")

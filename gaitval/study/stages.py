@@ -297,7 +297,9 @@ def simulate_stage(run: Run) -> Stage:
     validation = run.configuration.validation
 
     def simulate() -> None:
+        from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import roll_out_from
+        from gaitval.metrics.torque_shares import torque_shares
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
@@ -309,7 +311,7 @@ def simulate_stage(run: Run) -> Stage:
                 validation.consecutive_cycles,
             ),
         }
-        starts = {}
+        starts: dict[str, Any] = {}
         workers = run.configuration.training.workers
         for which, (task, phases, cycles) in planned.items():
             mu = body_parameters(run.folder / "identification.json", which)
@@ -319,6 +321,8 @@ def simulate_stage(run: Run) -> Stage:
                 )
             walks.compared.save(run.folder / ROLLOUTS[which])
             starts[which] = [went.as_dict() for went in walks.starts]
+            found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
+            starts["torque_shares"] = torque_shares(walks.compared, found, task)
         write_json(run.folder / WALKS, starts)
 
     return Stage(
@@ -402,6 +406,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         correction=read_json(run.folder / "correction.json"),
         pushes=pushes,
         others=builtin_subjects(),
+        torque_shares=starts["torque_shares"],
     )
 
 

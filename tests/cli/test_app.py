@@ -275,10 +275,11 @@ def stored(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("folder", [False, True])
 def test_check_passes_where_nothing_was_lost(
-    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool
+    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool, folder: bool
 ) -> None:
-    """A quick check does not ask for what a short walk does not show."""
+    """A quick check does not ask for what a short walk does not show. The folder will do."""
 
     def compare(*_: object, leave_out: tuple[str, ...]) -> list[regression.Row]:
         assert leave_out == (regression.LONG_MEASURES if quick else ())
@@ -288,7 +289,8 @@ def test_check_passes_where_nothing_was_lost(
         "gaitval.study.baseline.walk_again", lambda *_, **options: asserted(options, quick=quick)
     )
     monkeypatch.setattr(regression, "compare", compare)
-    result = gaitval("check", "--baseline", str(stored), *(["--quick"] if quick else []))
+    given = stored.parent if folder else stored
+    result = gaitval("check", "--baseline", str(given), *(["--quick"] if quick else []))
     assert result.exit_code == 0
     assert "1 measures within their margins" in result.output.replace("\n", " ")
 
