@@ -103,7 +103,7 @@ def test_forces_that_end_early_leave_the_last_cycles_without_kinetics() -> None:
         (("right", "toe_off", 1), "no right toe-off"),
         (("left", "toe_off", 1), "no left toe-off"),
         (("left", "heel_strike", 1), "no left heel strike"),
-        (("right", "heel_strike", 2), "more than 20 % from the trial's median 1.10 s"),
+        (("right", "heel_strike", 2), "more than 20 % from the trial's median of 1.10 s"),
     ],
 )
 def test_an_event_that_is_missing_is_named(dropped: tuple[Side, str, int], reason: str) -> None:
