@@ -431,7 +431,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
         "prediction": next(iter(metrics["predictions"]), None),
-        "torque_shares": _torque_shares(metrics["torque_shares"]),
+        "torque_shares": _torque_shares(metrics.get("torque_shares")),
         "error_tables": _error_table(metrics),
         "parameters": _parameters(metrics["identification"]),
         "correction": _correction(metrics["correction"]),

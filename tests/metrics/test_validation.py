@@ -229,5 +229,5 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older = copy.deepcopy(metrics)
     older["schema_version"] -= 1
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
-    with pytest.raises(ArtefactError, match=r"of version 4 .* reads version 5\. Write it anew"):
+    with pytest.raises(ArtefactError, match=r"has version 4 .* reads version 5\. Write it again"):
         check_metrics(older, "stored.json")

@@ -486,5 +486,5 @@ def test_what_a_general_policy_cannot_be_trained_on(task, tmp_path):
     ):
         train_general([task, other], tmp_path, samples=UPDATE)
     few = changed(task, training={"environments": 2})
-    with pytest.raises(ConfigurationError, match="2 are fewer than the 3 tasks"):
+    with pytest.raises(ConfigurationError, match="2 environments are fewer than the 3 tasks"):
         train_general([few, few, few], tmp_path, samples=UPDATE)

@@ -113,7 +113,8 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         pressure[on, column, 2] = 0.0
     zeros = np.zeros((len(time), 3))
     velocities = np.zeros_like(positions)
-    velocities[:, 6:] = np.gradient(positions[:, 6:], STEP, axis=0)
+    if len(time) > 1:
+        velocities[:, 6:] = np.gradient(positions[:, 6:], STEP, axis=0)
     return Rollout(
         time=time,
         phase=phase,
