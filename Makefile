@@ -13,7 +13,7 @@ settings := $(foreach setting,$(SET),--set $(setting))
 .PHONY: help setup subject test lint docs baseline tables check bench speed general ablation wheel clean
 
 help: ## This list
-	@echo 'gaitval: a simulated walker that walks as a recorded person walks, held against the record'
+	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
 	@echo
 	@sed -n 's/^\([a-z]*\):.*## /  make \1|/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-16s %s\n", $$1, $$2}'
 	@echo
@@ -56,12 +56,12 @@ tables: setup ## Write the accuracy tables of the READMEs from the stored baseli
 	@$(BIN)/python scripts/recording_tables.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
-	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline/metrics.json
+	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline
 
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
 
-speed: setup ## Write the tables of docs/speed.md (3 min on a machine that does nothing else)
+speed: setup ## Write the tables of docs/speed.md (3 min on an otherwise idle machine)
 	@mkdir -p .benchmarks
 	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
 	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json

@@ -14,5 +14,5 @@ def gait_data() -> Path:
     default = REPOSITORY.parent / "shared" / "data"
     folder = Path(os.environ.get("GAITVAL_DATA", default))
     if not folder.is_dir():
-        pytest.skip(f"no raw data at {folder}: set GAITVAL_DATA to the folder that holds wbds/")
+        pytest.skip(f"no raw data at {folder}: set GAITVAL_DATA to the folder that contains wbds/")
     return folder

@@ -1,4 +1,4 @@
-"""How many times as long a peer takes."""
+"""How many times longer a peer takes."""
 
 from collections.abc import Callable
 from time import perf_counter
@@ -11,9 +11,9 @@ def speed_ratio(
     their_rounds: int,
     our_rounds: int = 10,
 ) -> float:
-    """Both meet the same load of the machine; the least of a few runs of each.
+    """Both run under the same load of the machine; the least time of a few runs of each counts.
 
-    `theirs` makes the work ready and returns it; only the work is timed.
+    `theirs` prepares the work and returns it; only the work is timed.
     """
 
     def seconds(work: Callable[[], object]) -> float:

@@ -1,16 +1,14 @@
 """Time of inverse dynamics; run with `make bench`.
 
-The peer is OpenSim on the same model, motion and ground reaction: its tool as a user runs it,
-which reads both and writes the moments, and its solver alone. The trial is 10 s of WBDS01 T01
-(150 Hz). Compare the ratios of one run, not times.
+The peer is OpenSim on the same model, motion and ground reaction: its tool as a user runs it, which
+reads both and writes the moments, and its solver only. The trial is 10 s of WBDS01 T01 (150 Hz).
+Compare the ratios of one run, not times.
 """
 
 import numpy as np
 import opensim
-import pytest
+from against_opensim import AgainstOpenSim, Trial
 from opensim_peer import inverse_dynamics_tool, read_table, run
-from recorded_walks import wbds_walk
-from speed_ratio import speed_ratio
 
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -25,17 +23,12 @@ from gaitval.opensim.motion import (
 )
 from gaitval.opensim.osim import write_osim
 
-FRAMES = 1500
-GOAL = 10.0
-"""Times OpenSim's tool, in frames per second, files included."""
 
-
-class Trial:
+class Dynamics(Trial):
     """The walk and its files in a folder."""
 
     def __init__(self, walk, folder):
-        self.walk = walk
-        self.folder = folder
+        super().__init__(walk, folder)
         self.model, self.loads = folder / "model.osim", folder / "loads.xml"
         self.motion, self.ground_reaction = folder / "walk.mot", folder / "grf.mot"
         write_osim(self.model, walk.model, walk.markers, ContactSettings(), 0.8)
@@ -91,38 +84,9 @@ class Trial:
         write_moments(self.folder / "ours.sto", positions, dynamics)
 
 
-@pytest.fixture(scope="module")
-def trial(gait_data, tmp_path_factory):
-    found = Trial(wbds_walk(gait_data, FRAMES), tmp_path_factory.mktemp("dynamics"))
-    found.with_files()  # compiles
-    return found
-
-
-@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
-def test_opensim_tool(benchmark, trial):
-    benchmark.pedantic(
-        lambda tool: tool(), setup=lambda: ((trial.with_opensims_tool(),), {}), rounds=3
-    )
-
-
-@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
-def test_opensim_solver_alone(benchmark, trial):
-    benchmark.pedantic(trial.with_opensims_solver(), rounds=3)
-
-
-@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
-def test_gaitval_with_files(benchmark, trial):
-    benchmark(trial.with_files)
-
-
-@pytest.mark.benchmark(group="inverse dynamics, 1500 frames")
-def test_gaitval_alone(benchmark, trial):
-    benchmark(trial.alone)
-
-
-@pytest.mark.benchmark(group="inverse dynamics, both with files, once")
-def test_the_goal(benchmark, trial):
-    ratio = benchmark.pedantic(
-        lambda: speed_ratio(trial.with_opensims_tool, trial.with_files, their_rounds=3)
-    )
-    assert ratio >= GOAL
+class TestInverseDynamics(AgainstOpenSim):
+    kind = Dynamics
+    name = "inverse dynamics"
+    frames = 1500
+    tool_rounds, solver_rounds, goal_rounds = 3, 3, 3
+    goal = 10.0

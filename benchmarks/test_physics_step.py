@@ -1,14 +1,14 @@
 """Time of one physics step; run with `make bench`.
 
 Every engine walks the same body (31 coordinates, 14 segments, 12 foot spheres on the ground) from
-the same state of the reference for ten actions of 15 steps of 2 ms, one call an action, with the
-joints' servos towards the reference; all of it is timed:
+the same state of the reference for ten actions of 15 steps of 2 ms, one call per action, with the
+joint servos following the reference; everything is timed:
 
 * gaitval's compiled engine: Hunt-Crossley contact, servo, the account of every step;
-* gaitval with DART as its engine, contact and servo the same;
-* MuJoCo's C step, `mj_step(..., nstep=15)`: springs and dampers are its joints' own, its Euler
-  integrator takes the dampers implicitly, contact is its default (Newton solver, pyramidal cones,
-  until 1e-8). tests/simulation/test_skeleton.py shows that it is the same body.
+* gaitval with DART as its engine, with the same contact and servo;
+* MuJoCo's C step, `mj_step(..., nstep=15)`: springs and dampers are those of its joints, its Euler
+  integrator is implicit in the dampers, contact is its default (Newton solver, pyramidal cones, to
+  1e-8). tests/simulation/test_skeleton.py shows that it is the same body.
 
 Below them DART alone, without ground: our compound joints, and the skeleton that `DartLoader`
 builds from the URDF, a chain of one-axis joints and massless links for every compound joint.
@@ -43,7 +43,7 @@ def task():
 
 
 def walking(task, engine):
-    """The walk in one of our engines, ready to run again and again."""
+    """The walk in one of our engines, ready to run repeatedly."""
     walker = Walker(task, engine=engine)
     start = task.reference.positions[0], task.reference.velocities[0]
     no_offset, no_force = np.zeros(25), np.zeros(6)
@@ -58,7 +58,7 @@ def walking(task, engine):
 
 
 def walking_in_mujoco(task):
-    """The same walk in MuJoCo; what does not depend on the state enters once an action."""
+    """The same walk in MuJoCo; terms that do not depend on the state are set once per action."""
     walker, reference = Walker(task), task.reference
     stiffness, damping = walker.gains
     peer = MujocoPeer(

@@ -1,4 +1,4 @@
-"""Types of arrays, for annotations, and the runs of True in one."""
+"""Array types for annotations, and the runs of True in an array."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Files that a run writes: whole or not at all, with hashes and provenance."""
+"""Write the files of a run, each whole or not at all, with hashes and provenance."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from gaitval import __version__
 from gaitval.errors import ArtefactError
 
-if TYPE_CHECKING:  # a command that only shows its help does not wait for NumPy
+if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from numpy.typing import NDArray
 
 LIBRARIES = (
@@ -38,9 +38,9 @@ LIBRARIES = (
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place when the block ends well.
+    """A temporary path beside `path` that replaces it when the block ends without an error.
 
-    A reader, or a run after a kill, sees the old file or the new one, never half of one.
+    A reader, or a run after a kill, sees the old file or the new one, never half a file.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -67,15 +67,15 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file of a run folder; a missing or damaged one is an `ArtefactError`."""
+    """Read a JSON file of a run folder; raises `ArtefactError` if it is missing or damaged."""
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ArtefactError(
-            f"{path}: not readable as JSON ({error}); it is truncated or was edited. "
-            "Delete it and run its stage again."
+            f"{path}: cannot be read as JSON ({error}); it is truncated or was edited. Delete it "
+            "and run its stage again."
         ) from None
 
 
@@ -88,7 +88,7 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
 
 
 def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]:
-    """Read the arrays `names` of an npz, never unpickling; see `write_arrays`."""
+    """Read the arrays `names` of an npz without unpickling; see `write_arrays`."""
     import numpy as np
 
     try:
@@ -104,8 +104,8 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
         raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
     except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise ArtefactError(
-            f"{path}: not readable as npz ({error}); it is truncated. "
-            "Delete it and run its stage again."
+            f"{path}: cannot be read as npz ({error}); it is truncated. Delete it and run its "
+            "stage again."
         ) from None
 
 
@@ -115,7 +115,7 @@ def file_hash(path: Path) -> str:
 
 
 def value_hash(value: Any) -> str:
-    """SHA-256 of a JSON-able value, independent of the order of keys."""
+    """SHA-256 of a JSON-serialisable value, independent of key order."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 

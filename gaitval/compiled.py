@@ -1,8 +1,8 @@
-"""numba for all compiled functions, with a cache that sees every change of their sources.
+"""numba for all compiled functions, with a cache that notices every change of their sources.
 
-numba's cache looks at the file of a function alone: after an edit of `contact.py` a compiled
-function of `walker.py` that calls into it would go on with the old code. So the cache lies in a
-folder named by the hash of all files with compiled functions or constants that these read.
+numba's cache checks only the function's own file: after an edit of `contact.py`, a compiled
+function of `walker.py` that calls into it would still run the old code. So the cache is in a folder
+named by the hash of all files with compiled functions or with constants that these read.
 """
 
 import hashlib
@@ -58,14 +58,14 @@ def _compiled(function: Any, **options: Any) -> Any:
 def njit(function: Any) -> Any:
     """Compile a function with numba on its first call, or load it from the cache.
 
-    A division by zero gives infinity or no number, as in numpy.
+    Division by zero gives infinity or NaN, as in NumPy.
     """
     return _compiled(function)
 
 
 def njit_borrowing(function: Any) -> Any:
-    """`njit` for a function that makes no arrays and returns none: it works in those that it is
-    given, whose owners live longer, so numba need not count the references to them. Counting
-    every view and every member of a tuple took a third of the time of a physics step.
+    """`njit` for a function that neither creates nor returns arrays: it works in those it is given,
+    which outlive the call, so numba need not count references to them. Counting every view and
+    every tuple member took a third of the time of a physics step.
     """
     return _compiled(function, _nrt=False)

@@ -1,4 +1,4 @@
-"""Every constant of a run in one documented place.
+"""Every constant of a run, documented in one place.
 
 `Configuration()` is the default. A TOML file and `--set section.key=value` override it:
 
@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from gaitval.errors import ConfigurationError
 
 NAMED = Path(__file__).parent / "configurations"
-"""Configurations that can be given by their name: `paper`."""
+"""Configurations that can be given by name: `paper`."""
 
 Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -33,8 +33,8 @@ class ContactSettings(Section):
     """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
 
     Friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s), stiffness and
-    dissipation by the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the
-    foot sinks 12 mm, which the recorded swing does not clear.
+    dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the
+    foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
     """
 
     stiffness: Positive = 3_067_776.0
@@ -42,11 +42,11 @@ class ContactSettings(Section):
     dissipation: Positive = 2.0
     """Hunt-Crossley dissipation c, s/m."""
     dynamic_to_static: Positive = 1.0
-    """Dynamic friction over static; the static coefficient is the body parameter sigma."""
+    """Dynamic / static friction; the static coefficient is the body parameter sigma."""
     viscous_friction: float = Field(0.5, ge=0)
     """Viscous friction coefficient, s/m."""
     transition_velocity: Positive = 0.2
-    """Slip velocity of full friction, m/s."""
+    """Slip velocity at which friction is fully developed, m/s."""
     event_threshold: Positive = 20.0
     """Vertical force above which a foot counts as on the ground, N (the smooth form leaves a
     few newtons just above the ground)."""
@@ -63,19 +63,20 @@ class ServoSettings(Section):
     lumbar: Positive = 640.0
     shoulder: Positive = 64.0
     damping_time: Positive = 0.08
-    """Damping over stiffness, s."""
+    """Damping / stiffness, s."""
     feed_forward: Fraction = 1.0
-    """Share of the record's joint moments fed forward."""
+    """Fraction of the record's joint moments that is fed forward."""
 
 
 class EnvironmentSettings(Section):
     """The walking task: time steps, observation, termination, randomisation."""
 
     observation: Literal["paper", "extended"] = "extended"
-    """`paper`: the paper's 71 numbers; `extended`: those and what balance needs."""
+    """`paper`: the paper's 71 numbers; `extended`: those, and what balance needs."""
     mirror: bool = True
-    """In the second half of the right gait cycle the policy sees and acts as in a mirror, so it
-    learns one step for both legs (extended observation only; the reference keeps its sides)."""
+    """In the second half of the right gait cycle observations and actions are mirrored, so the
+    policy learns one step for both legs (extended observation only; the reference keeps its
+    sides)."""
     physics_step: Positive = 0.002
     """s."""
     steps_per_action: int = Field(15, ge=1)
@@ -85,8 +86,8 @@ class EnvironmentSettings(Section):
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
     pace_scale: float = Field(0.125, ge=0)
-    """Change of pace for an action of 1: the policy may go through the recorded cycle faster or
-    slower than the record, to take a step in time after a push. 0: the pace is the record's."""
+    """Change of pace for an action of 1: the policy may move through the recorded cycle faster or
+    slower than the record, to step in time after a push. 0: the pace is the record's."""
     episode_seconds: Positive = 9.0
     """Length of a training episode, s."""
     height_tolerance: Positive = 0.2
@@ -98,29 +99,29 @@ class EnvironmentSettings(Section):
     initial_noise: float = Field(0.02, ge=0)
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
-    """Share of training episodes with pushes."""
+    """Fraction of training episodes with pushes."""
     push_interval: tuple[Positive, Positive] = (1.5, 2.5)
-    """Gait cycles from one push of an episode to the next, shortest and longest."""
+    """Gait cycles from one push in an episode to the next, shortest and longest."""
     push_force: float = Field(800.0, ge=0)
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N) ..."""
     push_focus: float = Field(450.0, ge=0)
-    """... but every other push is drawn from 0 to this, N: beyond it a push from the side makes a
-    slow walker fall whatever it does, and teaches nothing."""
+    """... but every other push is drawn from 0 to this, N: beyond it a sideways push makes a slow
+    walker fall whatever it does, and teaches nothing."""
     push_seconds: Positive = 0.05
-    """Duration of a push, s (the paper's 50 ms). A push acts through whole actions: 50 ms are
-    30 ms of the full force and 30 ms of two thirds of it, so its impulse is exact."""
+    """Duration of a push, s (the paper's 50 ms). A push acts during whole actions: 50 ms are
+    applied as 30 ms of the full force and 30 ms of two thirds of it, so the impulse is exact."""
 
     @property
     def slowest_pace(self) -> float:
-        """Least pace that an action can ask for."""
+        """The slowest pace that an action can choose."""
         return 1.0 - self.pace_scale * self.action_limit
 
     @model_validator(mode="after")
     def _goes_forward(self) -> "EnvironmentSettings":
         if self.slowest_pace <= 0.0:
             raise ValueError(
-                f"pace_scale {self.pace_scale:g} x action_limit {self.action_limit:g} is to be "
-                "below 1, or the walker could go backwards through the gait cycle"
+                f"pace_scale {self.pace_scale:g} x action_limit {self.action_limit:g} must be "
+                "below 1, or the walker could move backwards through the gait cycle"
             )
         return self
 
@@ -128,10 +129,10 @@ class EnvironmentSettings(Section):
 class RewardSettings(Section):
     """Weights and kernel widths of the reward.
 
-    Every term is weight x exp(-sharpness x squared error), the bounded form of the paper's
-    signed differences (DeepMimic's). The paper's weights are 5, 2, 0.5 and 0.005 on the first,
-    third, fifth and last term; docs/learning.md has what the other terms and the kernels' widths
-    are worth.
+    Every term is weight x exp(-sharpness x squared error), the bounded form of the paper's signed
+    differences (DeepMimic's). The paper's weights are 5, 2, 0.5 and 0.005 on the first, third,
+    fifth and last term; docs/learning.md shows what the other terms and the kernel widths
+    contribute.
     """
 
     joint_positions: float = Field(5.0, ge=0)
@@ -151,12 +152,13 @@ class RewardSettings(Section):
     """1/m², on the sum over feet and hands."""
     ground_reaction: float = Field(6.0, ge=0)
     ground_reaction_sharpness: Positive = 40.0
-    """1/(body weight)², on the sum over both feet of the mean force during the action, fore-aft
-    weighted twice and sideways three times, for these forces are a fifth and a tenth of the
+    """1/(body weight)², on the sum over both feet of the mean force during the action; fore-aft
+    counts twice and sideways three times, because these forces are a fifth and a tenth of the
     vertical one."""
     joint_moments: float = Field(3.0, ge=0)
     joint_moments_sharpness: Positive = 4.0
-    """1/(Nm/kg)², on the sum over the 25 coordinates, against the reference's moments."""
+    """1/(Nm/kg)², on the sum over the 25 coordinates of the difference from the reference's
+    moments."""
     pace: float = Field(1.0, ge=0)
     pace_sharpness: Positive = 400.0
     """On the squared difference from the record's pace, 1."""
@@ -172,12 +174,12 @@ class RandomisationSettings(Section):
     friction: tuple[float, float] = (0.6, 1.0)
     """Foot-ground friction sigma (shoe on treadmill belt); PredSim uses 0.8."""
     foot_length: tuple[float, float] = (0.95, 1.05)
-    """Factor on the scaled length. Marker-based lengths are good to about 1 cm."""
+    """Factor on the scaled length. Marker-based lengths are accurate to about 1 cm."""
     shank_length: tuple[float, float] = (0.97, 1.03)
     thigh_length: tuple[float, float] = (0.97, 1.03)
     joint_offset: float = Field(0.01, ge=0)
-    """Each coordinate of the hip, knee and ankle offset lies within this, m (Harrington's hip
-    regression leaves about 1 cm)."""
+    """Each coordinate of the hip, knee and ankle offset is within this, m (Harrington's hip
+    regression has an error of about 1 cm)."""
 
 
 class TrainingSettings(Section):
@@ -190,7 +192,7 @@ class TrainingSettings(Section):
     refinement_samples: int = Field(400_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1)
-    """Processes; each walks its share of the environments."""
+    """Processes; each runs its share of the environments."""
     environments: int = Field(32, ge=1)
     """Environments over all workers."""
     rollout_steps: int = Field(128, ge=1)
@@ -205,29 +207,29 @@ class TrainingSettings(Section):
     clip_range: Positive = 0.2
     target_kl: Positive = 0.03
     warm_learning_rate_factor: Positive = 0.6
-    """Share of `learning_rate` that a warm start begins with."""
+    """Fraction of `learning_rate` that a warm start begins with."""
     initial_log_std: float = -1.0
-    """Logarithm of the standard deviation of actions: kept through the first
-    `exploration_hold` of the training, then lowered linearly to `final_log_std`, for small
-    errors are not seen under large noise."""
+    """Logarithm of the standard deviation of actions: kept through the first `exploration_hold` of
+    the training, then lowered linearly to `final_log_std`, because large noise hides small
+    errors."""
     final_log_std: float = -1.8
     exploration_hold: Fraction = 0.2
     difficulty_ramp: tuple[Fraction, Fraction] = (0.25, 0.7)
-    """Parts of the training between which the randomisation of mu and pushes grows from nothing
-    to all of its range."""
+    """Fractions of the training between which the randomisation of mu and pushes grows from nothing
+    to its full range."""
     tolerance_shares: tuple[Positive, Positive] = (0.5, 1.0)
-    """Shares of the tolerances of `environment`, which say what a fall is, at which an episode of
-    training ends: before the ramp, when samples of a walker about to fall teach little, and after
-    it, when pushes teach to recover."""
+    """Fractions of the tolerances of `environment` (which define a fall) at which a training
+    episode ends: before the ramp, when samples of a walker about to fall teach little, and after
+    it, when pushes teach recovery."""
     hidden_units: int = Field(128, ge=1)
     """Units in each of the two hidden layers (the paper's 128)."""
     device: Literal["auto", "cpu", "cuda"] = "cpu"
-    """Where the network learns; the environments walk on the CPU. `auto`: CUDA where an update
-    takes less time there. CUDA rounds otherwise than the CPU, and a walk amplifies rounding, so
-    with `cuda`, and with `auto` where there is CUDA, a seed gives another policy."""
+    """Where the network learns; the environments run on the CPU. `auto`: CUDA if an update takes
+    less time there. CUDA rounds differently from the CPU, and walking amplifies rounding errors, so
+    with `cuda`, or with `auto` on a machine with CUDA, the same seed gives another policy."""
     checkpoint_samples: int = Field(200_000, ge=1)
-    """Samples between checkpoints, in whole rollouts; a kill loses no more. Episodes begin anew
-    at each, so that a training that goes on from it gives the same policy bit for bit."""
+    """Samples between checkpoints, in whole rollouts; a kill loses no more. All episodes restart at
+    each checkpoint, so that a training resumed from it gives the same policy bit for bit."""
 
 
 class IdentificationSettings(Section):
@@ -243,7 +245,8 @@ class IdentificationSettings(Section):
     seconds: Positive = 6.0
     """Length of each rollout."""
     prior: float = Field(0.02, ge=0)
-    """Weight of the prior: fraction of the mean reward lost at the bound of one parameter."""
+    """Weight of the prior: fraction of the mean reward that is lost at the bound of one
+    parameter."""
     rounds: int = Field(2, ge=1)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 0.5
@@ -251,54 +254,59 @@ class IdentificationSettings(Section):
 
 
 class CorrectionSettings(Section):
-    """Change of the reference so that the trained policy walks the record (`correct`)."""
+    """Change of the reference that brings the walk of the trained policy closest to the record
+    (`correct`).
+    """
 
     rounds: int = Field(3, ge=0)
-    """Largest number of times that the effect of each change is measured; 0: no correction."""
+    """Largest number of rounds in which the effect of each change is measured; 0: no correction."""
     harmonics: int = Field(3, ge=0, le=8)
-    """Of the gait cycle, in the change of each angle."""
+    """Harmonics of the gait cycle in the change of each angle."""
     largest: Positive = 0.052
-    """No angle is changed by more than this, rad: 3 degrees, within the 2-5 degrees by which
-    OpenSim's checklist lets residual reduction change a motion."""
+    """No angle is changed by more than this, rad: 3 degrees, within the 2-5 degrees that OpenSim's
+    checklist allows residual reduction to change a motion."""
 
 
 class ValidationSettings(Section):
     """How the simulated walk is compared with the record."""
 
     start_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-    """Each walk starts at one of these. The first one is compared; none may fall."""
+    """Each rollout starts at one of these phases. The first one is compared; in none may the walker
+    fall."""
     cycles: int = Field(24, ge=2)
     """Gait cycles of each foot that are compared, the first ones after the settling ones."""
     consecutive_cycles: int = Field(102, ge=2)
-    """Gait cycles that each walk is planned for after the settling ones. The first and the last
-    heel strike may fall outside, so that about one cycle less is counted."""
+    """Planned gait cycles of each rollout after the settling ones. The first and last heel strikes
+    may be outside, so about one cycle less is counted."""
     settling_cycles: int = Field(3, ge=0)
-    """Cycles left out at the start of each walk."""
+    """Cycles left out at the start of each rollout."""
     filter_frequency: Positive = 10.0
-    """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments,
-    Hz; convention. The recorded mean curves are as smooth as if filtered so, but the cut-off that
-    the dataset's authors used was not found stated."""
+    """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments, Hz;
+    convention. The recorded mean curves are as smooth as if filtered this way, but we found no
+    statement of the cut-off that the dataset's authors used."""
 
 
 class PushSettings(Section):
-    """Tests of recovery from a push: horizontal, at the pelvis, for `environment.push_seconds`."""
+    """Tests of recovery from a horizontal push at the pelvis that lasts
+    `environment.push_seconds`.
+    """
 
     phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
     """Phases of the right gait cycle at which a push begins."""
     directions: int = Field(12, ge=1)
-    """Directions, evenly spaced over the circle, the first one straight ahead."""
+    """Number of directions, evenly spaced around the circle, the first one straight ahead."""
     step: Positive = 100.0
     """Pushes grow by this until the walker falls, N, ..."""
     resolution: Positive = 25.0
     """... and from the last one survived by this, N."""
     largest: Positive = 1200.0
-    """No push is larger, N."""
+    """Largest push tested, N."""
     force: Positive = 300.0
     """The push that must be survived in every direction within 90 degrees of straight ahead, N;
     convention, within the paper's 0-800 N."""
     cycles: Positive = 5.0
-    """Gait cycles without a fall after which a push is survived; convention: by then a walker that
-    recovers walks as before."""
+    """Gait cycles without a fall after which a push counts as survived; convention: by then a
+    walker that recovers walks as before."""
 
 
 class ProcessingSettings(Section):
@@ -306,25 +314,25 @@ class ProcessingSettings(Section):
 
     marker_cutoff_hz: Positive = 8.0
     """Zero-lag Butterworth low-pass of joint angles and positions; the stated cut-off is that of
-    the whole zero-lag filter. 6 Hz is usual for walking (Winter 2009), but takes up to 10 % of
-    their peaks from the moments of a synthetic walk; with 3 mm of noise on the markers
-    8 Hz leaves 5 % and 0.85 degrees (`tests/workflows/test_import_truth.py`)."""
+    the whole zero-lag filter. 6 Hz is usual for walking (Winter 2009), but lowers the peak moments
+    of a synthetic walk by up to 10 %; with 3 mm of marker noise, 8 Hz leaves errors of 5 % and 0.85
+    degrees (`tests/workflows/test_import_truth.py`)."""
     force_cutoff_hz: Positive = 20.0
     """The same for the ground reaction that is shown and compared: it keeps the impact."""
     moment_force_cutoff_hz: Positive = 8.0
     """The same for the forces that inverse dynamics uses: as for the markers, because different
-    cut-offs make impact artefacts in the moments (Kristianslund et al. 2012)."""
+    cut-offs cause impact artefacts in the moments (Kristianslund et al. 2012)."""
     filter_order: int = Field(4, ge=2, le=8, multiple_of=2)
     """Order of the zero-lag filter (twice that of each pass)."""
     force_threshold_n: Positive = 20.0
-    """Vertical force under which a foot is in the air."""
+    """Vertical force below which a foot is in the air."""
     largest_gap_s: Positive = 0.1
-    """Longest gap of a marker that a spline fills; with three other markers on the segment it
-    is rebuilt from them up to five times as long."""
+    """Longest gap of a marker that a spline fills; with three other markers on the segment, gaps up
+    to five times as long are rebuilt from them."""
 
 
 class Configuration(Section):
-    """All sections and the seed of every random number."""
+    """All sections, and the seed of all random numbers."""
 
     seed: int = Field(0, ge=0)
     contact: ContactSettings = ContactSettings()
@@ -380,26 +388,31 @@ def _explain(error: ValidationError, origin: str) -> str:
                 annotation = known.model_fields[part].annotation
                 assert isinstance(annotation, type)
                 known = annotation
-            lines.append(f"{'.'.join(place)}: unknown; known here are {_names(known)}.")
-        elif problem["type"] == "value_error":  # of several values together; the message has them
+            lines.append(f"{'.'.join(place)}: unknown; the known ones are {_names(known)}.")
+        elif (
+            problem["type"] == "value_error"
+        ):  # about several values together; the message names them
             lines.append(f"{'.'.join(place)}: {problem['ctx']['error']}.")
         else:
             lines.append(f"{'.'.join(place)}: {problem['msg']}, but it is {problem['input']!r}.")
     return f"{origin}: " + "\n".join(lines)
 
 
-def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()) -> Configuration:
+def load_configuration(
+    path: str | Path | None = None, *, settings: Sequence[str] = ()
+) -> Configuration:
     """The default configuration, overridden by a TOML file and then by `settings`.
 
     Parameters
     ----------
     path : TOML file with some of the sections and keys of `Configuration`, or the name of one in
         `NAMED`.
-    settings : texts `section.key=value`, the value written as in TOML.
+    settings : texts `section.key=value`, with the value written as in TOML.
 
     Raises
     ------
-    ConfigurationError : unknown key, wrong type, value out of range, unreadable file.
+    ConfigurationError : a key is unknown, a value is of the wrong type or out of range, or the file
+        cannot be read.
     """
     values: dict[str, Any] = {}
     if path is not None:
@@ -410,10 +423,13 @@ def load_configuration(path: Path | None = None, *, settings: Sequence[str] = ()
         except FileNotFoundError:
             names = ", ".join(sorted(file.stem for file in NAMED.glob("*.toml")))
             raise ConfigurationError(
-                f"{path}: no such configuration file, nor one of the named ones ({names})."
+                f"{path}: no such configuration file, and not the name of a built-in one "
+                f"({names}). Check the path."
             ) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ConfigurationError(f"{path}: not valid TOML ({error}). Mend that line.") from None
+            raise ConfigurationError(
+                f"{path}: not valid TOML ({error}). Correct that line."
+            ) from None
     for text in settings:
         values = _merge(values, _setting(text))
     try:

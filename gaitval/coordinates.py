@@ -1,11 +1,10 @@
 """Names, order, axes and signs of the 31 coordinates of the humanoid.
 
-Axes follow REP-103: x forward, y left, z up. Joint coordinates follow the clinical
-convention on both sides of the body, so a positive value means the same movement left and
-right: flexion (dorsiflexion, toe extension), adduction (inversion), internal rotation. The
-names are OpenSim's (Rajagopal et al. 2016). A coordinate of a joint turns about a fixed axis
-of the frame that the previous coordinate has turned: flexion, adduction, rotation (the ISB
-order; Grood and Suntay 1983).
+Axes follow REP-103: x forward, y left, z up. Joint coordinates follow the clinical convention on
+both sides of the body, so a positive value means the same movement left and right: flexion
+(dorsiflexion, toe extension), adduction (inversion), internal rotation. The names are OpenSim's
+(Rajagopal et al. 2016). Each coordinate of a joint rotates about a fixed axis of the frame left by
+the previous coordinate: flexion, adduction, rotation (the ISB order; Grood and Suntay 1983).
 
 | coordinate        | axis, right side | axis, left side | positive                         |
 |-------------------|------------------|-----------------|----------------------------------|
@@ -24,8 +23,8 @@ order; Grood and Suntay 1983).
 | arm_rot           | +z               | -z              | internal rotation                |
 | elbow_flex        | -y               | -y              | forearm forward                  |
 
-The pelvis (root) has six coordinates: a rotation vector in world axes and the position of its
-origin, the middle of the hip joint centres, in that order as in `dartpy`'s FreeJoint.
+The pelvis (root) has six coordinates, as in `dartpy`'s FreeJoint: a rotation vector in world axes,
+then the position of its origin, the middle of the hip joint centres.
 """
 
 from typing import Final, Literal
@@ -117,12 +116,12 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     name: _RANGES[name.removesuffix("_r").removesuffix("_l")] for name in ACTUATED
 }
 """Lowest and highest value of each actuated coordinate, rad: ranges of motion of healthy adults
-(AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with the knee and elbow let 5 and 10 degrees
-past straight."""
+(AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with 5 and 10 degrees of hyperextension allowed
+at the knee and elbow."""
 
 
 def mirrored(name: str) -> str:
-    """Name of the same coordinate on the other side; midline names stay as they are."""
+    """Name of the same coordinate on the other side; midline names are unchanged."""
     if name.endswith("_r"):
         return name[:-1] + "l"
     if name.endswith("_l"):

@@ -1,7 +1,7 @@
-"""Errors that a user can mend, one type per kind of input.
+"""Errors that a user can fix, one type per kind of input.
 
-Every message says what was seen, where, why it is wrong and how to mend it. The
-command line prints the message without a traceback and exits with `exit_code`.
+Every message says what was seen, where, why it is wrong and how to fix it. The command line prints
+the message without a traceback and exits with `exit_code`.
 """
 
 
@@ -24,7 +24,7 @@ class ConfigurationError(GaitvalError):
 
 
 class ScalingError(GaitvalError):
-    """A body model scaled to the subject would not be plausible."""
+    """A body model scaled to the subject would be implausible."""
 
 
 class ModelError(GaitvalError):
@@ -36,11 +36,11 @@ class PolicyError(GaitvalError):
 
 
 class ArtefactError(GaitvalError):
-    """A file in the run folder is missing, truncated or of another run."""
+    """A file in the run folder is missing, truncated or from another run."""
 
 
 class ArchiveError(GaitvalError):
-    """A published data set cannot be downloaded, or what came is not what was published."""
+    """A published data set cannot be downloaded, or differs from what was published."""
 
 
 class ToleranceError(GaitvalError):

@@ -1,8 +1,8 @@
-"""What every choice of the learning recipe is worth: docs/learning.md's table.
+"""The effect of every choice in the learning recipe: the table of docs/learning.md.
 
-`run` trains each row of `ROWS` with the same number of samples and several seeds, walks the
-policies and keeps the figures in reports/ablation.json; rows that are there are not trained
-again. `table` writes them into docs/learning.md; `table --check` fails where they differ.
+`run` trains each row of `ROWS` with the same number of samples and several seeds, simulates the
+policies and stores the figures in reports/ablation.json; rows already there are not trained again.
+`table` writes them into docs/learning.md; `table --check` fails if they differ.
 """
 
 import argparse
@@ -87,7 +87,7 @@ ROWS = {
     "constant-noise": Row("constant exploration noise", ("training.final_log_std=-1.0",)),
     "less-noise": Row("0.6 of the exploration noise at the end", ("training.final_log_std=-2.3",)),
     "no-curriculum": Row(
-        "all of mu's range and all pushes from the start", ("training.difficulty_ramp=[0.0, 0.0]",)
+        "full range of mu and of pushes from the start", ("training.difficulty_ramp=[0.0, 0.0]",)
     ),
     "rare-pushes": Row(
         "one push of 0 to 800 N in six of ten episodes",
@@ -101,11 +101,11 @@ ROWS = {
     "small-actions": Row("half the action scale", ("environment.action_scale=0.1",)),
     "constant-rate": Row("constant learning rate", ("training.final_learning_rate=3e-4",)),
     "late-end": Row(
-        "episodes end at what is a fall (0.2 m, 0.7 rad, 0.8 m) from the start",
+        "episodes end only at a fall (0.2 m, 0.7 rad, 0.8 m) from the start",
         ("training.tolerance_shares=[1.0, 1.0]",),
     ),
     "early-end": Row(
-        "episodes end at half of what is a fall to the last",
+        "episodes end at half the limits of a fall throughout",
         ("training.tolerance_shares=[0.5, 0.5]",),
     ),
     "paper-state": Row("the paper's state of 71 numbers", ("environment.observation=paper",)),
@@ -120,7 +120,7 @@ ROWS = {
 
 
 def pushes_survived(task: WalkingTask, policy: Policy) -> float:
-    """Share of the pushes that are to be survived that do not fell the walker."""
+    """Fraction of the required pushes that the walker survives."""
     environment = WalkingEnvironment(without_drift(task))
     pushes = required_pushes(task.configuration.pushes)
     tried = trials(task, policy, nominal_parameters(), pushes)
@@ -128,8 +128,8 @@ def pushes_survived(task: WalkingTask, policy: Policy) -> float:
 
 
 def measured(row: Row, seed: int) -> dict[str, Any]:
-    """Train one row with one seed and walk the result."""
-    # One worker: two trainings side by side take less time than one after the other.
+    """Train one row with one seed and simulate the result."""
+    # One worker: two trainings in parallel take less time than one after the other.
     settings = [f"seed={seed}", "training.workers=1", *row.settings]
     configuration = load_configuration(Path(row.config) if row.config else None, settings=settings)
     subject = load_subject(row.subject)
@@ -185,7 +185,7 @@ def measured(row: Row, seed: int) -> dict[str, Any]:
 
 
 def run(names: Sequence[str], trainings: int) -> None:
-    """Train all rows that are not there yet, so many at a time."""
+    """Train all rows that do not exist yet, this many at a time."""
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"rows": {}}
     setting = {
         "samples": SAMPLES,
@@ -193,8 +193,8 @@ def run(names: Sequence[str], trainings: int) -> None:
     }
     if results["rows"] and results["setting"] != setting:
         sys.exit(
-            f"{RESULTS}: made with another default configuration or budget "
-            f"({results['setting']}, now {setting}); delete it to train all rows anew."
+            f"{RESULTS}: made with another default configuration or budget ({results['setting']}, "
+            f"now {setting}). Delete it to train all rows again."
         )
     results["setting"] = setting
     with ProcessPoolExecutor(trainings, mp_context=mp.get_context("spawn")) as pool:
@@ -213,7 +213,7 @@ def run(names: Sequence[str], trainings: int) -> None:
 
 
 def _spread(values: list[float | None], digits: int) -> str:
-    """Mean ± standard deviation over the seeds that have a value; — where none has."""
+    """Mean ± standard deviation over the seeds that have a value; — if none has."""
     numbers = [float(value) for value in values if value is not None]
     if not numbers:
         return "—"
@@ -229,14 +229,14 @@ def table() -> str:
     """The table of all rows in reports/ablation.json."""
     results = json.loads(RESULTS.read_text())
     lines = [
-        f"{results['setting']['samples']:,} samples each, of {SUBJECT} where no other is named. "
-        "Errors: RMSE of hip, knee and ankle (sagittal) and of the ground reaction, mean of both "
-        f"sides, over {CYCLES} cycles against the record, mean ± standard deviation over the seeds "
-        "that walk at all.",
+        f"{results['setting']['samples']:,} samples each, for {SUBJECT} unless another subject is "
+        "named. Errors: RMSE of hip, knee and ankle (sagittal) and of the ground reaction, mean "
+        f"of both sides, over {CYCLES} cycles compared with the record, mean ± standard deviation "
+        "over the seeds that walk at all.",
         "",
         f"| choice | seeds | walk {CYCLES} cycles | thousand samples until episodes last half "
-        "their time | angles, deg | moments, Nm/kg | fore-aft force, % BW | medial | vertical "
-        "| 300 N pushes survived, % |",
+        "their full length | angles, deg | moments, Nm/kg | fore-aft force, % BW | medial | "
+        "vertical | 300 N pushes survived, % |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in ROWS.items():
@@ -260,16 +260,16 @@ def table() -> str:
 
 
 def main() -> None:
-    """Command line; see the module."""
+    """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
-    running = commands.add_parser("run", help="train the rows that are not there yet")
+    running = commands.add_parser("run", help="train the rows that do not exist yet")
     running.add_argument(
-        "--trainings", type=int, default=2, help="side by side, one core each (default: 2)"
+        "--trainings", type=int, default=2, help="trainings in parallel, one core each (default: 2)"
     )
     running.add_argument("rows", nargs="*", help=f"some of: {', '.join(ROWS)} (default: all)")
     writing = commands.add_parser("table", help="write the table into docs/learning.md")
-    writing.add_argument("--check", action="store_true", help="fail where it differs")
+    writing.add_argument("--check", action="store_true", help="fail if it differs")
     arguments = parser.parse_args()
     if arguments.command == "run":
         run(arguments.rows or list(ROWS), arguments.trainings)
@@ -277,7 +277,7 @@ def main() -> None:
     text = DOCUMENT.read_text(encoding="utf-8")
     wanted = with_table(text, "ablation", table())
     if arguments.check and wanted != text:
-        sys.exit(f"{DOCUMENT}: not what {RESULTS} says; run scripts/ablation.py table.")
+        sys.exit(f"{DOCUMENT}: does not match {RESULTS}. Run scripts/ablation.py table.")
     DOCUMENT.write_text(wanted, encoding="utf-8")
 
 

@@ -2,8 +2,8 @@
 
     python scripts/architecture.py [--check]
 
-`--check` writes nothing and fails where a file is not current. `ORDER` is also what
-`tests/test_import_order.py` holds the imports to.
+`--check` writes nothing and fails if a file is out of date. `tests/test_import_order.py` checks the
+imports against `ORDER`.
 """
 
 import argparse
@@ -39,15 +39,15 @@ ORDER = (
     "model",
     "ground",
 )
-"""Folders of the package; each imports only from those that follow. `ground` is no folder: the
-modules at the top of the package, which import from no folder."""
+"""Folders of the package; each imports only from those that follow. `ground` is not a folder but
+the modules at the top of the package, which import from no folder."""
 
 WIDTH, BOX, ROW = 1180, (196, 62), 104
-"""Pixels: the picture's width, a box, and the distance of rows."""
+"""Pixels: width of the picture, size of a box, and distance between rows."""
 
 
 class Import(NamedTuple):
-    """One import of a module of the package by another, by their dotted names and the line."""
+    """One import of a module of the package by another, with their dotted names and the line."""
 
     importer: str
     line: int
@@ -70,7 +70,7 @@ def folder_of(module: str) -> str:
 
 
 def imports() -> Iterator[Import]:
-    """All imports inside the package, also those in functions and for type checkers only."""
+    """All imports inside the package, including those in functions and for type checkers only."""
     known = modules()
     for module, path in known.items():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -88,7 +88,7 @@ def imports() -> Iterator[Import]:
 
 
 def arrows() -> dict[str, set[str]]:
-    """The folders that each folder imports from, itself and the ground left out."""
+    """The folders that each folder imports from, without itself and the ground."""
     found: dict[str, set[str]] = {folder: set() for folder in ORDER[:-1]}
     for each in imports():
         importer, imported = folder_of(each.importer), folder_of(each.imported)
@@ -103,7 +103,7 @@ def _below(folder: str, of: Mapping[str, set[str]]) -> set[str]:
 
 
 def drawn(of: Mapping[str, set[str]]) -> dict[str, set[str]]:
-    """Arrows that do not follow from others."""
+    """Arrows that are not implied by others."""
     return {
         folder: {
             each
@@ -115,7 +115,7 @@ def drawn(of: Mapping[str, set[str]]) -> dict[str, set[str]]:
 
 
 def what(folder: str) -> str:
-    """What a folder holds: the docstring of its `__init__`, on one line."""
+    """What a folder contains: the docstring of its `__init__`, on one line."""
     text = (PACKAGE / folder / "__init__.py").read_text(encoding="utf-8")
     return " ".join((ast.get_docstring(ast.parse(text)) or "").split())
 
@@ -191,7 +191,7 @@ def picture() -> str:
 def table() -> str:
     """The folders, top to bottom, and what they import from."""
     of = arrows()
-    lines = ["| folder | holds | imports from |", "|---|---|---|"]
+    lines = ["| folder | contains | imports from |", "|---|---|---|"]
     for folder in ORDER[:-1]:
         names = ", ".join(f"`{each}`" for each in ORDER if each in of[folder])
         lines.append(f"| `{folder}/` | {what(folder)} | {names or 'the ground only'} |")
@@ -201,9 +201,7 @@ def table() -> str:
 def main() -> None:
     """Write, or check, the picture and the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument(
-        "--check", action="store_true", help="write nothing; fail where not current"
-    )
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
     page = ROOT / "docs" / "architecture.md"
     wanted = {
@@ -214,7 +212,7 @@ def main() -> None:
         if path.read_text(encoding="utf-8") == text:
             continue
         if check:
-            sys.exit(f"{path} is not current: run `python scripts/architecture.py`.")
+            sys.exit(f"{path} is out of date: run `python scripts/architecture.py`.")
         path.write_text(text, encoding="utf-8")
 
 

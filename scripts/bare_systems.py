@@ -1,11 +1,12 @@
-"""The two commands of the README on bare systems: a fresh Debian in a folder, as root and as user.
+"""Run the two commands of the README on bare systems: a fresh Debian in a folder, as root and as an
+ordinary user.
 
     sudo python3 scripts/bare_systems.py bookworm:root trixie:user
 
-A system is what debootstrap makes of the release (variant minbase) with `make`, nothing else. The
-checkout in it is a clean one of HEAD. The ordinary user has no sudo: set-up must then stop with a
-line to run, which is run as root before the same command again. The settings of pip of this machine
-(/etc/pip.conf, PIP_*, root's cache) are the new system's too. Needs root and debootstrap.
+A system is the release as debootstrap makes it (variant minbase) plus `make`, nothing else. It has
+a clean checkout of HEAD. The ordinary user has no sudo: set-up must then stop and print a line,
+which is run as root before the same command is repeated. The new system uses this machine's pip
+settings (/etc/pip.conf, PIP_*, root's cache). Needs root and debootstrap.
 
 Each system writes its row of `reports/evidence/ground.csv`. All whose logs are in --logs write one:
 the suite ran there without data, with CI=true, each time in another random order.
@@ -27,11 +28,11 @@ ROOT = Path(__file__).resolve().parent.parent
 DEBIAN = {"bookworm": "Debian 12", "trixie": "Debian 13", "forky": "Debian 14 (testing)"}
 PLACE = "/home/tester/gaitval"
 CERTIFICATES = "/etc/pip-certificates.pem"
-"""This machine's PIP_CERT in the system, where no package of Debian's replaces it."""
+"""This machine's PIP_CERT in the new system, where no Debian package replaces it."""
 
 
 def main() -> None:
-    """Try each system in turn; exit 1 where a command failed."""
+    """Try each system in turn; exit 1 if a command failed."""
     arguments = _arguments()
     passed = []
     for system in arguments.systems:
@@ -83,7 +84,7 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
     """A copy of the bare release with make, the user and a clean checkout."""
     system: Path = arguments.folder / f"run-{release}-{user}"
     if system.exists():
-        shutil.rmtree(system)  # what was mounted there went with its command: see _chroot
+        shutil.rmtree(system)  # mounts ended with their command: see _chroot
     subprocess.run(["cp", "-a", str(_bare(release, arguments)), str(system)], check=True)
     for name in ("/etc/resolv.conf", "/etc/hosts"):
         shutil.copy(name, system / name[1:])
@@ -98,7 +99,7 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
             shutil.copy(source, target)
     if CERTIFICATES in _environment(user).values():
         shutil.copy(os.environ["PIP_CERT"], system / CERTIFICATES[1:])
-    # A mirror that stands still is as good here.
+    # A mirror that is no longer updated is good enough here.
     still = system / "etc/apt/apt.conf.d/99-mirror"
     still.write_text('Acquire::Check-Valid-Until "false";\n')
     place = system / PLACE[1:]
@@ -135,7 +136,7 @@ def _environment(user: str) -> dict[str, str]:
 
 
 def _chroot(system: Path, user: str = "root") -> list[str]:
-    """Start of a command in the system; what is mounted goes when the command ends."""
+    """Start of a command in the system; its mounts disappear when the command ends."""
     root = shlex.quote(str(system))
     cache = Path.home() / ".cache/pip"
     inside = _environment(user)["PIP_CACHE_DIR"]
@@ -151,7 +152,7 @@ def _chroot(system: Path, user: str = "root") -> list[str]:
 
 
 def _run(system: Path, user: str, line: str, log: Path) -> tuple[bool, str]:
-    """Whether a line ended with 0, and what it printed."""
+    """Whether a line exited with 0, and what it printed."""
     started = time.time()
     done = subprocess.run(
         [*_chroot(system, user), "bash", "-c", f"cd {PLACE} && {line}"],

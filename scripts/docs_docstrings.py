@@ -1,7 +1,8 @@
-"""How mkdocstrings reads our docstrings: `name : text` says what a parameter is, not its type.
+"""How mkdocstrings reads our docstrings: in `name : text` the text describes a parameter, not its
+type.
 
-The type is in the signature, where mypy checks it; so the text moves to the line below the name,
-where numpydoc has the description, and the site shows both.
+The type is in the signature, where mypy checks it; so the text is moved to the line below the name,
+where numpydoc expects the description, and the site shows both.
 """
 
 import re

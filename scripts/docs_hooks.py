@@ -1,5 +1,5 @@
-"""What mkdocs does for this site beside its own: generated pages, links into the repository,
-equations as MathML (browsers show it by themselves), and the check of the built links.
+"""Hooks of mkdocs for this site: generated pages, links into the repository, equations as MathML
+(which browsers display without scripts), and the check of the built links.
 """
 
 import html
@@ -26,14 +26,16 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Lead links to files of the repository to the page that shows the file, or just name it."""
+    """Point links to files of the repository at the page that shows the file, or replace them by
+    the name.
+    """
     path = page.file.src_uri
     return with_links(markdown, path, BORROWED.get(path, f"docs/{path}"))
 
 
 def with_links(markdown: str, page: str, file: str) -> str:
-    """Links of a Markdown text that are relative to `file` in the repository, for `page` on the
-    site.
+    """Rewrite the links of a Markdown text, which are relative to `file` in the repository, for
+    `page` on the site.
     """
 
     def lead(found: re.Match[str]) -> str:
@@ -45,7 +47,7 @@ def with_links(markdown: str, page: str, file: str) -> str:
         if shown is not None:
             return f"[{text}]({os.path.relpath(shown, os.path.dirname(page) or '.')}{anchor})"
         if not (ROOT / target).exists():
-            return found[0]  # mkdocs says that it is not there
+            return found[0]  # mkdocs reports that it does not exist
         return text if target.endswith(text) else f"{text} (`{target}`)"
 
     return _LINK.sub(lead, markdown)
@@ -59,7 +61,9 @@ def on_page_content(content: str, page: Any, **_: Any) -> str:
         try:
             return convert(html.unescape(found[3]).strip(), display=display)
         except Exception as error:
-            raise PluginError(f"{page.file.src_uri}: {found[3]}: no equation ({error})") from error
+            raise PluginError(
+                f"{page.file.src_uri}: {found[3]}: not a valid equation ({error})"
+            ) from error
 
     return _EQUATION.sub(equation, content)
 

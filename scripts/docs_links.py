@@ -1,4 +1,4 @@
-"""Links of the built site: each leads to a file and an anchor that are there, and no page loads
+"""Check the links of the built site: each leads to an existing file and anchor, and no page loads
 anything from the network.
 """
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 LOADS = {("script", "src"), ("img", "src"), ("link", "href"), ("iframe", "src"), ("source", "src")}
-"""Attributes whose target a browser loads by itself."""
+"""Attributes whose target a browser loads automatically."""
 HINTS = {"canonical", "next", "prev", "edit"}
 """Relations of a <link> that load nothing."""
 
@@ -29,7 +29,7 @@ class _Page(HTMLParser):
 
 
 def broken_links(site: Path) -> list[str]:
-    """What is wrong with the links of all pages of a built site; nothing where all is well."""
+    """Problems with the links of all pages of a built site; empty if all is well."""
     pages = {path.resolve(): _Page() for path in site.rglob("*.html")}
     for path, page in pages.items():
         page.feed(path.read_text(encoding="utf-8"))
@@ -40,7 +40,7 @@ def broken_links(site: Path) -> list[str]:
             parts = urlsplit(link)
             if parts.scheme or parts.netloc:
                 if loads and parts.scheme != "data":
-                    problems.append(f"{place} is loaded from elsewhere")
+                    problems.append(f"{place} is loaded from the network")
                 continue
             if path.name == "404.html":
                 continue  # the error page has links from the root of a server

@@ -15,10 +15,10 @@ BORROWED = {
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
 }
-"""Pages that are files of the repository, as they stand there."""
+"""Pages that are files of the repository, unchanged."""
 
 FOLDERS = tuple(folder for folder in ORDER if folder != "ground")
-"""Folders of the package, each with a page of its code."""
+"""Folders of the package, each with a page on its code."""
 
 COUNTERPARTS = {
     **{file: page for page, file in BORROWED.items()},
@@ -54,7 +54,7 @@ def code_page(title: str, modules: list[Path]) -> str:
 
 
 def table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A Markdown table; line breaks and bars in cells are made harmless."""
+    """A Markdown table; line breaks and bars in cells are escaped."""
     lines = [header, ("---",) * len(header), *rows]
     return "\n".join(
         "| " + " | ".join(re.sub(r"\s+", " ", cell).replace("|", "\\|") for cell in line) + " |"
@@ -63,7 +63,7 @@ def table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def commands_page() -> str:
-    """The help of every command, as `gaitval COMMAND --help` has it."""
+    """The help of every command, as `gaitval COMMAND --help` shows it."""
     from typer.main import get_command
 
     from gaitval.cli.app import app
@@ -100,7 +100,7 @@ def command_section(name: str, command: Any) -> list[str]:
 
 
 def default_of(parameter: Any) -> str:
-    """The default of an option, where its help shows it."""
+    """The default of an option, if its help shows it."""
     shown = getattr(parameter, "show_default", True)
     if not shown or parameter.default in (None, False):
         return ""
@@ -108,7 +108,7 @@ def default_of(parameter: Any) -> str:
 
 
 def plain(text: str) -> str:
-    """Help text without the marks that only a terminal understands, safe as Markdown."""
+    """Help text without terminal markup, safe as Markdown."""
     text = re.sub(r"\[/?(?:bold|red|dim)?\]", "", text.replace("\b", ""))
     return text.replace("*", r"\*").replace("_", r"\_").strip()
 

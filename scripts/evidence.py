@@ -1,7 +1,7 @@
-"""Rows of `reports/evidence/TOPIC.csv`: what was asked of the project, and what was measured.
+"""Rows of `reports/evidence/TOPIC.csv`: what was required of the project, and what was measured.
 
-Each row is written by the command that it names. A row of the same `what` is replaced, so that a
-command may be run again on its own.
+Each row is written by the command that it names. A row with the same `what` is replaced, so any
+command can be run again on its own.
 """
 
 import csv
@@ -22,8 +22,8 @@ class Row:
     ----------
     what : the thing measured, unique in its file.
     value : in `unit`.
-    relation : how the value is held against `goal` (wanted) and `must` (required).
-    n : how many things the value was measured on.
+    relation : how the value is compared with `goal` (wanted) and `must` (required).
+    n : number of cases that the value was measured on.
     command : the line that wrote this row.
     """
 

@@ -1,7 +1,7 @@
-"""Write docs/learning.md's table of what the fit to Newton's laws leaves of each record.
+"""Write the table in docs/learning.md of how far the fit to Newton's laws is from each record.
 
-Departures of the fitted reference from the record, RMS over the cycle: what no walker of this body
-and contact could do better all at once.
+It shows the deviations of the fitted reference from the record, RMS over the cycle. No walker with
+this body and contact could improve on all of them at once.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
 """Train the general policy of reports/general: one walker for the bodies of several people.
 
-A training of anybody who has no stored policy starts from it, which takes a few minutes instead of
-a training from nothing. Interrupted, it resumes.
+Training for anybody without a stored policy starts from it, which takes a few minutes instead of a
+training from nothing. If interrupted, it resumes.
 """
 
 import argparse
@@ -23,7 +23,7 @@ TARGET = Path(__file__).parent.parent / "reports" / GENERAL
 
 
 def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
-    """What the policy was trained with, and what that training went on from."""
+    """What the policy was trained with, and what that training started from."""
     return {
         "subjects": subjects,
         "samples": policy.about["samples"],
@@ -36,11 +36,11 @@ def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str
 
 
 def main() -> None:
-    """Command line; see the module."""
+    """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
     parser.add_argument("--samples", type=int, default=15_000_000, help="default: %(default)s")
-    parser.add_argument("--start", type=Path, help="go on from this general policy")
+    parser.add_argument("--start", type=Path, help="start from this general policy")
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
     arguments = parser.parse_args()
@@ -58,7 +58,7 @@ def main() -> None:
         rate = values["samples"] / (time.monotonic() - began)
         print(
             f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
-            f"{values['cycles']:.2f} cycles an episode, {rate:,.0f} samples/s",
+            f"{values['cycles']:.2f} cycles per episode, {rate:,.0f} samples/s",
             flush=True,
         )
 

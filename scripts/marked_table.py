@@ -1,4 +1,4 @@
-"""Tables that scripts write into a page, between comments that mark their place."""
+"""Tables that scripts write into a page, between comments that mark their position."""
 
 
 def with_table(text: str, name: str, table: str) -> str:

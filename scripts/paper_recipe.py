@@ -1,11 +1,12 @@
-"""Write docs/learning.md's section on what the paper's own recipe does (`--config paper`).
+"""Write the section of docs/learning.md on the results of the paper's own recipe (`--config
+paper`).
 
     gaitval subject 5 --config paper --scratch --out /tmp/paper
     python scripts/paper_recipe.py /tmp/paper     # keeps the figures in reports/paper_recipe.json
     python scripts/paper_recipe.py                # the page from the figures that are kept
     python scripts/paper_recipe.py --check        # fails where the page has not what is kept
 
-A failed limit is shown as failed: the recipe is here to be compared with, not to be used.
+A failed limit is shown as failed: the recipe is there for comparison, not for use.
 """
 
 import sys
@@ -21,11 +22,11 @@ ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "reports" / "paper_recipe.json"
 PAGE = ROOT / "docs" / "learning.md"
 ROW = ("id", "title", "target", "limit", "tolerance", "unit", "value", "passed")
-"""What is kept of a verdict."""
+"""The keys of a verdict that are kept."""
 
 
 def figures(folder: Path) -> dict[str, Any]:
-    """What a finished run with `--config paper` came to."""
+    """Results of a finished run with `--config paper`."""
     metrics, provenance = read_json(folder / "metrics.json"), read_json(folder / "provenance.json")
     policy = read_json(folder / "policy" / "policy.json")
     wanted = load_configuration(Path("paper")).model_dump(mode="json")
@@ -37,7 +38,9 @@ def figures(folder: Path) -> dict[str, Any]:
         if key not in ("device", "workers") and made[section].get(key) != value
     ]
     if differ:
-        sys.exit(f"{folder}: not of --config paper, these differ: {', '.join(differ)}.")
+        sys.exit(
+            f"{folder}: not a run with --config paper; these settings differ: {', '.join(differ)}."
+        )
     identification = metrics["identification"]
     trained = [
         read_json(folder / f"rounds/{row['round']}/policy/policy.json")["samples"]
@@ -65,7 +68,7 @@ def figures(folder: Path) -> dict[str, Any]:
 
 
 def worst(rows: list[dict[str, Any]]) -> str:
-    """Of the values of one limit; a value that could not be measured is worse than any."""
+    """The worst value of one limit; a value that could not be measured is worse than any."""
     missing = [row["target"] for row in rows if row["value"] is None]
     if missing:
         return "not measured: " + ("all" if len(missing) == len(rows) else ", ".join(missing))
@@ -86,9 +89,8 @@ def page(found: dict[str, Any]) -> str:
         f"`gaitval subject {found['subject'].removeprefix('S').lstrip('0')} --config paper "
         f"--scratch`, {samples} samples to the end of the budget (round {found['chosen_round']}, "
         f"the best of {found['rounds']} by epsilon), one seed ({found['seed']}), {found['date']}, "
-        f"{versions}. "
-        f"**{fell} of {len(found['starts'])} walks fall; {failed} of {len(found['verdicts'])} "
-        "limits are failed.**",
+        f"{versions}. **{fell} of {len(found['starts'])} walks end in a fall; {failed} of "
+        f"{len(found['verdicts'])} limits fail.**",
         "",
         "| started at, % of the right cycle | gait cycles after the settling ones, right / left "
         "| seconds | |",
@@ -116,14 +118,14 @@ def page(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Keep the figures of a run, if one is given, and write the page."""
+    """Store the figures of a run, if one is given, and write the page."""
     given = sys.argv[1] if len(sys.argv) > 1 else None
     if given not in (None, "--check"):
         write_json(RESULTS, figures(Path(given)))
     before = PAGE.read_text(encoding="utf-8")
     after = with_table(before, "paper", page(read_json(RESULTS)))
     if given == "--check" and after != before:
-        sys.exit(f"{PAGE}: not what {RESULTS} says; run scripts/paper_recipe.py.")
+        sys.exit(f"{PAGE}: does not match {RESULTS}. Run scripts/paper_recipe.py.")
     PAGE.write_text(after, encoding="utf-8")
 
 

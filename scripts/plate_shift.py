@@ -1,13 +1,13 @@
-"""Write docs/decisions.md's table of how far the force plates of the records stand apart.
+"""Write the table in docs/decisions.md of how far apart the force plates of the records are.
 
     python scripts/plate_shift.py
     python scripts/plate_shift.py SUBJECT.toml     # of another subject: only printed
 
-A force that is further forward by d under one foot changes the sagittal moments of hip, knee and
-ankle of that leg alike, by d times the vertical force: extension of the hip, flexion of the knee
-and plantarflexion of the ankle grow. So the difference of right and left, over the mean vertical
-force of both, is told as a length, for each joint and for the three together (least squares), from
-`STANCE`. It also holds what is different in the person's legs.
+If the force under one foot is further forward by d, the sagittal moments of that leg's hip, knee
+and ankle all change by d times the vertical force: hip extension, knee flexion and ankle
+plantarflexion increase. So the difference between right and left, divided by the mean vertical
+force of both, is given as a length, for each joint and for the three together (least squares), from
+`STANCE`. It also contains real differences between the person's legs.
 """
 
 import sys
@@ -25,12 +25,12 @@ PAGE = Path(__file__).parent.parent / "docs" / "decisions.md"
 STANCE = np.arange(10, 51) / 100
 """Phases of each side's own cycle at which a foot carries the body."""
 SIGNS = {"hip_flexion": -1.0, "knee_angle": 1.0, "ankle_angle": -1.0}
-"""Of what a force further forward adds to a moment."""
+"""Signs of what a force further forward adds to each moment."""
 
 
 def shifts(record: GaitRecord) -> NDArray[np.float64]:
-    """(4,) cm, how much further forward the force is under the right foot: by the moments of hip,
-    knee, ankle, and of the three.
+    """(4,) cm, how much further forward the force is under the right foot, according to the moments
+    of hip, knee, ankle, and all three.
     """
     force = STANDARD_GRAVITY * np.mean(
         [record.ground_reaction(side, STANCE)[:, 2] for side in ("right", "left")], axis=0
@@ -43,7 +43,7 @@ def shifts(record: GaitRecord) -> NDArray[np.float64]:
 
 
 def table() -> str:
-    """Of all built-in subjects."""
+    """The table of all built-in subjects."""
     found = np.array([shifts(load_subject(name).record()) for name in BUILTIN])
     rows = [
         *zip(BUILTIN, found, strict=True),

@@ -1,8 +1,8 @@
 """Write the accuracy tables of reports/recordings/README.md from the figures stored beside it.
 
-With `--data`, the folder of the raw data, both recorded sessions are imported again, compared with
-OpenSim 4.6, and the figures written first; that takes some minutes. `--check` writes nothing and
-fails where the tables are not what the figures say (for CI).
+With `--data`, the folder of the raw data, both recorded sessions are first imported again and
+compared with OpenSim 4.6, and the figures are written; that takes some minutes. `--check` writes
+nothing and fails if the tables do not match the figures (for CI).
 """
 
 import argparse
@@ -47,15 +47,16 @@ SOURCES = {
 }
 
 PARITY_FRAMES = {"WBDS01": 15, "Rajagopal": 2}
-"""Of how many frames one is given to both inverse kinematics: OpenSim takes 0.1 s for each."""
+"""One frame of this many is given to both inverse kinematics: OpenSim takes 0.1 s per frame."""
 CONVERGED, SHIPPED = 1e-9, 1e-5
-"""Accuracies of OpenSim's inverse kinematics: at which it no longer moves, and as shipped."""
+"""Accuracies of OpenSim's inverse kinematics: one at which it has converged, and the default."""
 ROTATIONS = np.array([i not in (3, 4, 5) for i in range(31)])
 """Which of the 31 coordinates are angles."""
 INSIDE = slice(5, -5)
-"""Splines at the ends are natural in OpenSim, not-a-knot here."""
+"""Frames left out at the ends, where splines are natural in OpenSim but not-a-knot here."""
 SMALLEST_PEAK = 0.1
-"""Nm. A moment that is never larger, as at joints that no marker shows, has no share of a peak."""
+"""Nm. For a moment that is never larger, such as at joints that no marker shows, no fraction of the
+peak is computed."""
 
 
 # --- figures -----------------------------------------------------------------------------
@@ -114,7 +115,7 @@ def figures_of(identifier: str, data: Path) -> dict[str, Any]:
 
 
 def _rounded(value: Any) -> Any:
-    """To four digits: what the tables show, and what two machines agree on."""
+    """Rounded to four digits, which the tables show and on which two machines agree."""
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -151,7 +152,7 @@ def _marker_errors(walk: Any, data: Path | None) -> dict[str, dict[str, float]]:
 
 
 def _events(found: Any, data: Path) -> list[dict[str, Any]]:
-    """Events of the import, from force, less others of the same foot and kind that are nearest."""
+    """Events of the import, from force, minus the nearest other ones of the same foot and kind."""
     from gaitval.coordinates import SIDES
     from gaitval.gait.events import force_events, marker_events
 
@@ -210,7 +211,7 @@ def _gait(walk: Any, data: Path | None) -> dict[str, dict[str, float | None]]:
 
 
 def _opensim(found: Any, every: int) -> dict[str, Any]:
-    """Our inverse kinematics and dynamics against OpenSim's, on the model that was exported."""
+    """Our inverse kinematics and dynamics compared with OpenSim's, on the exported model."""
     import opensim
     from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table
     from opensim_peer import run as run_tool
@@ -300,7 +301,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
 
 
 def _cost(model: Any, markers: Any, measured: Any, positions: Any) -> Any:
-    """What inverse kinematics makes small: weighted sum of squared distances, (T,) m²."""
+    """The cost that inverse kinematics minimises: weighted sum of squared distances, (T,) m²."""
     from gaitval.inverse.marked_body import marker_positions
 
     squared = ((marker_positions(model, markers, positions) - measured) ** 2).sum(axis=2)
@@ -358,7 +359,7 @@ def _opensim_lines(figures: dict[str, Any]) -> str:
 
 
 def section(identifier: str, figures: dict[str, Any]) -> str:
-    """What one session's part of the page says."""
+    """The section of the page on one session."""
     source = SOURCES[identifier]
     consistent, anchoring = figures["consistent"], figures["anchoring_mm"]
     masses = ", ".join(f"{k} {v:.3f}" for k, v in consistent["mass_factors"].items())
@@ -487,7 +488,7 @@ def page() -> str:
 def main() -> int:
     """Measure with --data; then write, or with --check compare, the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where stale")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     parser.add_argument("--data", type=Path, help="folder of the raw data: measure again")
     options = parser.parse_args()
     if options.data is not None:
@@ -499,7 +500,9 @@ def main() -> int:
     path, text = FOLDER / "README.md", page()
     if options.check:
         if not path.exists() or path.read_text("utf-8") != text:
-            sys.stderr.write(f"{path}: not what the figures say; run scripts/recording_tables.py\n")
+            sys.stderr.write(
+                f"{path}: does not match the figures. Run scripts/recording_tables.py\n"
+            )
             return 1
         return 0
     path.write_text(text, encoding="utf-8")

@@ -1,4 +1,5 @@
-"""Whether two versions of gaitval walk the stored baselines alike: every number is compared.
+"""Check that two versions of gaitval give the same results for the stored baselines: every number
+is compared.
 
     python scripts/same_results.py --before REVISION --topic ground layout
     python scripts/same_results.py --python /path/to/python3.13 --topic ground
@@ -23,6 +24,7 @@ from typing import Any
 
 import evidence
 
+from gaitval.artefacts import write_json
 from gaitval.metrics.regression import compare
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -46,7 +48,7 @@ MEANT = {
 
 
 def main() -> None:
-    """Compare, print and write the row; exit 1 where the versions differ by more than allowed."""
+    """Compare, print and write the row; exit 1 if the versions differ by more than allowed."""
     arguments = _arguments()
     with tempfile.TemporaryDirectory() as temporary:
         code = ROOT
@@ -69,6 +71,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--python", metavar="FILE", help="compare with this Python")
     parser.add_argument(
         "--topic", required=True, nargs="+", help="files of reports/evidence for the row"
+    )
+    parser.add_argument(
+        "--store",
+        action="store_true",
+        help="keep the present walks' metrics as those of the baselines (after a change of schema)",
     )
     parser.add_argument("--subjects", type=int, nargs="+", default=range(1, 11), metavar="N")
     found = parser.parse_args()
@@ -106,7 +113,9 @@ def _walk(python: str, code: Path, baseline: Path, out: Path) -> Any:
 
 
 def _numbers(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Every number of a document with its place; rows of measures and verdicts by their names."""
+    """Every number in a document with its place; rows of measures and verdicts go by their
+    names.
+    """
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _numbers(item, f"{place}/{key}")
@@ -131,6 +140,8 @@ def _compare(arguments: argparse.Namespace, code: Path, temporary: Path) -> evid
         else:
             one = _walk(arguments.python, ROOT, baseline, temporary / "one.json")
         two = _walk(sys.executable, ROOT, baseline, temporary / "two.json")
+        if arguments.store:
+            write_json(baseline / "metrics.json", two)
         before, now = dict(_numbers(one)), dict(_numbers(two))
         meant = [place for place in MEANT if before.get(place) != now.get(place)]
         common = [place for place in before if place in now and place not in meant]
@@ -180,7 +191,7 @@ def _version(python: str) -> str:
 
 
 def _folders(some: dict[str, float], others: dict[str, float]) -> str:
-    """Where the numbers lie that the others do not have, at most two levels deep."""
+    """Places of the numbers that the others lack, at most two levels deep."""
     missing = {"/".join(place.split("/")[:3]) for place in some if place not in others}
     return ", ".join(sorted(missing)) or "none"
 

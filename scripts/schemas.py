@@ -1,8 +1,8 @@
-"""Writes the JSON schemas of results from their models.
+"""Write the JSON schemas of results from their models.
 
     python scripts/schemas.py [--check]
 
-`--check` writes nothing and fails where a file is not current.
+`--check` writes nothing and fails if a file is out of date.
 """
 
 import argparse
@@ -18,18 +18,22 @@ from gaitval.metrics.results import (
     Metrics,
 )
 from gaitval.metrics.typed import schema
+from gaitval.session.results import IMPORT_VERSION, ImportResult
 
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 
 
 def schemas() -> dict[Path, dict[str, Any]]:
-    """The schema of each kind of result, by its file."""
+    """The schema of each kind of result, by file."""
     return {
         PACKAGE / "metrics/metrics.schema.json": schema(
             Metrics, name="metrics", version=SCHEMA_VERSION
         ),
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
+        ),
+        PACKAGE / "session/import.schema.json": schema(
+            ImportResult, name="import", version=IMPORT_VERSION
         ),
     }
 
@@ -44,7 +48,7 @@ def main() -> None:
         if not check:
             path.write_text(text, encoding="utf-8", newline="\n")
         elif not path.is_file() or path.read_text(encoding="utf-8") != text:
-            sys.exit(f"{path} is not current: run python scripts/schemas.py")
+            sys.exit(f"{path} is out of date: run python scripts/schemas.py")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Write the tables of docs/speed.md: `make speed`, on a machine that does nothing else.
+"""Write the tables of docs/speed.md: `make speed`, on an otherwise idle machine.
 
     python scripts/speed_tables.py steps                  # no times: whatever the machine does
     python scripts/speed_tables.py steered                # likewise
@@ -6,10 +6,10 @@
     python scripts/speed_tables.py profile                # times of this machine
     python scripts/speed_tables.py ratios benchmark.json  # of one run of pytest-benchmark
 
-`steps`: the same open-loop walk with different physics steps against the smallest one. `steered`:
-likewise walks of the stored policies, which were trained with the default step. `profile`:
-where the time of a training goes. `trainings`: whole trainings, as the runs of the baselines took
-them. `ratios`: the engines of benchmarks/test_physics_step.py.
+`steps`: the same open-loop walk with different physics steps, compared with the smallest one.
+`steered`: likewise rollouts of the stored policies, which were trained with the default step.
+`profile`: how the time of a training is spent. `trainings`: times of whole trainings in the runs of
+the baselines. `ratios`: the engines of benchmarks/test_physics_step.py.
 """
 
 import argparse
@@ -54,20 +54,20 @@ ACTION = 0.03
 """s, whatever the step."""
 ACTIONS = 13
 SETTLING = 1
-"""Actions at the start that are left out: contact starts from no force there."""
+"""Number of actions left out at the start, where contact starts from zero force."""
 GRID = 0.006
-"""s, a whole number of every step: the ground reaction is compared at these instants."""
+"""s, a multiple of every step: the ground reaction is compared at these instants."""
 START_PHASES = np.arange(8) / 8
 
 STEERED = ("S01", "S05", "S10")
-"""Subjects whose stored policies walk with each of the steps ..."""
+"""Subjects whose stored policies are simulated with each of the steps ..."""
 STEERED_STEPS = (0.25e-3, 0.5e-3, 1e-3, 2e-3)
 """... s; the first is what the others are compared with."""
 STEERED_CYCLES = 24
 
 
 def walking_task(name: str = SUBJECT) -> WalkingTask:
-    """Of a subject, with the default configuration."""
+    """The task of a subject, with the default configuration."""
     subject = load_subject(name)
     return WalkingTask.of(scale_subject(subject).model, subject.record(), Configuration())
 
@@ -90,14 +90,14 @@ def energy(tree: Tree, state: Array) -> float:
 
 @dataclass(frozen=True)
 class Walk:
-    """One walk after its settling.
+    """One walk after settling.
 
     Attributes
     ----------
     ground_reaction : (T, 2, 3) body weights, at the instants of `GRID`.
     impulse : (3,) body weights x s, of both feet.
-    unexplained_energy : J, change of energy less the work of the servos and of the ground.
-    work : J, of the servos, negative work taken positive.
+    unexplained_energy : J, change of energy minus the work of the servos and of the ground.
+    work : J, of the servos, with negative work counted as positive.
     """
 
     ground_reaction: Array
@@ -107,14 +107,16 @@ class Walk:
 
 
 def with_step(task: WalkingTask, step: float) -> WalkingTask:
-    """The task with another physics step and actions as long as before."""
+    """The task with another physics step and actions of the same duration."""
     values = task.configuration.model_dump()
     values["environment"] |= {"physics_step": step, "steps_per_action": round(ACTION / step)}
     return replace(task, configuration=Configuration.model_validate(values))
 
 
 def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
-    """From a state of the reference, the servos' targets being the reference."""
+    """An open-loop walk from a state of the reference, with the reference as the servos'
+    targets.
+    """
     count = round(ACTION / step)
     walker = Walker(with_step(task, step))
     row = round(phase * len(task.reference.phase))
@@ -147,7 +149,7 @@ def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
 
 
 def steps_table(task: WalkingTask) -> list[str]:
-    """How far walks with larger steps are from those with the smallest."""
+    """Differences of walks with larger steps from those with the smallest."""
     walks = {step: [open_loop_walk(task, step, phase) for phase in START_PHASES] for step in STEPS}
     finest = walks[STEPS[0]]
     seconds = (ACTIONS - SETTLING) * ACTION
@@ -174,8 +176,8 @@ def steps_table(task: WalkingTask) -> list[str]:
 
 
 def steered_walk(name: str, step: float) -> dict[str, Array]:
-    """Mean curves of the stored walker, its body identified and its reference corrected: joint
-    angles in degrees, moments in Nm/kg, vertical forces in % of body weight.
+    """Mean curves of the stored walker with identified body and corrected reference: joint angles
+    in degrees, moments in Nm/kg, vertical forces in % of body weight.
     """
     task, stored = with_step(walking_task(name), step), REPORTS / name / "baseline"
     correction = Adjustment.from_dict(read_json(stored / "correction.json"), str(stored))
@@ -208,7 +210,7 @@ def steered_walk(name: str, step: float) -> dict[str, Array]:
 
 
 def steered_table() -> list[str]:
-    """How far the mean curves of steered walks are from those with the smallest step."""
+    """Differences of the mean curves of policy walks from those with the smallest step."""
     lines = [
         "| step, ms | hip, knee, ankle angles, ° | their moments, Nm/kg | vertical force, % BW |",
         "|---|---|---|---|",
@@ -231,7 +233,7 @@ def steered_table() -> list[str]:
 
 
 def least_seconds(work: Callable[[], object], *, rounds: int) -> float:
-    """Of a few runs, so that what else the machine does counts little."""
+    """The least time of a few runs, so that other work on the machine matters little."""
     times = []
     for _ in range(rounds):
         start = perf_counter()
@@ -280,7 +282,7 @@ def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
 
 
 def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
-    """Of a training with the default configuration."""
+    """The profile of a training with the default configuration."""
     torch.set_num_threads(1)  # as in a training
     training = task.configuration.training
     learner = Learner(task.configuration)
@@ -328,7 +330,7 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
 
 
 def trainings_table(reports: Path = REPORTS) -> list[str]:
-    """Of the runs that the baselines came of."""
+    """Times of the runs that made the baselines."""
     training = Configuration().training
     kinds = {
         "scratch": ("nothing", training.samples),
@@ -355,7 +357,7 @@ def trainings_table(reports: Path = REPORTS) -> list[str]:
 
 
 def ratios_table(results: dict[str, Any]) -> list[str]:
-    """From the JSON of pytest-benchmark."""
+    """The table from pytest-benchmark's JSON."""
     walks = [b for b in results["benchmarks"] if "steps of a walk" in b["group"]]
     steps = int(walks[0]["group"].split()[0])
     least = {b["name"].removeprefix("test_"): b["stats"]["min"] for b in walks}

@@ -1,12 +1,12 @@
-"""What the test suite says of itself, as rows of `reports/evidence/ground.csv`.
+"""Figures about the test suite, as rows of `reports/evidence/ground.csv`.
 
     python scripts/suite_evidence.py limits           rows of the limits table with a mutation
     python scripts/suite_evidence.py orders 1 2 3     random orders of these seeds, without data
     python scripts/suite_evidence.py python FILE      the suite with another Python's environment
     python scripts/suite_evidence.py clone            minutes of `make test` in a fresh clone
 
-`python` and `clone` read the raw data where `GAITVAL_DATA` names them. `clone` says something only
-on a machine that does nothing else.
+`python` and `clone` read the raw data from the folder named by `GAITVAL_DATA`. `clone` is
+meaningful only on an otherwise idle machine.
 """
 
 import os
@@ -28,7 +28,7 @@ PYTEST = (
 
 
 def main() -> None:
-    """Write the rows of one kind; exit 1 where one is not as it must be."""
+    """Write the rows of one kind; exit 1 if a row misses its requirement."""
     kinds = {"limits": _limits, "orders": _orders, "python": _python, "clone": _clone}
     if len(sys.argv) < 2 or sys.argv[1] not in kinds:
         raise SystemExit(__doc__)
@@ -44,7 +44,7 @@ def _command() -> str:
 
 
 def _suite(python: str, *arguments: str, **environment: str) -> tuple[int, int]:
-    """Failures (errors among them) and passes of a run of the suite from the checkout."""
+    """Failures (including errors) and passes of a run of the suite from the checkout."""
     done = subprocess.run(
         [python, *PYTEST, *arguments],
         cwd=ROOT,

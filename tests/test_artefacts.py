@@ -70,7 +70,7 @@ def test_json_refuses_what_json_has_not(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b'{"x": 1', b"\xff\xfe"])
 def test_damaged_json_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.json").write_bytes(content)
-    with pytest.raises(ArtefactError, match=r"a\.json: not readable.*Delete it"):
+    with pytest.raises(ArtefactError, match=r"a\.json: cannot be read.*Delete it"):
         read_json(tmp_path / "a.json")
 
 
@@ -105,7 +105,7 @@ def test_arrays_of_another_version_are_refused(tmp_path: Path) -> None:
 def test_pickled_objects_are_never_loaded(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     np.savez(path, q=np.array([{"x": 1}], dtype=object))
-    with pytest.raises(ArtefactError, match="not readable as npz"):
+    with pytest.raises(ArtefactError, match="cannot be read as npz"):
         read_arrays(path, ("q",))
 
 

@@ -39,14 +39,14 @@ def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: ob
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("training.sample=5", r"training\.sample: unknown; known here are samples, "),
-        ("trainin.samples=5", r"trainin: unknown; known here are seed, contact, "),
+        ("training.sample=5", r"training\.sample: unknown; the known ones are samples, "),
+        ("trainin.samples=5", r"trainin: unknown; the known ones are seed, contact, "),
         ("training.samples=0", r"training\.samples: .*greater than or equal to 1, but it is 0"),
         ("training.samples=many", r"training\.samples: .*integer.*but it is 'many'"),
         ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),
         (
             "environment.pace_scale=0.25",
-            r"environment: pace_scale 0\.25 x action_limit 4 is to be ",
+            r"environment: pace_scale 0\.25 x action_limit 4 must be ",
         ),
         ("contact.stiffness=-1", r"contact\.stiffness: .*greater than 0, but it is -1"),
         ("training.samples", r"not of the form section\.key=value, for example --set "),
@@ -132,7 +132,7 @@ def test_the_papers_configuration_is_given_by_its_name():
 
 def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigurationError, match=r"papr: no such .* named ones \(paper\)"):
+    with pytest.raises(ConfigurationError, match=r"papr: no such .* built-in one \(paper\)"):
         load_configuration(Path("papr"))
     (tmp_path / "paper").write_text("seed = 3\n")  # a file goes before a name
     assert load_configuration(Path("paper")).seed == 3

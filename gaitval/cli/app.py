@@ -15,7 +15,7 @@ from gaitval.cli import display
 from gaitval.errors import GaitvalError
 
 STOPPED = 130
-"""Exit code after Ctrl-C, as shells have it."""
+"""Exit code after Ctrl-C, as in shells."""
 INTERNAL = 70
 """Exit code after an error in gaitval itself (EX_SOFTWARE of sysexits.h)."""
 
@@ -35,7 +35,7 @@ Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot b
 
 
 class _Commands(TyperGroup):
-    """Turns the errors that a user can mend into a message and an exit code."""
+    """Turns errors that a user can fix into a message and an exit code."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -104,7 +104,7 @@ ScratchOption = Annotated[
 
 
 def _paragraphs(text: str) -> str:
-    """One line a paragraph, for the terminal to break."""
+    """One line per paragraph, for the terminal to wrap."""
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
@@ -146,9 +146,10 @@ def main() -> None:
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.messages.print(
-            f"internal error: {type(error).__name__}: {error}\nThis is a fault of gaitval or of "
-            "this machine (disk full, memory?), not of your input. Set GAITVAL_TRACEBACK=1 and "
-            "run the same command again to see where it happens; finished work is kept.",
+            f"internal error: {type(error).__name__}: {error}\n"
+            "This is a fault of gaitval or of this machine (disk full, out of memory?), not of "
+            "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
+            "happens; finished work is kept.",
             style="red",
             markup=False,
             highlight=False,

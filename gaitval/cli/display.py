@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from gaitval.session.session import Import
 
 PLAIN_SECONDS = 30.0
-"""Time between lines of progress where the output is not a terminal."""
+"""Time between lines of progress if the output is not a terminal."""
 
-# Tables are not squeezed into 80 columns where there is no terminal.
+# Tables are not squeezed into 80 columns without a terminal.
 output = Console(width=None if sys.stdout.isatty() else 120)
 messages = Console(stderr=True)
 
 
 class Live(Observer):
-    """Tells of stages and their progress: a bar on a terminal, else a line now and then.
+    """Shows stages and their progress: a bar on a terminal, else a line now and then.
 
     `console` may be a terminal or not.
     """
@@ -65,7 +65,7 @@ class Live(Observer):
         self.say(f"{stage}: {'resumes' if reason == INTERRUPTED else 'starts'} ({reason})")
 
     def progress(self, values: Mapping[str, float]) -> None:
-        """Show how far a stage is.
+        """Show the progress of a stage.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class Live(Observer):
         self.say(f"{stage}: done in {_duration(seconds)}")
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
@@ -134,7 +134,7 @@ class Live(Observer):
 
 @contextmanager
 def live_view() -> Iterator[Live]:
-    """What a command tells of its stages, on `messages`."""
+    """What a command shows of its stages, on `messages`."""
     live = Live(messages)
     try:
         yield live
@@ -143,7 +143,7 @@ def live_view() -> Iterator[Live]:
 
 
 def plain(text: str) -> None:
-    """Print a line with paths in it: whole, without marks or colours."""
+    """Print a line with paths in it: unwrapped, without markup or colours."""
     output.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -211,7 +211,7 @@ def print_pushes(recovery: Mapping[str, Any]) -> None:
 
 
 def print_import(found: "Import") -> None:
-    """Published limits of an import, and what was measured of the walk."""
+    """Published limits of an import, and its spatiotemporal parameters."""
     from gaitval.session.summary import limit_rows, scaling_methods, spatiotemporal_rows
 
     table = Table(title=f"{found.request.identifier}: the recording against published limits")
@@ -251,11 +251,11 @@ def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
 
 
 def print_moved(rows: "Sequence[Row]") -> None:
-    """Measures that moved by more than their margin; nothing where there are none."""
+    """Measures that moved by more than their margin; nothing if there are none."""
     moved = [row for row in rows if row.change != "kept"]
     if not moved:
         return
-    table = Table(title="What moved by more than its margin")
+    table = Table(title="Measures that moved by more than their margin")
     for name in ("measure", "of", "baseline", "now", "margin", "unit", "change"):
         table.add_column(name)
     for row in moved:

@@ -1,6 +1,5 @@
 """Commands of recorded data: the built-in subjects, an import, and published data sets."""
 
-import re
 from pathlib import Path
 from typing import Annotated
 
@@ -181,49 +180,37 @@ def import_command(
     the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.session.request import Request
-    from gaitval.session.session import work_out
-    from gaitval.session.subject import check_person, subject_of
-    from gaitval.session.write import FOLDER, check_folder, write_import, write_subject
+    from gaitval.session.importing import import_files
+    from gaitval.session.write import FOLDER
 
-    configuration = load_configuration(config, settings=settings or ())
-    check_folder(out)
-    request = Request(
-        static=static,
-        trials=tuple(trial),
-        forces=tuple(forces or ()),
-        identifier=_identifier(out),
-        mass_kg=mass,
-        height_m=height,
-        sex=check_person(mass, height, sex),
-        marker_set=marker_set,
-        axes=axes,
-        knee_width_m=knee_width,
-        ankle_width_m=ankle_width,
-        elbow_width_m=elbow_width,
-        without_forces=kinematics_only,
-        consistent=consistent,
-    )
     with display.live_view() as live:
-        found = work_out(
-            request, configuration.processing, lambda step, text: live.say(f"{step}: {text}")
+        imported = import_files(
+            static,
+            trial,
+            out,
+            mass=mass,
+            height=height,
+            sex=sex,
+            configuration=load_configuration(config, settings=settings or ()),
+            tell=lambda step, text: live.say(f"{step}: {text}"),
+            forces=forces,
+            marker_set=marker_set,
+            axes=axes,
+            knee_width=knee_width,
+            ankle_width=ankle_width,
+            elbow_width=elbow_width,
+            age=age,
+            citation=citation,
+            licence=licence,
+            consistent=consistent,
+            kinematics_only=kinematics_only,
         )
-    subject = None
-    if not kinematics_only:
-        subject = subject_of(found, age_years=age, citation=citation, licence=licence)
-    written = write_import(out, found, configuration)
-    display.print_import(found)
+    display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
-    display.plain(f"Page: {page} ({len(written)} files beside it)")
-    if subject is not None:
-        path = write_subject(out, subject)
+    display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
+    path = imported.subject_file
+    if path is not None:
         display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
-
-
-def _identifier(out: Path) -> str:
-    """A subject's name from the name of its folder."""
-    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
-    return name or "subject"
 
 
 data_app = typer.Typer(

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def _configuration(
     config: Path | None, settings: list[str] | None, stored: Path | None
 ) -> "Configuration":
-    """Settings of a command; a stage alone keeps those its run folder was made with."""
+    """Settings of a command; a single stage keeps those of its run folder."""
     from gaitval.configuration import load_configuration
 
     if config is None and stored is not None and stored.is_file():
@@ -68,7 +68,7 @@ def _stage(
     round_number: int = 1,
     scratch: bool = False,
 ) -> Path:
-    """Run one stage; the run folder."""
+    """Run one stage; returns the run folder."""
     from gaitval.study.run import run_one
 
     with _opened(subject, out, config, settings, keep_settings=True) as run:
@@ -86,8 +86,8 @@ def scale(
 ) -> None:
     """Scale the body model to the subject: model.urdf, scaling.csv.
 
-    Segment lengths come from the markers of the standing trial, masses and inertias from de
-    Leva (1996). Prints each length with its mass, its ratio to the population mean, its source.
+    Segment lengths come from the markers of the standing trial, masses and inertias from de Leva
+    (1996). Prints each length with its mass, its ratio to the population mean, and its source.
     """
     folder = _stage("scale", subject, out, config, settings, force)
     display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
@@ -196,7 +196,7 @@ def push(
     """Push the walker, and find which pushes it survives: push.json.
 
     Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
-    cycle. Prints the largest force up to which every tested push was survived.
+    cycle. Prints the largest force up to which the walker survived every tested push.
     """
     folder = _stage("push", subject, out, config, settings, force)
     display.print_pushes(read_json(folder / "push.json")["recovery"])
@@ -212,8 +212,8 @@ def validate(
 ) -> None:
     """Compare the walks with the record and the limits: metrics.json.
 
-    Prints what passed and what failed. Exit code 1 if a limit that decides the verdict
-    is failed. To hold a policy to its earlier accuracy, use `gaitval check`.
+    Prints what passed and what failed. Exit code 1 if a limit that decides the verdict fails. To
+    check a policy against its earlier accuracy, use `gaitval check`.
     """
     folder = _stage("validate", subject, out, config, settings, force)
     metrics = read_json(folder / "metrics.json")
@@ -221,9 +221,9 @@ def validate(
     refused = metrics["summary"]["refused"]
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics['summary']['accepted']} acceptance limits were "
-            f"failed (table above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
-            "shows the curves."
+            f"{refused} of {refused + metrics['summary']['accepted']} acceptance limits failed "
+            f"(table above). All errors are in {folder / 'metrics.json'}; `gaitval report` shows "
+            "the curves."
         )
 
 
@@ -294,16 +294,16 @@ def baseline(
 
 
 @command(
-    "gaitval check --baseline reports/S05/baseline/metrics.json",
-    "gaitval check --baseline reports/S05/baseline/metrics.json --junit accuracy.xml",
+    "gaitval check --baseline reports/S05/baseline",
+    "gaitval check --baseline reports/S05/baseline --junit accuracy.xml",
 )
 def check(
     baseline: Annotated[
         Path,
         typer.Option(
             "--baseline",
-            metavar="FILE",
-            help="metrics.json of a stored baseline, with the policy beside it.",
+            metavar="FOLDER",
+            help="Folder of a stored baseline, or the metrics.json in it.",
             show_default=False,
         ),
     ],
@@ -325,6 +325,8 @@ def check(
     from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
     from gaitval.study.baseline import walk_again
 
+    if baseline.is_dir():
+        baseline /= "metrics.json"
     stored = read_json(baseline)
     with display.live_view() as live:
         now = walk_again(baseline.parent, live, quick=quick)
@@ -336,7 +338,7 @@ def check(
     if failures:
         raise ToleranceError(
             f"{len(failures)} of {len(rows)} measures are worse than in {baseline} by more than "
-            "their margin (table above). If the change is meant, store a new baseline with "
+            "their margin (table above). If the change is intended, store a new baseline with "
             "`gaitval baseline SUBJECT`."
         )
     display.output.print(

@@ -1,1 +1,1 @@
-"""Subjects and the data sets that they come from."""
+"""Subjects, and the data sets that they come from."""

@@ -1,7 +1,7 @@
 """Published data sets: found by their DOI, downloaded, verified and unpacked.
 
-`registry.toml` beside this file says what is published and which hash it must have. pooch finds
-the file that belongs to a DOI and verifies it; the download itself continues where it was cut off,
+`registry.toml` beside this file says what is published and which hash it must have. pooch finds the
+file that belongs to a DOI and verifies it; an interrupted download continues where it stopped,
 because the archives are hundreds of megabytes.
 """
 
@@ -31,13 +31,13 @@ class Fetched:
     Attributes
     ----------
     path : the file as published.
-    unpacked : folder with what a ZIP archive holds; None for another file.
+    unpacked : folder with the contents of a ZIP archive; None for another file.
     size : bytes.
     md5 : hexadecimal.
-    hash_from : who stated the hash that was verified: the project's registry, the repository that
-        was asked for it now, or the repository at an earlier download.
+    hash_from : who stated the hash that was verified: the project's registry, the repository now,
+        or the repository at an earlier download.
     downloaded : False where the file was already here.
-    resumed_from : bytes that an interrupted download had left, 0 without one.
+    resumed_from : bytes left by an interrupted download; 0 without one.
     """
 
     path: Path
@@ -51,7 +51,7 @@ class Fetched:
 
 @dataclass(frozen=True)
 class DatasetState:
-    """A data set and what of it is in `folder`.
+    """A data set, and which of its files are in `folder`.
 
     Attributes
     ----------
@@ -70,17 +70,17 @@ class DatasetState:
 
 
 def default_folder() -> Path:
-    """The user's folder for downloaded data; each data set has a folder of its name in it."""
+    """The user's folder for downloaded data; in it each data set has a folder of its name."""
     return Path(pooch.os_cache("gaitval"))
 
 
 def datasets(folder: Path | None = None) -> list[DatasetState]:
-    """Every data set of the registry, and what of it is in `folder` (`default_folder()`)."""
+    """Every data set of the registry, and what `folder` (`default_folder()`) has of it."""
     return [state_of(dataset, folder or default_folder()) for dataset in registry().values()]
 
 
 def state_of(dataset: Dataset, folder: Path) -> DatasetState:
-    """What of a data set is in the folder of its name in `folder`; reads no file whole."""
+    """Which files of a data set are in its folder in `folder`; reads no file completely."""
     home = Path(folder) / dataset.name
     known = _lock(home)
     missing = []
@@ -102,24 +102,24 @@ def fetch(
 ) -> list[Fetched]:
     """Download, verify and unpack a data set of the registry; what is already here is kept.
 
-    A file that was laid into the folder by hand is verified as a download would be.
+    A file that was put into the folder by hand is verified like a download.
 
     Parameters
     ----------
     name : of a data set, see `registry`.
     folder : folder of all data sets; this one goes into `folder`/`name`.
-    on_progress : told of each file's progress.
+    on_progress : called with each file's progress.
     base_url : folder of a mirror to use instead of the DOI; the hashes stay those of the registry.
 
     Raises
     ------
     ArchiveError : unknown name; no network; DOI or file not found; the server fails; the disk is
         too full; the file has another hash or size than published, or was cut off; an archive
-        holds unsafe members.
+        contains unsafe members.
     """
     known = registry()
     if name not in known:
-        raise ArchiveError(f"{name}: no such data set. There are: {', '.join(known)}.")
+        raise ArchiveError(f"{name}: no such data set. Available are: {', '.join(known)}.")
     return fetch_dataset(
         known[name], folder or default_folder(), on_progress=on_progress, base_url=base_url
     )
@@ -146,7 +146,7 @@ def fetch_dataset(
             write_json(home / LOCK, lock)
             fetched.append(one)
     except OSError as error:
-        # a requests exception is an OSError as well, and is turned into ours where it arises
+        # a requests exception is also an OSError, and is turned into ours where it arises
         raise ArchiveError(
             f"{home}: cannot be written ({error.strerror or error}). Name a folder that you may "
             "write to, on a disk with room."
@@ -161,7 +161,7 @@ def _fetch_file(
         raise ArchiveError(f"{file.name}: a published file must have a plain name.")
     path = home / file.name
     md5, hash_from = _known_hash(file, source, home)
-    # the part carries the hash: one left by another version of the file is not continued
+    # the name of the part contains the hash: a part of another version is not continued
     part = home / f".{file.name}.{md5[:8]}.part"
     resumed_from = part.stat().st_size if part.exists() else 0
     downloaded = not (path.exists() and pooch.file_hash(path, alg="md5") == md5)
@@ -182,7 +182,7 @@ def _fetch_file(
         except ValueError as error:
             raise ArchiveError(
                 f"{path}: the download is corrupted. {error} Run this again; if it fails the same "
-                "way, a proxy may change files on the way."
+                "way, a proxy may be changing files."
             ) from None
     unpacked = _unpacked(path) if _is_zip(file) else None
     if unpacked is not None and (downloaded or not unpacked.is_dir()):
@@ -213,7 +213,7 @@ def _is_zip(file: ArchiveFile) -> bool:
 
 
 def _unpacked(path: Path) -> Path:
-    """Folder of what an archive holds."""
+    """Folder with the contents of an archive."""
     return path.with_suffix("")
 
 

@@ -1,4 +1,4 @@
-"""The bytes of one published file: asked for, continued where they were cut off, verified."""
+"""Download one published file: request its bytes, continue where they were cut off, verify them."""
 
 import time
 from collections.abc import Callable
@@ -11,28 +11,28 @@ from gaitval.datasets.registry import ArchiveFile
 from gaitval.errors import ArchiveError
 
 Progress = Callable[[str, int, int], None]
-"""Told of the name of a file, its bytes so far and its bytes in all."""
+"""Called with the name of a file, its bytes so far and its bytes in total."""
 
 WAITS: Final = (1.0, 3.0, 10.0)
-"""s, before each new attempt that follows one in which nothing more arrived."""
+"""s, before each new attempt after one in which nothing more arrived."""
 TIMEOUT: Final = (10.0, 60.0)
 """s, for a connection and for the next bytes on it."""
 CHUNK: Final = 1 << 16
-"""Bytes between two calls of the progress callback; at most so many are lost by a cut."""
+"""Bytes between two calls of the progress callback; an interruption loses at most this many."""
 
 
 def cause_of(error: Exception) -> str:
-    """The innermost reason of a network error, in short."""
+    """The innermost cause of a network error, in short."""
     reason = getattr(error.args[0], "reason", error) if error.args else error
     return str(reason).rsplit(": ", 1)[-1] or type(error).__name__
 
 
 def download_part(url: str, part: Path, file: ArchiveFile, on_progress: Progress | None) -> None:
-    """Bring `part` to the whole file, continuing what it holds; try again while the net fails.
+    """Complete `part`, continuing from what it contains; try again while the network fails.
 
-    An attempt counts as failed in vain when `part` is no longer than it ever was; so a connection
-    that is cut again and again still ends with a whole file if the server continues files, and
-    ends with an error if it does not.
+    Only attempts that leave `part` no longer than before count as failures. So a connection that is
+    cut again and again still gives a whole file if the server can continue files, and an error if
+    it cannot.
     """
     best = part.stat().st_size if part.exists() else 0
     waits = iter(WAITS)
@@ -58,11 +58,10 @@ def download_part(url: str, part: Path, file: ArchiveFile, on_progress: Progress
 
 
 def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: Progress | None) -> bool:
-    """One request for what `part` still lacks; True when the file is whole.
+    """One request for what `part` still lacks; True when the file is complete.
 
-    A server that does not continue files answers with the whole file (status 200): then `part`
-    starts anew. Compression on the way would make ranges and lengths meaningless, so it is
-    declined.
+    A server that cannot continue files answers with the whole file (status 200): then `part` starts
+    again. Compression in transit would make ranges and lengths meaningless, so it is declined.
     """
     have = part.stat().st_size if part.exists() else 0
     if file.size is not None and have == file.size:
@@ -79,7 +78,7 @@ def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: Progress | No
         begin, total = _range(answer, have)
         if file.size is not None and total is not None and total != file.size:
             raise ArchiveError(
-                f"{url}: the server's file has {total} bytes, {file.name} as published has "
+                f"{url}: the server's file has {total} bytes, but {file.name} as published has "
                 f"{file.size}. Nothing was downloaded."
             )
         total = file.size if file.size is not None else total
@@ -98,13 +97,13 @@ def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: Progress | No
         part.unlink()
         raise ArchiveError(
             f"{url}: more than the {total} bytes of {file.name} arrived; the download was stopped "
-            "and deleted. A proxy may send a page of its own."
+            "and deleted. A proxy may be sending a page of its own."
         )
     return total is None or have == total
 
 
 def _check_status(answer: requests.Response, file: ArchiveFile) -> None:
-    """Statuses that another attempt will not mend are errors; others raise to be tried again."""
+    """Statuses that another attempt cannot cure are errors; others raise, to be tried again."""
     status = answer.status_code
     if status in (200, 206, 416):
         return
@@ -124,7 +123,7 @@ def _check_status(answer: requests.Response, file: ArchiveFile) -> None:
 
 
 def _range(answer: requests.Response, have: int) -> tuple[int, int | None]:
-    """Byte at which the answer begins, and bytes of the whole file where the server tells them."""
+    """Byte at which the answer begins, and bytes of the whole file if the server states them."""
     if answer.status_code != 206:
         length = answer.headers.get("Content-Length")
         return 0, int(length) if length and length.isdigit() else None

@@ -1,4 +1,5 @@
-"""Implausible values of a subject, a sentence each: what was seen, why it is wrong, how to mend.
+"""Implausible values of a subject, one sentence each: what was seen, why it is wrong, how to fix
+it.
 
 The ranges catch units and swapped columns, not unusual people.
 """
@@ -28,7 +29,7 @@ SPEED = (0.2, 2.5)  # m/s, walking
 STRIDE_TIME = (0.6, 2.5)  # s
 LEFT_PHASE = (0.35, 0.65)
 STANCE_FRACTION = (0.5, 0.8)
-VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for a periodic gait and true calibration
+VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for periodic gait and perfect calibration
 LARGEST_COORDINATE = 10.0  # m, of a marker in its laboratory
 LARGEST_ANGLE = 3.0  # rad
 LARGEST_MOMENT = 5.0  # Nm/kg
@@ -36,7 +37,7 @@ LARGEST_FORCE = 3.0  # body weights
 
 
 def _number(values: Mapping[str, Any], name: str) -> float | None:
-    """The finite number stored under `name`, or None: other checks report what it is not."""
+    """The finite number stored under `name`, or None: other checks report anything else."""
     value = values.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
         return None
@@ -52,8 +53,8 @@ def _plausible_build(mass: float, height: float) -> bool:
 
 
 def mass_and_height_problems(mass: float, height: float) -> list[str]:
-    """What is wrong with a body mass (kg) and a stature (m), a sentence each; wrong units and
-    swapped values are told.
+    """What is wrong with a body mass (kg) and a stature (m), one sentence each; wrong units and
+    swapped values are named.
     """
     if _plausible_build(mass, height):
         return []
@@ -108,7 +109,7 @@ def _range_problem(
     unit: str,
     other_units: Mapping[str, float] | None = None,
 ) -> list[str]:
-    """Out of range; `other_units` maps a unit's name to the factor from it to `unit`."""
+    """A value out of range; `other_units` maps a unit's name to the factor from it to `unit`."""
     value = _number(values, name)
     if value is None or _within(value, limits):
         return []
@@ -161,7 +162,7 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
 
 
 def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """Samples of a curve as it stands in the TOML, over phases 0…`until`; None if malformed."""
+    """Samples of a curve as written in the TOML, over phases 0…`until`; None if malformed."""
     try:
         periodic = Curve.model_validate(curve).periodic()
     except ValidationError:
@@ -204,9 +205,9 @@ def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[
 
 
 def implausible(values: Mapping[str, Any]) -> list[str]:
-    """Every implausible value of a subject's tables, a sentence each.
+    """Every implausible value of a subject's tables, one sentence each.
 
-    Works on what is there, so that it can add to the list of missing and malformed keys.
+    It works on the keys that are there, so it can add to the list of missing and malformed keys.
     """
     mass, height = _number(values, "mass_kg"), _number(values, "height_m")
     leg = _number(values, "leg_length_m")

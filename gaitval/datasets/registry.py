@@ -11,10 +11,10 @@ class ArchiveFile:
 
     Attributes
     ----------
-    name : as published, the name of a file without a folder.
-    size : bytes; None where the registry does not know.
-    md5 : hexadecimal; None where the registry does not know and the repository is asked.
-    address : where it can be had when the DOI cannot be followed; only with `md5`.
+    name : as published, without a folder.
+    size : bytes; None if the registry does not state it.
+    md5 : hexadecimal; None if the registry does not state it and the repository is asked.
+    address : where to download it if the DOI cannot be followed; only with `md5`.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Dataset:
 
     @property
     def size(self) -> int:
-        """Bytes of the files whose size the registry knows."""
+        """Total bytes of the files whose size the registry states."""
         return sum(file.size or 0 for file in self.files)
 
 

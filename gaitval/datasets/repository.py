@@ -14,25 +14,25 @@ from gaitval.errors import ArchiveError
 
 
 class Mirror:
-    """A folder on a web server that holds the published files."""
+    """A folder on a web server that contains the published files."""
 
     def __init__(self, base_url: str) -> None:
         self.base_url = base_url.rstrip("/")
 
     def address(self, file: ArchiveFile) -> str:
-        """Where a file of this name lies."""
+        """The address of a file of this name."""
         return f"{self.base_url}/{quote(file.name)}"
 
     def stated_md5(self, file: ArchiveFile) -> str:
         """Refuse: a mirror states no hash."""
         raise ArchiveError(
-            f"{file.name}: the registry has no hash of this file and a mirror cannot vouch for "
-            "itself. Fetch it once by its DOI (without a mirror), then the mirror can be used."
+            f"{file.name}: the registry has no hash of this file, and a mirror cannot vouch for "
+            "itself. Fetch it once by its DOI (without a mirror); then the mirror can be used."
         )
 
 
 class Repository:
-    """The repository behind a DOI, asked once, when something of it is needed."""
+    """The repository behind a DOI, asked once, when first needed."""
 
     def __init__(self, doi: str) -> None:
         self.doi = doi
@@ -61,17 +61,17 @@ class Repository:
         return listing[file.name]
 
     def address(self, file: ArchiveFile) -> str:
-        """Where the repository has a file; refused where it states another hash than expected."""
+        """The address of a file in the repository; refused if its hash is not the expected one."""
         try:
             stated, address = self._entry(file)
         except ArchiveError:
             if file.address is None:
                 raise
-            # the hash is known, so it does not matter by which way the bytes come
+            # the hash is known, so it does not matter where the bytes come from
             return file.address
         if file.md5 is not None and stated.lower() != file.md5:
             raise ArchiveError(
-                f"{file.name}: doi:{self.doi} now states MD5 {stated}, the registry of gaitval has "
+                f"{file.name}: doi:{self.doi} now states MD5 {stated}, but gaitval's registry has "
                 f"{file.md5}. The publication was changed; nothing was downloaded. Tell the "
                 "maintainers of gaitval."
             )
@@ -84,7 +84,7 @@ class Repository:
 
 @contextmanager
 def _repository_errors(doi: str) -> Iterator[None]:
-    """Turn what may go wrong on the way from a DOI to a list of files into `ArchiveError`."""
+    """Turn whatever fails between a DOI and its list of files into an `ArchiveError`."""
     by_hand = (
         f"Or download the files in a browser from https://doi.org/{doi}, put them into the "
         "folder of the data set and run this again: those with a hash in gaitval's registry are "
@@ -107,6 +107,6 @@ def _repository_errors(doi: str) -> Iterator[None]:
         ) from None
     except (requests.RequestException, ValueError, LookupError) as error:
         raise ArchiveError(
-            f"doi:{doi}: what the repository answers is not a list of files ({error}). "
-            "Try again later. " + by_hand
+            f"doi:{doi}: the repository's answer is not a list of files ({error}). Try again "
+            "later. " + by_hand
         ) from None

@@ -1,9 +1,8 @@
 """A subject: who walked, how they stood, and their recorded gait, as one TOML file.
 
 Ten subjects are built in (`gaitval/datasets/builtin`, made by
-`gaitval.datasets.wbds.build_subjects`). Any other is a file in the same layout. Axes are REP-103
-(x forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, forces in body
-weights.
+`gaitval.datasets.wbds.build_subjects`). Any other is a file in the same format. Axes are REP-103 (x
+forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, forces in body weights.
 """
 
 import difflib
@@ -60,7 +59,7 @@ greater trochanter, knee epicondyles, fibula head, tibial tuberosity, malleoli, 
 metatarsal heads."""
 
 TAPE: Final = ("hip_height", "thigh", "shank", "ankle_height", "foot", "pelvis_width")
-"""Lengths that a tape measure gives; `scaling.tape` says between which points."""
+"""Lengths taken with a tape measure; `scaling.tape` defines them."""
 
 
 def _keys_problems(seen: Iterable[str], known: Sequence[str]) -> list[str]:
@@ -137,7 +136,7 @@ class StanceFraction(StoredPart):
 
 
 class RecordedLowPass(StoredPart):
-    """What the recorded moments and forces had passed; see `LowPass`."""
+    """Low-pass filters of the recorded moments and forces; see `LowPass`."""
 
     moments_hz: Annotated[Number, Field(gt=0)]
     forces_hz: Annotated[Number, Field(gt=0)]
@@ -183,11 +182,11 @@ class Subject(StoredPart):
     left_phase_from_force: Number | None = None
     """A second estimate, from the vertical forces; not used to compute."""
     mean_vertical_force: Number
-    """Mean over the cycle of right + left vertical force, body weights. One in truth; what is
-    missing is the calibration or the filter of the source."""
+    """Mean over the cycle of right + left vertical force, body weights. The true value is 1; the
+    difference comes from the source's calibration or filter."""
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
-    """Known for an import; None where the source does not say."""
+    """Known for an import; None if the source does not state it."""
     paper: Printed | None = None
     gait: Gait
     markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = Field(
@@ -195,10 +194,11 @@ class Subject(StoredPart):
     )
     """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses `tape`."""
     tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = Field(default_factory=dict)
-    """Lengths by tape measure, m (`TAPE`), for scaling without markers; stature for the others."""
+    """Lengths by tape measure, m (`TAPE`), for scaling without markers; the others follow from
+    stature."""
     measurements: dict[str, Number | Position | dict[str, str]] = Field(default_factory=dict)
-    """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they count
-    more than the markers. Empty where scaling finds them from the markers."""
+    """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they take
+    precedence over the markers. Empty if scaling finds them from the markers."""
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
@@ -234,7 +234,7 @@ class Subject(StoredPart):
         )
 
     def to_toml(self) -> str:
-        """The subject as TOML; numbers have six significant digits, curves a line each."""
+        """The subject as TOML; numbers have six significant digits, each curve is one line."""
         return _toml(self)
 
 
@@ -312,7 +312,7 @@ _FIELDS: Final = tuple(
 
 
 def _sentence(error: Mapping[str, Any]) -> str:
-    """One error of pydantic in our words: where, what was seen, how to mend."""
+    """One pydantic error in our words: where, what was seen, how to fix it."""
     location = error["loc"]
     where = ".".join(str(key) for key in location)
     if error["type"] == "missing":
@@ -341,7 +341,7 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     try:
         return Subject.model_validate(values)
     except ValidationError as error:
-        # The error without a location is `_plausible`, which only runs when all else is well.
+        # The error without a location is `_plausible`'s, which runs only if all else is well.
         problems = [_sentence(item) for item in error.errors() if item["loc"]]
     problems += implausible(values)
     raise SubjectError(

@@ -1,4 +1,4 @@
-"""Subjects read: from a TOML file, and the ten that are built in."""
+"""Read subjects: from a TOML file, or one of the ten that are built in."""
 
 import re
 import tomllib
@@ -35,7 +35,7 @@ def parse_subject(text: str, where: str) -> Subject:
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SubjectError(f"{where}: not valid TOML: {error}. Mend that line.") from None
+        raise SubjectError(f"{where}: not valid TOML: {error}. Correct that line.") from None
     return make_subject(values, where)
 
 
@@ -86,5 +86,6 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
                 return _read_builtin(identifier)
     valid = ", ".join(f"{key} ({source.split()[0]})" for key, source in BUILTIN.items())
     raise SubjectError(
-        f"{name!r}: no such subject. Built in are {valid}; or give a path to a .toml file."
+        f"{name!r}: no such subject. The built-in ones are {valid}; or give the path of a .toml "
+        "file."
     )

@@ -1,4 +1,4 @@
-"""ZIP archives unpacked, whole or not at all."""
+"""Unpack ZIP archives, whole or not at all."""
 
 import shutil
 import stat
@@ -13,18 +13,19 @@ from gaitval.errors import ArchiveError
 DISK_MARGIN: Final = 200_000_000
 """Bytes that a download leaves free on the disk."""
 UNPACKED_LIMIT: Final = 20_000_000_000
-"""Bytes; more inside one archive is refused. The largest known one holds about 2 GB."""
+"""Bytes; an archive that contains more is refused. The largest known one contains about 2 GB."""
 MEMBERS_LIMIT: Final = 100_000
-"""Files; more inside one archive are refused. The largest known one holds about 10 000."""
+"""Files; an archive that contains more is refused. The largest known one contains about 10 000."""
 
 
 def check_disk(folder: Path, needed: int) -> None:
-    """Refuse to put so many bytes on the disk of a folder that it would be full."""
+    """Refuse to fill the disk of a folder."""
     free = shutil.disk_usage(folder).free
     if free < needed + DISK_MARGIN:
         raise ArchiveError(
-            f"{folder}: {free / 1e9:.2f} GB are free on this disk and "
-            f"{(needed + DISK_MARGIN) / 1e9:.2f} GB are needed. Make room or name another folder."
+            f"{folder}: {free / 1e9:.2f} GB are free on this disk, but "
+            f"{(needed + DISK_MARGIN) / 1e9:.2f} GB are needed. Free some space or name another "
+            "folder."
         )
 
 
@@ -50,7 +51,7 @@ def unpack(archive: Path, folder: Path) -> None:
                 (Path(temporary) / "new").replace(folder)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise ArchiveError(
-            f"{archive}: not readable as a ZIP archive ({error}). Delete it and fetch it again."
+            f"{archive}: cannot be read as a ZIP archive ({error}). Delete it and fetch it again."
         ) from None
 
 
@@ -58,11 +59,12 @@ def _check_members(archive: Path, members: list[zipfile.ZipInfo]) -> None:
     size = sum(member.file_size for member in members)
     if len(members) > MEMBERS_LIMIT or size > UNPACKED_LIMIT:
         raise ArchiveError(
-            f"{archive}: holds {len(members)} members of {size} bytes; at most {MEMBERS_LIMIT} "
-            f"members of {UNPACKED_LIMIT} bytes are unpacked. Nothing was unpacked."
+            f"{archive}: contains {len(members)} members of {size} bytes in total; at most "
+            f"{MEMBERS_LIMIT} members and {UNPACKED_LIMIT} bytes are allowed. Nothing was "
+            "unpacked."
         )
     for member in members:
-        # zipfile itself would turn an unsafe name into another one without a word
+        # zipfile itself would silently turn an unsafe name into another one
         name = member.filename.replace("\\", "/")
         path = PurePosixPath(name)
         outside = path.is_absolute() or ".." in path.parts or ":" in name.split("/", 1)[0]

@@ -1,6 +1,6 @@
 """Read the gait dataset of Fukuchi, Fukuchi & Duarte (2018) and fit periodic curves to it.
 
-PeerJ 6:e4640, https://doi.org/10.7717/peerj.4640, data CC BY 4.0. The one place where its
+PeerJ 6:e4640, https://doi.org/10.7717/peerj.4640, data CC BY 4.0. This is the only place where its
 conventions (millimetres, degrees, N/kg, axes x forward, y up, z right) become the project's.
 
 Signs. The dataset's angle about X is adduction (ankle: inversion), about Y internal rotation,
@@ -8,21 +8,21 @@ about Z flexion (ankle: dorsiflexion), positive on both sides; the foot's angle 
 positive toes outwards (it follows the chain pelvis-hip-knee-ankle with a minus sign, while X
 and Z follow with a plus).
 
-Moments are internal. About Z: hip flexion, knee extension, ankle plantarflexion positive. About
-X: hip and knee abduction, ankle inversion positive. About Y: external rotation positive. The
-files do not state X and Y. They were found from the ten subjects in stance: the knee's moment
-less the ankle's must equal shank x ground reaction, the hip's less the knee's thigh x ground
-reaction. With each moment in the axes of its distal segment, these signs leave the least, 0.19
-(hip, knee) and 0.27 Nm/kg root-mean-square (knee, ankle), and changing any one leaves more
-(`tests/datasets/test_signs.py`). The same signs are best with the knee's moment in the thigh's or
-the laboratory's axes, which fit the ankle's better (0.23, 0.20); so the signs are firm, the axes of
-the frontal and transverse moments are not, and the ankle's inversion sign is the least certain
-(it depends on taking the foot's axes).
+Moments are internal. About Z: hip flexion, knee extension, ankle plantarflexion positive. About X:
+hip and knee abduction, ankle inversion positive. About Y: external rotation positive. The files do
+not state X and Y. They were found from the ten subjects in stance: the knee's moment less the
+ankle's must equal shank x ground reaction, the hip's less the knee's thigh x ground reaction. With
+each moment in the axes of its distal segment, these signs leave the least, 0.19 (hip, knee) and
+0.27 Nm/kg root-mean-square (knee, ankle), and changing any one leaves more
+(`tests/datasets/test_signs.py`). The same signs are also best with the knee's moment in the thigh's
+or the laboratory's axes, which fit the ankle's moment better (0.23, 0.20). So the signs are
+certain, but the axes of the frontal and transverse moments are not, and the ankle's inversion sign
+is the least certain (it depends on using the foot's axes).
 
-The moments show a calibration error of the force plates against the markers: over the ten
-subjects the ankle moment divided by vertical force at 45 % of the cycle is 0.14 m on the right
-and 0.10 m on the left, a difference that no gait has; the moments of hip, knee and ankle together
-say 3.6 cm (docs/decisions.md). It is left as recorded.
+The moments show a calibration error of the force plates against the markers: over the ten subjects
+the ankle moment divided by vertical force at 45 % of the cycle is 0.14 m on the right and 0.10 m on
+the left, a difference that no gait has; the moments of hip, knee and ankle together indicate 3.6 cm
+(docs/decisions.md). The data are left as recorded.
 """
 
 from collections.abc import Mapping
@@ -64,7 +64,7 @@ CITATION: Final = (
 LICENCE: Final = "CC BY 4.0"
 
 MOMENT_SEAM: Final = (97, 98, 99)
-"""Rows where the moments jump, the edge of the authors' filter; left out of the fit."""
+"""Rows where the moments jump, an edge effect of the authors' filter; left out of the fit."""
 PELVIS_MISMATCH: Final = float(np.radians(2.0))
 """rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
 
@@ -87,8 +87,8 @@ _PAPER: Final[dict[str, tuple[str, float, float, float, float]]] = {
 def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
     """Phase of the right cycle at left heel strike, from the pelvis.
 
-    The pelvis is one body, so what the left cycle calls its tilt is the right one's a while
-    later, and list and rotation are the same with the sign changed. The phase is the shift of
+    The pelvis is one body, so its tilt over the left cycle is its tilt over the right cycle,
+    shifted in time; list and rotation are too, with the sign changed. The phase is the shift with
     the smallest sum of squared differences, each curve less its mean (the means differ by the
     markers' asymmetry, below 0.25°).
 
@@ -138,6 +138,30 @@ def left_phase_from_force(forces: Mapping[Side, Array]) -> float:
     return float(best.x)
 
 
+def _metadata(folder: Path, person: str, trial: str) -> dict[str, str | float]:
+    """Who walked and how fast, from the tables of the dataset, under the names of `Subject`."""
+    people_path, strides_path = folder / "WBDS_subjects_merged.csv", folder / "stride_times.csv"
+    number = int(person.removeprefix("WBDS"))
+    people = table_rows(people_path, ["Subject", "Gender", "Age", "Height", "Mass", "LegLen"])
+    someone = next((row for row in people if row["Subject"] == str(number)), None)
+    strides = table_rows(strides_path, ["WBDS", "trial", "belt_speed_m_s", "stride_time_s"])
+    stride = next(
+        (row for row in strides if int(row["WBDS"]) == number and row["trial"] == trial), None
+    )
+    if someone is None or stride is None:
+        path = people_path if someone is None else strides_path
+        raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
+    return {
+        "sex": someone["Gender"],
+        "age_years": number_in(people_path, someone, "Age"),
+        "mass_kg": number_in(people_path, someone, "Mass"),
+        "height_m": number_in(people_path, someone, "Height"),
+        "leg_length_m": number_in(people_path, someone, "LegLen"),
+        "walking_speed_m_s": number_in(strides_path, stride, "belt_speed_m_s"),
+        "stride_time_s": number_in(strides_path, stride, "stride_time_s"),
+    }
+
+
 def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subject:
     """Read one person's trial and fit its curves.
 
@@ -158,20 +182,8 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     folder = Path(folder)
     angles_path = folder / "processed" / f"{person}walk{trial}ang.txt"
     kinetics_path = folder / "processed" / f"{person}walk{trial}knt.txt"
-    people_path, strides_path = folder / "WBDS_subjects_merged.csv", folder / "stride_times.csv"
     sampled_angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
-
-    number = int(person.removeprefix("WBDS"))
-    people = table_rows(people_path, ["Subject", "Gender", "Age", "Height", "Mass", "LegLen"])
-    someone = next((row for row in people if row["Subject"] == str(number)), None)
-    strides = table_rows(strides_path, ["WBDS", "trial", "belt_speed_m_s", "stride_time_s"])
-    stride = next(
-        (row for row in strides if int(row["WBDS"]) == number and row["trial"] == trial), None
-    )
-    if someone is None or stride is None:
-        path = people_path if someone is None else strides_path
-        raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
-
+    metadata = _metadata(folder, person, trial)
     phase = np.arange(SAMPLES) / (SAMPLES - 1)
     angles = {
         name: fit_curve(name, phase, values, ANGLE_TOLERANCE, angles_path)
@@ -187,8 +199,9 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     if mismatch > PELVIS_MISMATCH:
         raise RecordError(
             f"{angles_path}: the pelvis curves of right and left differ by "
-            f"{np.degrees(mismatch):.1f}° however they are shifted; one pelvis cannot. Are columns "
-            "of RPelvisAngle and LPelvisAngle exchanged, of another trial or with other signs?"
+            f"{np.degrees(mismatch):.1f}° however they are shifted, which is impossible for one "
+            "pelvis. Are columns of RPelvisAngle and LPelvisAngle exchanged, from another trial, "
+            "or with other signs?"
         )
     forces = {side: fit_force(kinetics.forces[side], stance[side], kinetics_path) for side in SIDES}
     paper = _PAPER.get(identifier)
@@ -198,13 +211,7 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
-            "sex": someone["Gender"],
-            "age_years": number_in(people_path, someone, "Age"),
-            "mass_kg": number_in(people_path, someone, "Mass"),
-            "height_m": number_in(people_path, someone, "Height"),
-            "leg_length_m": number_in(people_path, someone, "LegLen"),
-            "walking_speed_m_s": number_in(strides_path, stride, "belt_speed_m_s"),
-            "stride_time_s": number_in(strides_path, stride, "stride_time_s"),
+            **metadata,
             "left_phase": left,
             "left_phase_from_force": left_phase_from_force(kinetics.forces),
             "mean_vertical_force": mean_vertical_force(kinetics.forces),

@@ -82,7 +82,7 @@ def _header_problems(seen: Sequence[str], expected: Sequence[str], other: str) -
     unknown = [name for name in seen if name not in expected]
     if missing and any(other in name for name in unknown):
         return [
-            f"row 1: the columns are of the other kind of file ({unknown[0]} was seen where "
+            f"row 1: the columns are those of the other kind of file ({unknown[0]} was seen where "
             f"{missing[0]} was expected): the ang and knt files look exchanged. Exchange them."
         ]
     problems = []
@@ -131,16 +131,16 @@ def _read_processed(
     problems = []
     if len(lines) - 1 != SAMPLES:
         problems.append(
-            f"{len(lines) - 1} rows of data, {SAMPLES} expected (0 to 100 % of the gait cycle): "
-            "the file is truncated or not time-normalised. Download it again."
+            f"{len(lines) - 1} rows of data, but there must be {SAMPLES} (0 to 100 % of the gait "
+            "cycle): the file is truncated or not time-normalised. Download it again."
         )
     table = np.full((len(lines) - 1, len(header)), np.nan)
     for i, line in enumerate(lines[1:]):
         fields = line.split("\t")
         if len(fields) != len(header):
             problems.append(
-                f"row {i + 2}: {len(fields)} fields, {len(header)} columns: the row is truncated. "
-                "Download the file again."
+                f"row {i + 2}: {len(fields)} fields, but {len(header)} columns: the row is "
+                "truncated. Download the file again."
             )
             continue
         for j, field in enumerate(fields):
@@ -148,7 +148,7 @@ def _read_processed(
                 table[i, j] = float(field)
             except ValueError:
                 problems.append(
-                    f"row {i + 2}, column {header[j]}: {field!r} is not a number. Mend it."
+                    f"row {i + 2}, column {header[j]}: {field!r} is not a number. Correct it."
                 )
                 continue
             if not np.isfinite(table[i, j]) and not (may_be_nan and may_be_nan in header[j]):
@@ -185,7 +185,7 @@ def read_angles(path: Path) -> dict[str, Array]:
         if np.ptp(knee) < 2:
             problems.append(
                 f"column {letter}KneeAngleZ: its range is {np.ptp(knee):.3g}; this looks like "
-                "radians, the file must be in degrees. Multiply all angles by 180/pi."
+                "radians, but the file must be in degrees. Multiply all angles by 180/pi."
             )
         elif not 55 <= np.argmax(knee) <= 90 or np.ptp(knee) < 25:
             problems.append(
@@ -213,7 +213,8 @@ def _kinetics_problems(found: Mapping[str, Array]) -> list[str]:
         if np.abs(ankle).max() > 5:
             problems.append(
                 f"column {letter}AnkleMomentZ: reaches {np.abs(ankle).max():.4g}; this looks like "
-                "Nm or Nmm/kg, the file must be in Nm/kg. Divide by the body mass, or by 1000."
+                "Nm or Nmm/kg, but the file must be in Nm/kg. Divide by the body mass, or by "
+                "1000."
             )
         elif ankle.max() < 0.3:
             problems.append(
@@ -235,7 +236,7 @@ def _kinetics_problems(found: Mapping[str, Array]) -> list[str]:
             )
             problems.append(
                 f"column {letter}GRFY: its largest value is {np.nanmax(up):.4g}; the file must be "
-                f"in N/kg (about 10), this looks like {looks}. If it is another direction, "
+                f"in N/kg (about 10), but this looks like {looks}. If it is another direction, "
                 "the GRF columns are exchanged."
             )
         elif np.nan_to_num(up[80:90]).max() >= STANCE_THRESHOLD * STANDARD_GRAVITY:
@@ -297,7 +298,8 @@ def number_in(path: Path, row: Mapping[str, str], column: str) -> float:
         value = np.nan
     if not np.isfinite(value):
         raise RecordError(
-            f"{path}: column {column}: {row[column]!r} is not a number (row {dict(row)}). Mend it."
+            f"{path}: column {column}: {row[column]!r} is not a number (row {dict(row)}). Correct "
+            "it."
         )
     return value
 
@@ -320,7 +322,7 @@ def read_static_markers(path: Path, person: str) -> dict[str, tuple[float, float
     row = next((row for row in rows if row["Subject"] == person), None)
     if row is None:
         raise RecordError(
-            f"{path}: no row for {person}. It holds {', '.join(r['Subject'] for r in rows)}."
+            f"{path}: no row for {person}. It contains {', '.join(r['Subject'] for r in rows)}."
         )
     markers = {}
     for name in MARKERS:
@@ -328,7 +330,7 @@ def read_static_markers(path: Path, person: str) -> dict[str, tuple[float, float
         markers[name] = (x, -z, y)
     if markers["R.ASIS"][2] < 0.1:
         raise RecordError(
-            f"{path}: column R.ASISY of {person}: {row['R.ASISY']}; this looks like metres, the "
-            "file must be in millimetres. Multiply by 1000."
+            f"{path}: column R.ASISY of {person}: {row['R.ASISY']}; this looks like metres, but "
+            "the file must be in millimetres. Multiply by 1000."
         )
     return markers

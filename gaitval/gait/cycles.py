@@ -1,7 +1,7 @@
-"""Gait cycles of a recorded trial: where they are, curves over them, spatiotemporal parameters.
+"""Gait cycles of a recorded trial: their times, curves over them, and spatiotemporal parameters.
 
-A cycle goes from a heel strike to the next one of the same foot. No cycle is dropped in silence:
-one that is not used says why.
+A cycle runs from one heel strike to the next of the same foot. No cycle is dropped silently: one
+that is not used states why.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,29 +22,31 @@ from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 PLAUSIBLE_STRIDE: Final = (0.5, 3.5)
 """s. Fast walking has strides of 0.8 s; a patient at 0.2 m/s has strides of 3 s."""
 UNUSUAL_STRIDE: Final = 0.2
-"""A stride that differs from the median by more than this share is a stumble, a halt or a wrong
-event: in the slowest walk of WBDS01, where they vary most, the standard deviation is 3 to 4 %."""
+"""A stride that differs from the median by more than this fraction is a stumble, a stop or a wrong
+event: in the slowest walk of WBDS01, where strides vary most, the standard deviation is 3 to 4
+%."""
 SLOWEST_BELT: Final = 0.1
-"""m/s. Feet on the ground roll on at 0.01 to 0.03 m/s in `FLAT_FOOT`; no belt walks so slowly."""
+"""m/s. Feet on the ground still roll at 0.01 to 0.03 m/s during `FLAT_FOOT`; no belt runs that
+slowly."""
 EDGE_SECONDS: Final = 0.02
-"""s. The strike that ends a cycle, if found from markers, may be this late: what the plates show
-from then on belongs to the next stance."""
+"""s. If found from markers, the strike that ends a cycle may be this late: within this time before
+it, forces on the plates may belong to the next stance."""
 FLAT_FOOT: Final = (0.2, 0.5)
-"""Part of the stance in which heel and forefoot are both on the ground."""
+"""Fraction of stance in which heel and forefoot are both on the ground."""
 
 
 @dataclass(frozen=True)
 class GaitCycle:
-    """One gait cycle of one foot; times in s of the recording's clock.
+    """One gait cycle of one foot; times in s on the recording's clock.
 
     Attributes
     ----------
     start, end : heel strikes of the foot.
     toe_off : of the foot; NaN if it was not found.
-    opposite_toe_off, opposite_strike : of the other foot, between; NaN if not found.
-    kinematics_valid : the events are complete, in order, and the duration is usual.
-    kinetics_valid : so, and the plates show this foot's force all along.
-    reasons : why it is not valid; empty if all is.
+    opposite_toe_off, opposite_strike : of the other foot, within the cycle; NaN if not found.
+    kinematics_valid : the events are complete and in order, and the duration is usual.
+    kinetics_valid : likewise, and the plates show this foot's force throughout.
+    reasons : why it is not valid; empty if it is.
     """
 
     side: Side
@@ -73,8 +75,8 @@ class AverageCurve:
 
     Attributes
     ----------
-    mean, deviation : (101, ...) mean and standard deviation (of a sample, n − 1) over the cycles,
-        0 to 100 %; the deviation of a single cycle is NaN.
+    mean, deviation : (101, ...) mean and sample standard deviation (n − 1) over the cycles, 0 to
+        100 %; the deviation of a single cycle is NaN.
     curves : (n, 101, ...) the cycles themselves.
     """
 
@@ -85,7 +87,7 @@ class AverageCurve:
 
 @dataclass(frozen=True)
 class SpatioTemporal:
-    """Spatiotemporal parameters of one foot, one value a cycle (n,), NaN where not measurable.
+    """Spatiotemporal parameters of one foot, one value per cycle (n,), NaN if not measurable.
 
     Attributes
     ----------
@@ -137,7 +139,7 @@ def cut_cycles(
     forces: FootForces | None = None,
     fewest: int = 1,
 ) -> tuple[GaitCycle, ...]:
-    """All cycles of one foot, in order of time, also those that are not valid.
+    """All cycles of one foot, in order of time, including those that are not valid.
 
     Parameters
     ----------
@@ -190,14 +192,14 @@ def cut_cycles(
 def without_gaps(
     cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
 ) -> tuple[GaitCycle, ...]:
-    """The same cycles; those through which the markers do not show the motion are not valid.
+    """The same cycles; those in which the markers do not show the motion throughout are not valid.
 
     Parameters
     ----------
     cycles : of one foot, at least one.
     time : (T,) s, of the marker frames.
     seen : (T,) whether the markers show the pelvis and this foot's leg.
-    longest_gap_s : frames up to this long without them are bridged.
+    longest_gap_s : gaps up to this long are bridged.
 
     Raises
     ------
@@ -215,7 +217,8 @@ def without_gaps(
         inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
         if inside:
             reasons = tuple(
-                f"the markers do not show pelvis and {cycle.side} leg at {begin:.3f}-{end:.3f} s"
+                f"the markers do not show the pelvis and the {cycle.side} leg at "
+                f"{begin:.3f}-{end:.3f} s"
                 for begin, end in inside
             )
             cycle = replace(
@@ -234,10 +237,11 @@ def _require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int)
     if usable < fewest:
         listed = "".join(f"\n  {cycle}" for cycle in cycles if not cycle.kinematics_valid)
         raise RecordError(
-            f"{usable or 'no'} complete {side} gait cycle{'s' if usable > 1 else ''} in the trial, "
-            f"at least {fewest} needed: {strikes} {side} heel strike{'' if strikes == 1 else 's'} "
-            "found, and a cycle goes from one to the next. Give a longer trial of steady walking, "
-            f"in which the {side} foot strikes the ground at least {fewest + 1} times.{listed}"
+            f"{usable or 'no'} complete {side} gait cycle{'s' if usable > 1 else ''} in the "
+            f"trial, but at least {fewest} needed: {strikes} {side} heel "
+            f"strike{'' if strikes == 1 else 's'} found, and a cycle goes from one to the next. "
+            f"Give a longer trial of steady walking, in which the {side} foot strikes the ground "
+            f"at least {fewest + 1} times.{listed}"
         )
 
 
@@ -247,11 +251,11 @@ def _faults(side: Side, start: float, end: float, usual: float, between: list[Ar
     duration = end - start
     low, high = PLAUSIBLE_STRIDE
     if not low <= duration <= high:
-        reasons.append(f"it lasts {duration:.2f} s; strides last {low} to {high} s")
+        reasons.append(f"it lasts {duration:.2f} s, but strides last {low} to {high} s")
     elif abs(duration / usual - 1.0) > UNUSUAL_STRIDE:
         reasons.append(
-            f"it lasts {duration:.2f} s, more than {100 * UNUSUAL_STRIDE:.0f} % from the trial's "
-            f"median {usual:.2f} s"
+            f"it lasts {duration:.2f} s, which differs by more than {100 * UNUSUAL_STRIDE:.0f} % "
+            f"from the trial's median of {usual:.2f} s"
         )
     other = "left" if side == "right" else "right"
     named = (f"{side} toe-off", f"{other} toe-off", f"{other} heel strike")
@@ -272,7 +276,7 @@ def _shown(forces: FootForces | None, side: Side, start: float, end: float) -> t
     samples = forces.time
     spacing = 1.0 / forces.rate
     if start < samples[0] - spacing or end > samples[-1] + spacing:
-        return False, "it is not within the time of the forces: no kinetics"
+        return False, "it is outside the time of the forces: no kinetics"
     inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
     doubtful = ~forces.valid[inside, SIDES.index(side)]
     if doubtful.any():
@@ -294,21 +298,21 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
 
     Raises
     ------
-    RecordError : values of another length than the times, or a cycle outside them.
+    RecordError : values and times differ in length, or the cycle is outside them.
     """
     values = np.asarray(values, dtype=float)
     if len(values) != len(time):
         raise RecordError(
-            f"Values at {len(values)} times cannot be cut by {len(time)} times: they are of "
-            "another trial or of another rate. Resample them first."
+            f"Values at {len(values)} times cannot be cut with {len(time)} times: they are from "
+            "another trial or have another rate. Resample them first."
         )
     spacing = float(time[1] - time[0]) if len(time) > 1 else 0.0
     if len(time) < 2 or cycle.start < time[0] - spacing or cycle.end > time[-1] + spacing:
         raise RecordError(
-            f"The {cycle.side} cycle of {cycle.start:.3f}-{cycle.end:.3f} s is not within the "
+            f"The {cycle.side} cycle of {cycle.start:.3f}-{cycle.end:.3f} s is outside the "
             f"values, which are {len(time)} samples"
             + (f" from {time[0]:.3f} to {time[-1]:.3f} s." if len(time) else ".")
-            + " They are of another trial, or cut."
+            + " They are from another trial, or were cut. Give the values of the whole trial."
         )
     wanted = np.linspace(cycle.start, cycle.end, SAMPLES)
     return interpolated(values, (wanted - time[0]) / spacing, lone=True)
@@ -335,7 +339,8 @@ def average(parts: Iterable[Part]) -> AverageCurve | None:
 def belt_speed(
     recording: Recording, events: Iterable[Event], *, landmarks: Mapping[str, str]
 ) -> float:
-    """Speed of the belt under the feet, m/s: positive when it carries them back, 0 over ground.
+    """Speed of the belt under the feet, m/s: positive when it carries them backwards, 0 over
+    ground.
 
     The median over all stances of the backward velocity of heel and forefoot while the foot is
     flat (20 to 50 % of the stance), each from a line through the markers; 0 if it is below
@@ -349,7 +354,7 @@ def belt_speed(
 
     Raises
     ------
-    RecordError : no stance from heel strike to toe-off in which the feet are seen.
+    RecordError : there is no stance from heel strike to toe-off in which the feet are seen.
     """
     forward = facing(recording, landmarks)
     feet = foot_markers(recording, landmarks)
@@ -363,8 +368,9 @@ def belt_speed(
             speeds.append(-np.polyfit(recording.time[inside], middle, 1)[0])
     if not speeds:
         raise RecordError(
-            f"{recording.source}: no stance from heel strike to toe-off with heel and forefoot "
-            "seen, so the speed of the belt is not known. Give a longer trial, or fill the gaps."
+            f"{recording.source}: no stance from heel strike to toe-off in which heel and "
+            "forefoot are seen, so the speed of the belt is unknown. Give a longer trial, or "
+            "fill the gaps."
         )
     speed = float(np.median(speeds))
     return speed if abs(speed) > SLOWEST_BELT else 0.0
@@ -390,9 +396,9 @@ def spatiotemporal(
 ) -> SpatioTemporal:
     """Spatiotemporal parameters of the cycles of one foot that are valid for kinematics.
 
-    The place of a foot is the median of its heel marker while the foot is flat, in axes that
-    move with the belt (`belt_speed`; over ground they stand still), along the direction in
-    which the person faces and across it. One formula so serves treadmill and ground.
+    The position of a foot is the median of its heel marker while the foot is flat, along and across
+    the direction that the person faces, in axes that move with the belt (`belt_speed`; over ground
+    they are fixed). So one formula serves treadmill and ground.
 
     Parameters
     ----------
@@ -441,18 +447,18 @@ def spatiotemporal(
 
 
 def length_and_width(side: Side, places: Array, others: Array) -> tuple[Array, Array]:
-    """Length and width of steps, (n,) m each, of a recording or of a simulation.
+    """Length and width of steps, (n,) m each, in a recording or a simulation.
 
     Parameters
     ----------
     side : of the foot that steps.
-    places : (n, 2) m, forward and left: where it comes to stand.
+    places : (n, 2) m, forward and left: where it lands.
     others : (n, 2) m, where the other foot stands before.
 
     Returns
     -------
     tuple
-        Forward, and sideways, positive when the right foot stands right of the left one.
+        Forward, and sideways; positive when the right foot is to the right of the left one.
     """
     steps = places - others
     return steps[:, 0], steps[:, 1] if side == "left" else -steps[:, 1]

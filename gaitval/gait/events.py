@@ -1,9 +1,9 @@
 """Heel strike and toe-off, from forces and from markers.
 
-From force: the vertical force on the foot passes the threshold. From markers, a published method
-for each kind, the pair that agrees best with the plates in both trials at hand (mean difference
-in ms, markers less plates; WBDS01 T01 on a treadmill at 0.49 m/s, 33 strikes and 34 toe-offs, and
-the walk of Rajagopal et al. 2016 over ground, 3 and 3):
+From force: the vertical force on the foot crosses the threshold. From markers: a published method
+for each kind of event, chosen because the pair agrees best with the plates in two trials (mean
+difference in ms, markers minus plates; WBDS01 T01 on a treadmill at 0.49 m/s, 33 strikes and 34
+toe-offs, and the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 
 | method                                      | strike: T01, walk | toe-off: T01, walk |
 |---------------------------------------------|-------------------|--------------------|
@@ -30,31 +30,31 @@ from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 FOOT_CUTOFF_HZ: Final = 7.0
 """Low-pass of the markers of foot and pelvis (O'Connor 2007)."""
 LOW_HEEL: Final = 0.35
-"""Share of the heel's range of height under which it can strike (O'Connor 2007)."""
+"""Fraction of the heel's height range below which it can strike (O'Connor 2007)."""
 SMALLEST_SHARE: Final = 0.4
-"""A landing has at least this share of the vertical speed of the median one; smaller waves are
-those of the foot's swing."""
+"""A landing has at least this fraction of the median landing's vertical speed; smaller peaks belong
+to the foot's swing."""
 SHORTEST_EXCURSION: Final = 0.1
-"""m. A foot that moves less fore and aft of the pelvis does not walk."""
+"""m. A foot that moves less than this fore and aft relative to the pelvis is not walking."""
 LEAST_PROMINENCE: Final = 0.05
-"""Share of the foot's fore-and-aft excursion by which it must come forward again on both sides
-of a toe-off, and so how much of a swing an end of the trial must show."""
+"""Fraction of the foot's fore-aft excursion by which the foot must be further forward before and
+after a toe-off; so how much of a swing must be visible at the ends of the trial."""
 SHORTEST_STRIDE: Final = 0.5
-"""s: 240 steps/min, faster than people walk; two push-offs are not closer."""
+"""s. Two push-offs of a foot are never closer: 240 steps/min is faster than people walk."""
 
 BOUNCE_SECONDS: Final = 0.05
-"""A foot unloaded for less than this has not begun a swing."""
+"""A foot unloaded for less than this has not begun its swing."""
 SCUFF_SECONDS: Final = 0.1
-"""A foot loaded for less than this has brushed the plate; no stance is this short."""
+"""A foot loaded for less than this has only brushed the plate; no stance is this short."""
 SAME_EVENT_SECONDS: Final = 0.1
-"""An event from force and one from markers this close are one and the same."""
+"""An event from force and one from markers that are this close are the same event."""
 
 
 def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First sample of each contact and first sample after it, (n,) each.
 
-    Gaps shorter than `BOUNCE_SECONDS` are closed, then contacts shorter than `SCUFF_SECONDS`
-    are dropped; at the ends of the trial both may be parts of longer ones, and stay.
+    Gaps shorter than `BOUNCE_SECONDS` are closed, then contacts shorter than `SCUFF_SECONDS` are
+    dropped; at the ends of the trial both may be parts of longer ones, and are kept.
 
     Parameters
     ----------
@@ -65,10 +65,10 @@ def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDA
 
 
 def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int]:
-    """When a foot is on the ground: bounces closed, then scuffs dropped.
+    """When a foot is on the ground, with bounces closed, then scuffs dropped.
 
-    Gaps shorter than `BOUNCE_SECONDS` are bounces. At the ends of a trial or of a simulation a gap
-    or a contact may be a part of a longer one, and stays.
+    Gaps shorter than `BOUNCE_SECONDS` are bounces. At the ends of a trial or a simulation a gap or
+    a contact may be part of a longer one, and is kept.
 
     Parameters
     ----------
@@ -94,9 +94,9 @@ def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int
 def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Event, ...]:
     """Heel strikes and toe-offs from the vertical force, in order of time.
 
-    The time is that of the crossing of `force_threshold_n`, on the line through the two samples
-    above it that are nearest. Contacts that the plates do not show whole (`valid` is False at
-    one of their samples) give no events.
+    The time is that of the crossing of `force_threshold_n`, on the line through the two nearest
+    samples above it. Contacts that the plates show only in part (`valid` is False at one of their
+    samples) give no events.
 
     Parameters
     ----------
@@ -127,10 +127,10 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
 def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tuple[Event, ...]:
     """Heel strikes and toe-offs from the markers of feet and pelvis, in order of time.
 
-    Toe-off is where the forefoot is farthest behind the pelvis (Zeni et al. 2008). Heel strike
-    is where the middle of heel and forefoot sinks fastest, between two toe-offs and with the
-    heel in the lowest 35 % of its range of height (O'Connor et al. 2007). Neither needs the speed
-    of a belt. A person who does not walk has no events.
+    Toe-off is when the forefoot is farthest behind the pelvis (Zeni et al. 2008). Heel strike is
+    when the middle of heel and forefoot sinks fastest, between two toe-offs and with the heel in
+    the lowest 35 % of its height range (O'Connor et al. 2007). Neither needs the belt speed. A
+    person who does not walk has no events.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tupl
 
     Raises
     ------
-    RecordError : a foot or the pelvis without markers, or too short a trial.
+    RecordError : a foot or the pelvis has no markers, or the trial is too short.
     """
     pelvis = pelvis_markers(recording, landmarks)
     forward = facing(recording, landmarks)
@@ -169,7 +169,7 @@ def _foot_events(
     speed = np.gradient(0.5 * (heel + front)) * rate
     sinks, _ = find_peaks(-speed)
     sinks = sinks[(heel[sinks] < heel.min() + LOW_HEEL * np.ptp(heel)) & (speed[sinks] < 0.0)]
-    # one landing between two toe-offs: the fastest
+    # one landing between two toe-offs, the fastest
     bounds = np.concatenate(([0], offs, [len(time)]))
     landings = []
     for begin, end in pairwise(bounds):
@@ -192,16 +192,16 @@ def _foot_events(
 
 
 def _vertex(values: Array, sample: int) -> float:
-    """Place of an extremum between samples: the vertex of the parabola through three."""
+    """Position of an extremum between samples: the vertex of the parabola through three samples."""
     before, here, after = values[sample - 1 : sample + 2]
     curvature = before - 2.0 * here + after
     return sample + (0.5 * (before - after) / curvature if curvature else 0.0)
 
 
 def marker_stance(recording: Recording, *, landmarks: Mapping[str, str]) -> Flags:
-    """(T, 2) whether each foot, right first, stands on the ground at each marker frame.
+    """(T, 2) whether each foot, right first, is on the ground at each marker frame.
 
-    From `marker_events`; a foot without events stands all along.
+    From `marker_events`; a foot without events is on the ground throughout.
     """
     stance = np.ones((len(recording.markers), 2), dtype=bool)
     events = marker_events(recording, landmarks=landmarks)
@@ -224,10 +224,10 @@ def find_events(
     *,
     landmarks: Mapping[str, str],
 ) -> tuple[Event, ...]:
-    """All events of a trial, in order of time: from force where there is one, else from markers.
+    """All events of a trial, in order of time: from force if possible, else from markers.
 
-    An event from markers gives way to one of the same foot and kind from force that is near, or
-    has no event of the other kind between.
+    An event from force replaces one from markers of the same foot and kind if they are close, or if
+    no event of the other kind lies between them.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def find_events(
             for kind in ("heel_strike", "toe_off")
         }
         for number, event in enumerate(mine):
-            # strikes and toe-offs alternate: a second one beside one from force is a wrong one
+            # strikes and toe-offs alternate: a second one next to one from force is wrong
             beside = mine[max(number - 1, 0) : number] + mine[number + 1 : number + 2]
             doubled = any(e.kind == event.kind and e in from_force for e in beside)
             near = (np.abs(shown[event.kind] - event.time) < SAME_EVENT_SECONDS).any()

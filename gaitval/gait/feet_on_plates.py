@@ -1,4 +1,4 @@
-"""Where the feet are on the force plates, by the markers.
+"""Where the feet are on the force plates, according to the markers.
 
 Axes: the project's (REP-103, z up).
 """
@@ -19,10 +19,10 @@ from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import Plate, Recording
 
 SETTLING_SECONDS: Final = 0.06
-"""Around a strike or a toe-off found from markers, which are good to about 20 ms, nothing is
-concluded about the plate for this long, s."""
+"""s. Around a strike or toe-off found from markers, which is accurate to about 20 ms, nothing is
+concluded about the plate for this long."""
 LOW_POINT: Final = 0.03
-"""m. A marker of the foot is on the ground within this of its usual lowest height."""
+"""m. A marker of the foot is on the ground if it is within this of its usual lowest height."""
 SHORTEST_SHARED_SECONDS: Final = 0.03
 """Both feet on a plate for less than this is within the error of the markers' events, s."""
 
@@ -44,7 +44,7 @@ class Feet:
 
 
 def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
-    """Feet at the times of the forces; a marker in a gap is nowhere (NaN)."""
+    """Feet at the times of the forces; a marker in a gap is NaN."""
     markers = foot_markers(recording, landmarks)
     stance_frames = marker_stance(recording, landmarks=landmarks)
     frames = (recording.force_time - recording.start) * recording.marker_rate
@@ -56,7 +56,7 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
         outline = interpolated(foot.outline, frames)
         height = outline[:, :, 2]
         with np.errstate(invalid="ignore"):
-            # of all frames, the foot spends more than half low
+            # the foot is low in more than half of all frames
             floor = np.nanpercentile(foot.outline[:, :, 2], 20.0, axis=0)
             low = (height < floor + LOW_POINT) & stance[:, column, None]
         outlines.append(outline)
@@ -65,7 +65,9 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
 
 
 def reaches(plate: Plate, outline: Array) -> Flags:
-    """(T,) whether a foot may touch a plate: some of its outline is over it, or 2 cm beside it."""
+    """(T,) whether a foot may touch a plate: part of its outline is over it, or within 2 cm of
+    it.
+    """
     if not np.isfinite(plate.corners).all():
         return np.ones(len(outline), dtype=bool)
     inside = over_plate(plate, outline, margin=0.02)
@@ -83,7 +85,7 @@ def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
 
 
 def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
-    """(T,) whether both feet stand on the plate, at least partly."""
+    """(T,) whether both feet are on the plate, at least partly."""
     if not np.isfinite(plate.corners).all():
         return np.zeros(len(plate.force), dtype=bool)
     standing = [
@@ -91,7 +93,7 @@ def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
         for column in (0, 1)
     ]
     shared = np.asarray(standing[0] & standing[1])
-    # the markers' strikes and toe-offs are good to about 20 ms
+    # strikes and toe-offs from markers are accurate to about 20 ms
     for begin, end in zip(*runs(shared), strict=True):
         if end - begin < SHORTEST_SHARED_SECONDS * rate:
             shared[begin:end] = False
@@ -99,7 +101,7 @@ def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
 
 
 def distances_to_feet(plate: Plate, feet: Feet, begin: int, end: int) -> Array:
-    """(n, 2) m: horizontal distance of the centre of pressure to the outline of each foot."""
+    """(n, 2) m: horizontal distance from the centre of pressure to the outline of each foot."""
     point = plate.centre_of_pressure[begin:end, :2]
     return np.stack(
         [_outside(point, outline[begin:end, :, :2]) for outline in feet.outlines], axis=1

@@ -9,13 +9,13 @@ from gaitval.errors import RecordError
 
 
 def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4) -> Array:
-    """Zero-lag Butterworth low-pass along the first axis, each block between NaN by itself.
+    """Zero-lag Butterworth low-pass along the first axis, separately for each block between NaN.
 
-    A filter of half the order runs forwards and backwards. Two passes would halve the amplitude
-    at its cut-off, so that is raised until the whole has 1/√2 (−3.01 dB) at `cutoff_hz`:
+    A filter of half the order runs forwards and backwards. Two passes would halve the amplitude at
+    its cut-off, so its cut-off is raised until the total gain is 1/√2 (−3.01 dB) at `cutoff_hz`:
     tan(π f′/rate) = tan(π f/rate) / (√2 − 1)^(1/order), which is the correction of Winter 2009
-    (Biomechanics and Motor Control of Human Movement, section 3.4.4.2) carried through the
-    bilinear transformation, so that it is exact at every sample rate.
+    (Biomechanics and Motor Control of Human Movement, section 3.4.4.2) carried through the bilinear
+    transformation, so that it is exact at every sample rate.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4
 
     Raises
     ------
-    RecordError : a cut-off that the rate does not allow, or a signal shorter than one period of
+    RecordError : the rate is too low for the cut-off, or the signal is shorter than one period of
         the cut-off.
     """
     values = np.asarray(values, dtype=float)
@@ -61,11 +61,11 @@ def low_pass_simulated(values: ArrayLike, *, step: float, frequency: float) -> A
     """Zero-lag fourth-order Butterworth low-pass along the first axis, of densely sampled values.
 
     A second-order filter runs forwards and backwards. Two passes would attenuate to 1/2 at the
-    design frequency, so that one is raised by 1/(√2 − 1)^¼: the gain at `frequency` is then
+    design frequency, so that frequency is raised by 1/(√2 − 1)^¼: the gain at `frequency` is then
     1/√2 (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2). Unlike
-    `low_pass` it takes the correction as printed, without the bilinear transformation, which
-    changes the cut-off by less than 0.3 % at 500 Hz and 20 Hz; and it takes any length. The stored
-    accuracy of the subjects was measured with it.
+    `low_pass` it uses the correction as printed, without the bilinear transformation, which changes
+    the cut-off by less than 0.3 % at 500 Hz and 20 Hz; and it accepts any length. The subjects'
+    stored accuracy was measured with it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which foot a force plate shows, and the ground reaction on each foot.
+"""Which foot is on which force plate, and the ground reaction on each foot.
 
 The wrench of a plate (force, and moment about the origin) is what is offset-corrected, combined
 and filtered; centre of pressure and free moment follow from it at the end. All are linear in the
@@ -43,7 +43,7 @@ class _Shares:
     Attributes
     ----------
     wrench : (T, 2, 6) N and Nm about the origin.
-    valid : (T, 2) whether the plates show the foot alone and whole.
+    valid : (T, 2) whether the plates measure all of this foot's force and nothing else.
     touched : (T, 2) whether the foot is on a plate.
     heights : m, of the surface of each plate that was stepped on.
     """
@@ -61,7 +61,7 @@ def assign_forces(
     landmarks: Mapping[str, str],
     cutoff_hz: float | None = None,
 ) -> tuple[FootForces, tuple[Finding, ...]]:
-    """Ground reaction on each foot from the plates that it stood on.
+    """Ground reaction on each foot from the plates that it was on.
 
     A contact is a time in which a plate's vertical force, low-passed at `force_cutoff_hz`, is
     above `force_threshold_n`. It belongs to the foot nearer to its centre of pressure. Wrenches
@@ -69,9 +69,9 @@ def assign_forces(
     ground where the filtered vertical force is above the threshold.
 
     `valid` is False for a foot, and a finding says why, while both feet are on one plate (one of
-    them partly, perhaps: the crossing of a split belt); while its contact's centre of pressure
-    lies outside the foot; while part of it stands beside the plates; and in a stance (by the
-    markers) of which the plates show less than four fifths.
+    them partly, perhaps: the crossing of a split belt); while its contact's centre of pressure is
+    outside the foot; while part of it is beside the plates; and in a stance (by the markers) of
+    which the plates show less than four fifths.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def assign_forces(
 
     Raises
     ------
-    RecordError : no plates; forces of another length than the markers, or of another time; nobody
-        on the plates.
+    RecordError : there are no plates; forces and markers differ in length or in time; nobody is on
+        the plates.
     """
     _require_plates(recording)
     cutoff_hz = processing.force_cutoff_hz if cutoff_hz is None else cutoff_hz
@@ -107,9 +107,9 @@ def assign_forces(
         raise RecordError(
             f"{recording.source}: no foot is on the {len(recording.plates)} force plate(s): their "
             f"vertical force is at most {largest:.3g} N, and never above "
-            f"{processing.force_threshold_n:g} N for the length of a step. If the plates were "
-            "walked on, the forces are in another unit than N or of another trial: export them "
-            "again. If not, give a trial in which they were."
+            f"{processing.force_threshold_n:g} N for the length of a step. If somebody walked on "
+            "the plates, the forces are not in N or are from another trial: export them again. "
+            "If not, give a trial in which somebody did."
         )
     check_synchrony(recording, shares.touched, landmarks)
     findings += judge_unshown(recording, feet, shares.touched, shares.valid)
@@ -126,11 +126,11 @@ def assign_forces(
 
 
 def resample_forces(forces: FootForces, times: Array) -> FootForces:
-    """The same forces at other, uniformly spaced times, as at the frames of the markers.
+    """The same forces at other, uniformly spaced times, such as the marker frames.
 
-    Force and moment are interpolated linearly, not the centre of pressure, after a low-pass at
-    0.45 of the new rate where that is lower, against aliasing. `valid` is False next to a sample
-    where it was.
+    Force and moment are interpolated linearly, not the centre of pressure, after an anti-aliasing
+    low-pass at 0.45 of the new rate if that is lower. `valid` is False next to a sample where it
+    was False.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
     # the last frame of markers may be a few force samples after the last one of the forces
     if times[0] < old[0] - spacing or times[-1] > old[-1] + spacing:
         raise RecordError(
-            f"Forces from {old[0]:.3f} to {old[-1]:.3f} s cannot be given at times from "
+            f"Forces from {old[0]:.3f} to {old[-1]:.3f} s cannot be resampled at times from "
             f"{times[0]:.3f} to {times[-1]:.3f} s: they are of another trial or of another length."
         )
     point = np.nan_to_num(forces.centre_of_pressure)
@@ -174,7 +174,7 @@ def _share_out(
     processing: ProcessingSettings,
     shares: _Shares,
 ) -> list[Finding]:
-    """Give each contact with a plate to a foot, in place; what speaks against it, in words."""
+    """Assign each contact with a plate to a foot, in place; returns the objections as findings."""
     vertical = low_pass(
         plate.force[:, 2],
         rate=recording.force_rate,
@@ -191,7 +191,7 @@ def _share_out(
     sharing = shared_by_both(plate, feet, recording.force_rate)
     used = np.zeros(samples, dtype=bool)
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
-        # the filter needs the rise and fall below the threshold as well
+        # the filter also needs the rise and fall below the threshold
         before = (ends[number - 1] + begin) // 2 if number else 0
         after = (end + begins[number + 1]) // 2 if number + 1 < len(begins) else samples
         reach = int(SETTLING_SECONDS * recording.force_rate)
@@ -222,9 +222,9 @@ def _share_out(
 def _require_plates(recording: Recording) -> None:
     if not recording.plates:
         raise RecordError(
-            f"{recording.source}: the trial has no force plates, and moments and ground reaction "
+            f"{recording.source}: the trial has no force plates, but moments and ground reaction "
             "need them. Give a trial with forces (C3D with FORCE_PLATFORM, or the markers with "
-            "their .mot by --forces); angles and gait cycles alone can be had without."
+            "their .mot by --forces); angles and gait cycles need no forces."
         )
     shown = len(recording.plates[0].force) / recording.force_rate
     walked = len(recording.markers) / recording.marker_rate
@@ -233,14 +233,14 @@ def _require_plates(recording: Recording) -> None:
         raise RecordError(
             f"{recording.source}: markers of {walked:.3f} s ({len(recording.markers)} frames at "
             f"{recording.marker_rate:g} Hz), but forces of {shown:.3f} s "
-            f"({', '.join(map(str, sorted(lengths)))} samples at {recording.force_rate:g} Hz): one "
-            "of them is cut off or of another trial. Export both over the same time."
+            f"({', '.join(map(str, sorted(lengths)))} samples at {recording.force_rate:g} Hz): "
+            "one of them is cut off or from another trial. Export both over the same time."
         )
 
 
 def _moment(plate: Plate) -> Array:
-    """(T, 3) Nm about the origin, of a plate; where it has no centre of pressure, the force acts
-    at the nearest one in time, which keeps the little force there is under the foot.
+    """(T, 3) Nm about the origin, of a plate; without a centre of pressure the force acts at the
+    nearest one in time, which keeps the small force there under the foot.
     """
     if plate.moment is not None:
         return plate.moment
@@ -254,7 +254,8 @@ def _moment(plate: Plate) -> Array:
 def _from_wrench(
     rate: float, start: float, wrench: Array, on: Flags, valid: Flags, height: float
 ) -> FootForces:
-    """Force, centre of pressure at a height, and the free moment about it, where a foot is on.
+    """Force, centre of pressure at a height, and the free moment about it, while a foot is on the
+    ground.
 
     The moment about the centre of pressure is vertical: M − p × F = (0, 0, Tz) with pz = h gives
     px = (h Fx − My) / Fz and py = (h Fy + Mx) / Fz (Winter 2009, chapter 5).

@@ -1,4 +1,4 @@
-"""Mean curves of a gait (101 rows, 0 to 100 % of the cycle) as the periodic curves of a subject.
+"""Turn mean curves of a gait (101 rows, 0 to 100 % of the cycle) into a subject's periodic curves.
 
 Tolerances are in the curve's unit; a curve that needs too many harmonics is refused as noisy.
 """
@@ -15,7 +15,8 @@ from gaitval.errors import RecordError
 from gaitval.gait.record import Curve, Force, fit_periodic
 
 ANGLE_TOLERANCE: Final = float(np.radians(0.3))
-"""rad. Small beside the 5° above which a change between sessions is detectable (Wilken 2012)."""
+"""rad. Small compared with the 5° above which a change between sessions is detectable (Wilken
+2012)."""
 MOMENT_TOLERANCE: Final = 0.02
 """Nm/kg, about 1 % of the largest moment."""
 FORCE_TOLERANCE: Final = 0.01
@@ -57,9 +58,9 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
     curve, residual = fit_periodic(phase, values, tolerance)
     if residual > tolerance:
         raise RecordError(
-            f"{path}: the curve of {name} is left with {residual:.3g} (allowed {tolerance:.3g}) by "
-            f"{len(curve.cosine)} harmonics: it is noisy or jumps. Give more cycles, "
-            "another trial, or filter it."
+            f"{path}: with {len(curve.cosine)} harmonics the curve of {name} still has an error "
+            f"of {residual:.3g} (allowed {tolerance:.3g}): it is noisy or jumps. Give more cycles "
+            "or another trial, or filter it."
         )
     return Curve.fitted((curve, residual))
 
@@ -67,8 +68,8 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
 def fit_force(force: Array, stance: float, path: Path | str) -> Force:
     """Fit the stance of one foot's ground reaction.
 
-    Swing is left free: a series that also had to stay at zero there would need over 40
-    harmonics and ring at heel strike and toe-off.
+    Swing is not fitted: a series that also had to be zero there would need over 40 harmonics and
+    would ring at heel strike and toe-off.
 
     Parameters
     ----------

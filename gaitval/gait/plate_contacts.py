@@ -1,4 +1,4 @@
-"""Whose foot a contact on a force plate is, and whether the plates show it whole.
+"""Which foot makes a contact on a force plate, and whether the plates show it completely.
 
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
@@ -27,26 +27,26 @@ from gaitval.mocap.findings import Finding, sample_finding
 from gaitval.mocap.recording import Plate, Recording
 
 OUTSIDE_FOOT: Final = 0.06
-"""m. How far outside the outline of the foot a centre of pressure may lie: the shoe is 1 to 2 cm
-beyond the markers, plates and cameras agree within 2 cm, and little force makes it unsure."""
+"""m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
+cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it uncertain."""
 OUTSIDE_SHARE: Final = 0.2
-"""Share of a contact's loaded time beyond `OUTSIDE_FOOT` that marks it as another foot's."""
+"""Fraction of a contact's loaded time beyond `OUTSIDE_FOOT` that marks it as another foot's."""
 WELL_LOADED: Final = 0.2
-"""Share of the contact's peak force above which the centre of pressure is taken seriously."""
+"""Fraction of the contact's peak force above which the centre of pressure is used."""
 LEAST_SHOWN: Final = 0.8
-"""Share of a stance, by markers, in which the plates must show a force."""
+"""Fraction of a stance, by markers, in which the plates must show a force."""
 BRUSH_FORCE: Final = 2.0
-"""Thresholds of force above which a touch too short for a stance is reported."""
+"""A touch too short for a stance is reported above this many force thresholds."""
 
 LARGEST_LAG_SECONDS: Final = 0.06
-"""Events from forces may be this much earlier or later than those from markers, both strikes and
-toe-offs in the median: 0.03 s at most in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
+"""s. Events from forces may be this much earlier or later than those from markers, in the median of
+strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
 
 
 def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:
     """(n,) column of the foot that a plate's contact belongs to, sample by sample.
 
-    One foot for each stretch in which no other stands on the plate; a shared stretch stays with
+    There is one foot for each period in which no other is on the plate; a shared period stays with
     the foot before it (and is not valid for either).
     """
     load = np.maximum(vertical, 0.0)
@@ -78,7 +78,7 @@ def judge_contact(
     sharing: Flags,
     valid: Flags,
 ) -> list[Finding]:
-    """Mark where a contact is not one foot's alone, or not wholly on the plates; say why."""
+    """Mark where a contact is not one foot's only, or not completely on the plates; say why."""
     findings = []
     plates = [other for other in recording.plates if np.isfinite(other.corners).all()]
     for start, stop in zip(*runs(sharing[begin:end]), strict=True):
@@ -96,8 +96,8 @@ def judge_contact(
             for other in plates
         )
         action = (
-            f"the {SIDES[guest]} foot crosses onto this plate, on which the "
-            f"{SIDES[1 - guest]} one stands; forces not used"
+            f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
+            "is standing; forces not used"
             if partly
             else "both feet on this plate; forces not used"
         )
@@ -123,12 +123,12 @@ def judge_contact(
             )
             findings.append(sample_finding(recording, "contact", names, first, last, action))
         if len(plates) < len(recording.plates):
-            continue  # a plate whose place is not known may carry what seems to be beside
+            continue  # a plate whose position is unknown may carry what seems to be beside it
         on_any = np.any([over_plate(other, feet.outlines[column]) for other in plates], axis=0)
         beside = (feet.low[column] & ~on_any).any(axis=1)[begin:end] & mine & heavy
         if beside.mean() * len(beside) > SHORTEST_SHARED_SECONDS * recording.force_rate:
             valid[first:last, column] = False
-            action = "part of the foot stands beside the plates; forces not used"
+            action = "part of the foot is beside the plates; forces not used"
             findings.append(sample_finding(recording, "contact", names, first, last, action))
     return findings
 
@@ -158,7 +158,7 @@ def judge_brushes(
 
 
 def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str, str]) -> None:
-    """Refuse forces that rise and fall at other times than the feet strike and leave the ground."""
+    """Refuse forces that do not rise and fall when the feet strike and leave the ground."""
     events = marker_events(recording, landmarks=landmarks)
     lags = {}
     for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
@@ -179,9 +179,8 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
         raise RecordError(
             f"{recording.source}: by the forces the feet strike the ground "
             f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} "
-            "the markers show it (medians): the forces are of another trial, or not "
-            "synchronised with the cameras. Give the forces of this trial, exported by the clock "
-            "of the markers."
+            "the markers show it (medians): the forces are of another trial, or not synchronised "
+            "with the cameras. Give the forces of this trial, exported on the markers' clock."
         )
 
 
@@ -197,7 +196,7 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
                 continue
             valid[begin:end, column] = False
             action = (
-                "stands on no plate; no forces there"
+                "is on no plate; no forces there"
                 if share < 1.0 - LEAST_SHOWN
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )

@@ -1,6 +1,6 @@
-"""What a force plate shows while no foot is on it, taken away.
+"""Remove what a force plate shows while no foot is on it.
 
-The wrench is what is corrected; see `foot_forces`. Axes: the project's (REP-103, z up).
+The correction is made to the wrench; see `foot_forces`. Axes: the project's (REP-103, z up).
 """
 
 from collections.abc import Mapping
@@ -18,12 +18,12 @@ from gaitval.mocap.force_plates import make_plate, plate_axes
 from gaitval.mocap.recording import Plate, Recording
 
 LEAST_UNLOADED_SECONDS: Final = 0.1
-"""A plate's offset is its mean over at least this long without a foot on it, s."""
+"""A plate's offset is its mean over at least this time without a foot on it, s."""
 SMALLEST_OFFSET_N: Final = 1.0
 """Offsets below this are the noise of a plate."""
 RESTLESS_N: Final = 15.0
 """Standard deviation of the low-passed vertical force of an unloaded plate above which something
-else than an offset acts on it, N. A running belt leaves about 1 N."""
+other than an offset acts on it, N. A running belt leaves about 1 N."""
 RESTLESS_CUTOFF_HZ: Final = 20.0
 """... after this low-pass, Hz: a belt's motor and frame shake the plate at 25 Hz and above."""
 
@@ -31,15 +31,15 @@ RESTLESS_CUTOFF_HZ: Final = 20.0
 def zero_plates(
     recording: Recording, *, landmarks: Mapping[str, str]
 ) -> tuple[Recording, tuple[Finding, ...]]:
-    """Take away what the plates show while no foot is on them.
+    """Subtract what the plates show while no foot is on them.
 
-    The offset of all six components is the mean in each phase without a foot on the plate (by
-    the markers), interpolated linearly between the phases, so that a drift goes with it. It
-    matters most for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right
-    plate in swing, which moves the centre of pressure out of the foot by decimetres at toe-off.
+    The offset of all six components is the mean in each phase without a foot on the plate (by the
+    markers), interpolated linearly between the phases, so that drift is removed too. It matters
+    most for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right plate in swing,
+    which moves the centre of pressure decimetres away from the foot at toe-off.
 
-    A plate without moments (`Plate.moment` is None) is left as it is, and an offset of its
-    force only reported, for its centre of pressure could not be corrected with it.
+    A plate without moments (`Plate.moment` is None) is left as it is, and an offset of its force is
+    only reported, because its centre of pressure could not be corrected.
 
     Parameters
     ----------
@@ -88,13 +88,13 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     if restless > RESTLESS_N:
         shown += (
             f"its force varies there by {restless:.0f} N (standard deviation), so something else "
-            "stood on it: left as it is"
+            "was on it: left as it is"
         )
         return plate, [_offset_finding(recording, plate, shown)]
     if plate.moment is None:
         shown += (
-            "left as it is, as the file has no moments with which the centre of pressure could "
-            "be corrected; give the trial as C3D with the plate's own channels"
+            "left as it is, because the file has no moments to correct the centre of pressure "
+            "with; give the trial as C3D with the plate's own channels"
         )
         return plate, [_offset_finding(recording, plate, shown)]
     samples = np.arange(len(plate.force))

@@ -1,8 +1,8 @@
 """The recorded gait of a subject as periodic curves.
 
-All curves are in the project's convention (REP-103 axes, SI units, radians): angles and
-moments by the coordinate's name, a moment positive where it would increase its coordinate.
-Each side's curves run over that side's own gait cycle, phase 0 = its heel strike.
+All curves are in the project's convention (REP-103 axes, SI units, radians): angles and moments
+have the coordinate's name, and a moment is positive if it would increase its coordinate. Each
+side's curves run over that side's own gait cycle, phase 0 = its heel strike.
 """
 
 from collections.abc import Mapping
@@ -73,9 +73,9 @@ HARMONICS_CAP = 40
 ROUGHNESS = 1e-6
 """Weight of Σ k⁴(cosine² + sine²) beside the sum of squared residuals in `fit_periodic`.
 
-It only decides where samples are missing (moments around the seam, forces in swing): there it
-keeps every force below 5 body weights, instead of 100, and changes no fit by a harmonic more
-than three.
+It matters only where samples are missing (moments around the seam, forces in swing): there it keeps
+every force below 5 body weights, instead of 100, and changes the number of harmonics of a fit by at
+most three.
 """
 
 
@@ -83,7 +83,7 @@ than three.
 class PeriodicCurve:
     """A truncated Fourier series f(φ) = mean + Σ_k cosine_k cos 2πkφ + sine_k sin 2πkφ.
 
-    Periodic to machine precision; φ is the phase, one unit a gait cycle.
+    Periodic to machine precision; φ is the phase, one unit per gait cycle.
     """
 
     mean: float
@@ -118,8 +118,8 @@ def fit_periodic(
 ) -> tuple[PeriodicCurve, float]:
     """Fit the shortest Fourier series that passes every sample within `tolerance`.
 
-    Samples at phase 0 and 1 are the same instant, one cycle apart. They get half the weight
-    each, so the curve passes through their mean and the residual states their difference.
+    Samples at phase 0 and 1 are the same instant, one cycle apart. Each gets half the weight, so
+    the curve passes through their mean and the residual contains their difference.
 
     Parameters
     ----------
@@ -186,12 +186,12 @@ class GaitRecord:
         `foot_progression_r` (toes towards the midline +); the same with `_l`. `ANGLE_NAMES`; knee
         adduction and rotation, ankle rotation and the foot's angles may be absent.
     moments : Nm/kg, internal joint moments. Keys: the hip's, knee's and ankle's as above,
-        `MOMENT_NAMES`. Of the frontal and transverse ones the source does not
-        state the axes (its transverse ankle moment suggests the foot's): compare with care.
-    forces : body weights; `forces["right"]` holds the three curves of the ground reaction on
-        that foot in world axes: forward, left, up. They are fitted to stance only and mean
-        nothing in swing: evaluate through `ground_reaction`, which is zero there.
-    low_pass : what moments and forces had passed before they were averaged; None if not known.
+        `MOMENT_NAMES`. The source does not state the axes of the frontal and transverse ones (its
+        transverse ankle moment suggests the foot's): compare with care.
+    forces : body weights; `forces["right"]` contains the three curves of the ground reaction on
+        that foot in world axes: forward, left, up. They are fitted to stance only and are
+        meaningless in swing: evaluate them with `ground_reaction`, which is zero there.
+    low_pass : filters applied to moments and forces before they were averaged; None if not known.
     """
 
     speed: float
@@ -237,8 +237,8 @@ class Curve(StoredPart):
     def _same_length(self) -> Self:
         if len(self.cosine) != len(self.sine):
             raise ValueError(
-                f"{len(self.cosine)} cosine and {len(self.sine)} sine coefficients; "
-                "give one of each for every harmonic."
+                f"{len(self.cosine)} cosine but {len(self.sine)} sine coefficients; give one of "
+                "each for every harmonic."
             )
         return self
 

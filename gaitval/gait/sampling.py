@@ -1,4 +1,4 @@
-"""Curves between their samples, for recordings and for simulations."""
+"""Interpolate curves between samples, for recordings and for simulations."""
 
 from typing import Final
 
@@ -11,14 +11,14 @@ SAMPLES: Final = 101
 
 
 def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
-    """Values at fractional samples, linear between two; beyond the ends the last one is held.
+    """Values at fractional samples, linearly interpolated; constant beyond the ends.
 
     Parameters
     ----------
     values : (T, ...).
     samples : (...) counted from 0.
-    lone : at a whole sample its neighbour does not count and may be NaN; else a NaN beside a
-        sample hides it too.
+    lone : if True, at a whole sample the neighbours do not count and may be NaN; otherwise a NaN
+        next to a sample also hides it.
 
     Returns
     -------
@@ -36,11 +36,11 @@ def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
 
 
 def bridged(values: Array, known: Flags) -> Array:
-    """Values (T, n) in which the samples that are not known lie on the line between those that are.
+    """Values (T, n) with unknown samples interpolated linearly between the known ones.
 
     Parameters
     ----------
-    known : (T,) at least one True; before the first and after the last one the value is held.
+    known : (T,) at least one True; before the first and after the last one the value is constant.
     """
     samples = np.arange(len(values))
     columns = [np.interp(samples, samples[known], column[known]) for column in values.T]

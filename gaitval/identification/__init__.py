@@ -1,1 +1,1 @@
-"""What the record says of the body parameters μ."""
+"""Identification of the body parameters μ from the record."""

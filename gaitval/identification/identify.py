@@ -1,9 +1,9 @@
 """Identification of the body parameters mu with CMA-ES (Hansen 2016; the paper's section III-B).
 
 The deterministic policy walks from fixed start phases with the same initial states for every
-candidate (common random numbers), so that candidates differ by mu alone. The objective is the
-mean reward of a planned step, less a prior that pulls each parameter towards its nominal value
-with the anthropometric spread that its bounds express.
+candidate (common random numbers), so that candidates differ only in mu. The objective is the mean
+reward of a planned step, minus a prior that pulls each parameter towards its nominal value; its
+width is the anthropometric spread given by the bounds.
 """
 
 import warnings
@@ -103,17 +103,17 @@ def search(
     key: str = "",
     on_generation: Callable[[int, float], None] | None = None,
 ) -> tuple[Array, Array, list[dict[str, float]]]:
-    """CMA-ES for the maximum of `evaluate` less the prior within bounds.
+    """CMA-ES for the maximum of `evaluate` minus the prior, within bounds.
 
-    The search runs in units of half the range of each parameter. Every generation's candidates
-    and values are kept in `state_file`; a search that was cut off tells them to a new CMA-ES of
-    the same seed again and goes on, with the same result as if it had not been cut off.
+    The search runs in units of half the range of each parameter. Every generation's candidates and
+    values are kept in `state_file`; an interrupted search replays them into a new CMA-ES with the
+    same seed and continues, with the same result as if it had not been interrupted.
 
     Parameters
     ----------
     evaluate : rewards of a list of candidates (14,).
     start, nominal, lower, upper : (n,).
-    key : identifies the search; a state file with another key is not used.
+    key : identifies the search; a state file with another key is ignored.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def search(
         "tolx": 0.0,
     }
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # cma warns of options it does not use
+        warnings.simplefilter("ignore")  # cma warns about options it does not use
         strategy = cma.CMAEvolutionStrategy(
             np.clip((start - middle) / half, -1.0, 1.0), settings.initial_sigma, options
         )
@@ -165,7 +165,7 @@ def search(
         )
         if on_generation is not None:
             on_generation(generation + 1, -float(min(values)))
-    # The mean of the final distribution, which noise in single candidates moves least.
+    # The mean of the final distribution, which is least affected by noise in single candidates.
     best = middle + half * np.clip(strategy.result.xfavorite, -1.0, 1.0)
     return best, half * strategy.result.stds, history
 
@@ -180,8 +180,8 @@ def identify(
 ) -> Identification:
     """Find the mu with which the policy walks most like the record.
 
-    A candidate is taken only if it is better than the nominal parameters without the prior;
-    otherwise the nominal ones are the result. An identification that was cut off goes on.
+    A candidate is accepted only if it is better than the nominal parameters without the prior;
+    otherwise the nominal ones are the result. An interrupted identification resumes.
 
     Parameters
     ----------

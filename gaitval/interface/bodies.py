@@ -1,16 +1,23 @@
 """The body model from Python."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
 import pandas as pd
 
 from gaitval.artefacts import replacing
+from gaitval.errors import RecordError
 from gaitval.interface.result import Result, value_frame
 from gaitval.interface.subjects import Subject
+from gaitval.inverse.marker_placement import place_markers
+from gaitval.model.markers import MARKERS, ModelMarker, load_markers, save_markers
 from gaitval.model.urdf import read_urdf, write_urdf
 from gaitval.scaling import scaling
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.marker_sets import load_marker_set, recognise
 
 
 @dataclass(frozen=True, repr=False)
@@ -21,7 +28,26 @@ class ScaledBody(Result, scaling.ScaledBody):
     ----------
     model : 14 segments and 31 coordinates; lengths in m, masses in kg.
     table : how each segment was scaled.
+    marker_set : name or file of the marker set that `markers` are of; "" for a body without.
+    standing : (3,) m, where each marker of the set was in standing; empty for a body without.
+    fitted : markers on the segments where a session's fit placed them; `standing` is then empty.
     """
+
+    marker_set: str = ""
+    standing: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    fitted: tuple[ModelMarker, ...] = ()
+
+    @cached_property
+    def markers(self) -> tuple[ModelMarker, ...]:
+        """Markers on the segments: as fitted, else placed by standing; empty for a body without.
+
+        Raises ScalingError where the standing markers cannot be placed.
+        """
+        if self.fitted or not self.standing:
+            return self.fitted
+        marker_set = load_marker_set(self.marker_set)
+        measured = measure(marker_set.on_landmarks(self.standing))
+        return place_markers(self.model, measured, self.standing, marker_set).markers
 
     def title(self) -> str:
         """Name and mass."""
@@ -45,18 +71,26 @@ class ScaledBody(Result, scaling.ScaledBody):
         )
 
     def save(self, path: str | Path) -> None:
-        """Write `model.urdf` and `scaling.csv` into a folder, as `gaitval scale` does."""
+        """Write `model.urdf` and `scaling.csv` into a folder, as `gaitval scale` does, and the
+        markers, if there are any, as `markers.json`.
+        """
         write_urdf(self.model, Path(path) / "model.urdf")
         with replacing(Path(path) / "scaling.csv") as temporary:
             self.frame().to_csv(temporary, index=False)
+        if self.marker_set:
+            save_markers(Path(path) / MARKERS, self.fitted, self.marker_set, self.standing)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read the folder that `save` or `gaitval scale` wrote. Raises ModelError."""
+        """Read the folder that `save` or `gaitval scale` wrote, or `recording` in the folder of an
+        import. Raises ModelError, ArtefactError.
+        """
         rows = pd.read_csv(Path(path) / "scaling.csv").astype(object)
         rows = rows.where(rows.notna(), None)
         table = tuple(scaling.SegmentRow(**row) for row in rows.to_dict("records"))  # type: ignore[arg-type]
-        return cls(read_urdf(Path(path) / "model.urdf"), table)
+        stored = Path(path) / MARKERS
+        fitted, marker_set, standing = load_markers(stored) if stored.is_file() else ((), "", {})
+        return cls(read_urdf(Path(path) / "model.urdf"), table, marker_set, standing, fitted)
 
 
 def scale(subject: Subject) -> ScaledBody:
@@ -70,7 +104,8 @@ def scale(subject: Subject) -> ScaledBody:
     Returns
     -------
     ScaledBody
-        Its mass is exactly the subject's.
+        Its mass is exactly the subject's. It has `markers` where the lengths are from those of a
+        standing trial.
 
     Raises
     ------
@@ -92,4 +127,10 @@ def scale(subject: Subject) -> ScaledBody:
     ['segment', 'length_m', 'mass_kg', 'factor']
     """
     found = scaling.scale_subject(subject)
-    return ScaledBody(found.model, found.table)
+    if not subject.markers or subject.measurements:
+        return ScaledBody(found.model, found.table)
+    try:
+        marker_set = recognise(subject.markers).name
+    except RecordError:
+        return ScaledBody(found.model, found.table)
+    return ScaledBody(found.model, found.table, marker_set, subject.markers)

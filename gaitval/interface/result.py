@@ -1,7 +1,7 @@
 """What every result of the interface can do: print itself, become a table, be saved and loaded."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Self
@@ -11,13 +11,14 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ArtefactError
 
 COLUMNS = ("side", "quantity", "percent", "value", "unit")
 """Columns of a tidy table, one row a value. `percent` is of the gait cycle, and NaN for what is not
 a curve; a trial has `time`, in s, in its place."""
 
-DEGREES = float(np.degrees(1.0))
+DEGREES: float = float(np.degrees(1.0))
 SIDE_OF = {"_r": "right", "_l": "left"}
 ABOUT = "about"
 
@@ -83,14 +84,25 @@ def _fixed(value: Any) -> Any:
 
 
 def same_fields(result: type[Any], stage: Any, **more: Any) -> Any:
-    """A result with the fields of what a stage returned."""
-    return result(**{each.name: getattr(stage, each.name) for each in fields(stage)}, **more)
+    """A result with the fields of what a stage returned, and `more` fields or other values."""
+    return result(**{each.name: getattr(stage, each.name) for each in fields(stage)} | more)
 
 
 def split_side(name: str) -> tuple[str, str]:
     """`("right", "knee_angle")` of `"knee_angle_r"`; no side for the midline."""
     side = SIDE_OF.get(name[-2:], "")
     return side, name[:-2] if side else name
+
+
+def of_kind(name: str, kind: str) -> str:
+    """`"knee_angle moment_r"` of `"knee_angle_r"` and `"moment"`; the name of no kind stays."""
+    side, quantity = split_side(name)
+    return f"{quantity} {kind}{name[-2:] if side else ''}" if kind else name
+
+
+def angle_curves(positions: Array, names: Sequence[str] = ACTUATED) -> list[tuple[str, str, Array]]:
+    """Name, unit and values of joint angles; `positions` are (T, 31), rad."""
+    return [(n, "deg", DEGREES * positions[:, COORDINATES.index(n)]) for n in names]
 
 
 def curve_frame(
@@ -112,6 +124,12 @@ def curve_frame(
                 {"side": side, "quantity": quantity, axis: over, "value": values, "unit": unit}
             )
         )
+    return pd.concat(parts, ignore_index=True)
+
+
+def sourced_frame(sources: Mapping[str, Iterable[tuple[str, str, Array]]]) -> pd.DataFrame:
+    """Tidy table of the curves of several sources, with a column `source`."""
+    parts = [curve_frame(curves).assign(source=name) for name, curves in sources.items()]
     return pd.concat(parts, ignore_index=True)
 
 

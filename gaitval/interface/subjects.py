@@ -9,8 +9,11 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.datasets import subject as stored
 from gaitval.datasets import subject_file
-from gaitval.interface.result import DEGREES, Result, curve_frame, value_frame
+from gaitval.interface.result import DEGREES, Result, curve_frame, of_kind, value_frame
 from gaitval.metrics.comparison import Curves, recorded_curves
+
+MOMENT, FORCE = "moment", "ground reaction"
+"""Words that follow a curve's name in a table, so that it is not taken for an angle."""
 
 
 class Subject(Result, stored.Subject):
@@ -58,11 +61,8 @@ def named_curves(curves: Curves) -> list[tuple[str, str, Array]]:
     """Name, unit of reports and values of every curve."""
     return [
         *((name, "deg", DEGREES * angle) for name, angle in curves.angles.items()),
-        *((f"{k[:-2]} moment{k[-2:]}", "Nm/kg", each) for k, each in curves.moments.items()),
-        *(
-            (f"{k[:-2]} ground reaction{k[-2:]}", "% BW", 100.0 * each)
-            for k, each in curves.forces.items()
-        ),
+        *((of_kind(name, MOMENT), "Nm/kg", each) for name, each in curves.moments.items()),
+        *((of_kind(name, FORCE), "% BW", 100.0 * each) for name, each in curves.forces.items()),
     ]
 
 

@@ -1,6 +1,7 @@
 """Stored policies, their walks, and how these compare with a record, from Python."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -10,11 +11,19 @@ import pandas as pd
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.errors import PolicyError, RecordError
 from gaitval.gait.record import LowPass
-from gaitval.interface.result import DEGREES, Result, curve_frame, same_fields, value_frame
-from gaitval.interface.subjects import Subject, load_subject, named_curves
+from gaitval.interface.result import (
+    Result,
+    angle_curves,
+    curve_frame,
+    of_kind,
+    same_fields,
+    sourced_frame,
+    value_frame,
+)
+from gaitval.interface.subjects import MOMENT, Subject, load_subject, named_curves
 from gaitval.metrics.comparison import (
     compare_curve,
     low_pass_of,
@@ -22,6 +31,7 @@ from gaitval.metrics.comparison import (
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
 from gaitval.policy import storage
@@ -59,6 +69,22 @@ class Policy(Result):
     correction: Adjustment
     folder: Path
 
+    @cached_property
+    def model(self) -> BodyModel:
+        """The subject's scaled body model."""
+        return scale_subject(self.subject).model
+
+    @cached_property
+    def task(self) -> WalkingTask:
+        """What it was trained for. The reference motion takes seconds, once."""
+        return WalkingTask.of(self.model, self.subject.record(), self.configuration)
+
+    @cached_property
+    def corrected_task(self) -> WalkingTask:
+        """The task with the corrected reference, as it is validated."""
+        reference = adjusted(self.task.reference, self.model, self.correction)
+        return replace(self.task, reference=reference)
+
     def title(self) -> str:
         """Whose policy, from where."""
         return f"Policy of {self.subject.identifier}, {self.network.hidden_units} hidden units"
@@ -82,7 +108,7 @@ class Policy(Result):
     @classmethod
     def load(cls, path: str | Path) -> "Policy":
         """Read what `save` wrote, a run folder or a baseline. Raises PolicyError."""
-        folder = Path(path)
+        folder = Path(path).resolve()
         missing = [name for name in STORED_FILES[:-1] if not (folder / name).is_file()]
         if missing:
             raise PolicyError(
@@ -128,17 +154,15 @@ class Rollout(Result, simulation.Rollout):
 
     def to_frame(self) -> pd.DataFrame:
         """Joint angles (deg) and joint moments (Nm) by time (s)."""
-        angles = self.positions[:, [COORDINATES.index(name) for name in ACTUATED]]
-        moments = ((_moment(name), "Nm", self.moments[:, i]) for i, name in enumerate(ACTUATED))
+        moments = zip(ACTUATED, self.moments.T, strict=True)
         return curve_frame(
-            [*((n, "deg", DEGREES * angles[:, i]) for i, n in enumerate(ACTUATED)), *moments],
+            [
+                *angle_curves(self.positions),
+                *((of_kind(name, MOMENT), "Nm", values) for name, values in moments),
+            ],
             axis="time",
             at=self.time,
         )
-
-
-def _moment(name: str) -> str:
-    return f"{name[:-2]} moment{name[-2:]}" if name[-2:] in ("_r", "_l") else f"{name} moment"
 
 
 @dataclass(frozen=True, repr=False)
@@ -182,11 +206,13 @@ class Comparison(Result):
 
     def to_frame(self) -> pd.DataFrame:
         """Both curves, tidy, with a column `source` that says whose each row is."""
-        parts = []
-        for source, curves in ((f"walk of {self.of}", self.walk), (self.against, self.other)):
-            rows = zip(self.names, self.units, curves, strict=True)
-            parts.append(curve_frame(rows).assign(source=source))
-        return pd.concat(parts, ignore_index=True)
+        sources = {f"walk of {self.of}": self.walk, self.against: self.other}
+        return sourced_frame(
+            {
+                source: zip(self.names, self.units, curves, strict=True)
+                for source, curves in sources.items()
+            }
+        )
 
 
 def load_policy(subject_or_folder: str | int | Path) -> Policy:
@@ -244,7 +270,7 @@ def rollout(
 
     Parameters
     ----------
-    policy : of `load_policy`.
+    policy : of `load_policy`. Its reference motion is built by the first rollout and kept with it.
     cycles : planned length, gait cycles.
     start_phase : 0 to 1, of the right gait cycle at the start.
     body : "identified" walks with the identified mu and the corrected reference, as it is
@@ -272,20 +298,17 @@ def rollout(
     >>> bool(walk.fell[0]), walk.positions.shape[1]
     (False, 31)
     """
-    person = policy.subject
-    model = scale_subject(person).model
-    task = WalkingTask.of(model, person.record(), policy.configuration)
-    if body == "identified":
-        task = replace(task, reference=adjusted(task.reference, model, policy.correction))
     found = roll_out(
-        task,
+        policy.corrected_task if body == "identified" else policy.task,
         policy.network,
         mu=getattr(policy, body),
         start_phase=start_phase,
         cycles=cycles,
         push=push,
     )
-    shown: Rollout = same_fields(Rollout, found, walker=person.identifier, mass_kg=model.mass)
+    shown: Rollout = same_fields(
+        Rollout, found, walker=policy.subject.identifier, mass_kg=policy.model.mass
+    )
     return shown
 
 

@@ -1,4 +1,4 @@
-"""A small change of a motion as splines in time, and the banded matrices that they lead to."""
+"""A small change of a motion as splines in time, and the resulting banded matrices."""
 
 from itertools import pairwise
 
@@ -10,23 +10,23 @@ from gaitval.compiled import njit
 from gaitval.model.tree import COORDINATE_COUNT
 
 DEGREE = 5
-"""Quintic: accelerations change without corners."""
+"""Quintic, so that accelerations are smooth."""
 
 ACTIVE = DEGREE + 1
-"""B-splines that are not zero at a time."""
+"""Number of B-splines that are nonzero at any time."""
 
 BLOCK = ACTIVE * COORDINATE_COUNT
-"""Unknowns that meet at a time, and so the width of the band."""
+"""Unknowns that interact at any time, and so the width of the band."""
 
 
 class ChangeSplines:
-    """Quintic B-splines on equal knots: `first` (T,) the first that is not zero at each frame,
-    `values` (T, 3, 6) of the six with their first and second derivatives in time.
+    """Quintic B-splines on equal knots: `first` (T,) is the first nonzero one at each frame,
+    `values` (T, 3, 6) are those of the six with their first and second time derivatives.
     """
 
     def __init__(self, time: Array, knot: float) -> None:
         duration = time[-1] - time[0]
-        # Knots closer than two frames could not be told apart.
+        # Knots closer than two frames could not be distinguished.
         knot = max(knot, 2.0 * float(np.diff(time).max()))
         intervals = max(1, round(duration / knot))
         step = duration / intervals
@@ -36,7 +36,7 @@ class ChangeSplines:
         cardinal = BSpline.basis_element(np.arange(ACTIVE + 1.0), extrapolate=False)
         u = (at - self.first)[:, None] + np.arange(DEGREE, -1, -1.0)
         self.values = np.stack([np.nan_to_num(cardinal(u, n)) / step**n for n in range(3)], axis=1)
-        # Frames of each interval: they touch the same block of the normal equations.
+        # Frames of each interval, which contribute to the same block of the normal equations.
         bounds = np.searchsorted(self.first, np.arange(intervals + 1))
         self.intervals = [
             (i, slice(int(a), int(b))) for i, (a, b) in enumerate(pairwise(bounds)) if b > a

@@ -1,10 +1,9 @@
-"""Keep the feet from sliding where the markers show that they stand still.
+"""Keep the feet from sliding while the markers show that they rest on the floor.
 
-Markers on skin and shoe wander by some millimetres against the bone, so the feet of a motion from
-inverse kinematics slide on the floor while they bear weight. Where all markers of a foot go with
-the floor (or the belt) the sole is anchored: points of it are wanted over the place where they
-were on average, as further markers of a second run of inverse kinematics, and the whole body
-gives way a little.
+Markers on skin and shoe move by some millimetres relative to the bone, so in a motion from inverse
+kinematics the feet slide on the floor while they bear weight. While all markers of a foot move with
+the floor (or the belt) the sole is anchored: points on it get their mean position as the target, as
+extra markers in a second run of inverse kinematics, and the whole body adjusts slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,34 +22,34 @@ from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 
 RESTING_SPEED: Final = 0.10
-"""m/s relative to the floor, below which a marker rests: 3 mm of noise leave about 0.02 m/s after
-the filter, a rolling heel or a toe that pushes off move at 0.3 m/s and more."""
+"""m/s relative to the floor, below which a marker is at rest: 3 mm of noise leave about 0.02 m/s
+after the filter, while a rolling heel or a toe in push-off moves at 0.3 m/s or more."""
 
 SHORTEST_REST: Final = 0.10
 """s; a foot that rests for less is not anchored."""
 
 CUTOFF_HZ: Final = 6.0
-"""Low-pass of the markers before their speed is taken, as usual for walking (Winter 2009)."""
+"""Low-pass of the markers before their speed is computed, as usual for walking (Winter 2009)."""
 
 ANCHOR_WEIGHT: Final = 10.0
-"""Of a point of the sole, in mean weights of the markers."""
+"""Weight of a point on the sole, relative to the mean weight of the markers."""
 
 FADE: Final = 0.06
-"""s, over which a sole is drawn from where it was to its place, at either end of a rest, so that
+"""s, over which a sole moves gradually to its anchored position at either end of a rest, so that
 the motion does not jump."""
 
 
 @dataclass(frozen=True)
 class AnchoredFeet:
-    """Poses whose resting feet do not slide; T frames.
+    """Poses in which resting feet do not slide; T frames.
 
     Attributes
     ----------
-    kinematics : the poses; `marker_errors` are of the real markers alone.
+    kinematics : the poses; `marker_errors` are those of the real markers only.
     resting : (T, 2) where the right and the left foot rest on the floor.
     floor_velocity : (3,) m/s, of the floor or belt.
-    sliding_before, sliding_after : m, root mean square distance, along the floor, of points of
-        the resting soles from their mean place in that rest; NaN if no foot ever rests.
+    sliding_before, sliding_after : m, root mean square distance, along the floor, of points on
+        resting soles from their mean position in that rest; NaN if no foot ever rests.
     largest_before, largest_after : m, largest such distance.
     marker_rms_before, marker_rms_after : m, over all markers and frames.
     """
@@ -77,15 +76,15 @@ def anchored(
     held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
 ) -> AnchoredFeet:
-    """Inverse kinematics again, with the feet anchored where they rest.
+    """Repeat inverse kinematics with the feet anchored while they rest.
 
     Parameters
     ----------
     model, markers, measured, held, ranges : as for `inverse_kinematics`, whose result is
         `kinematics`.
     rate : Hz, of the frames.
-    floor_velocity : (3,) m/s of the floor in the axes of the markers: zero overground, that of
-        the belt on a treadmill; found from the resting feet if not given.
+    floor_velocity : (3,) m/s of the floor in the markers' axes: zero overground, the belt's on a
+        treadmill; found from the resting feet if not given.
 
     Raises
     ------
@@ -147,8 +146,8 @@ def anchored(
 def _foot_velocities(
     markers: Sequence[ModelMarker], measured: Array, rate: float
 ) -> tuple[Array, Array]:
-    """Velocities (T, m, 3) m/s of the markers on the right and on the left foot, but those that
-    the trial never shows.
+    """Velocities (T, m, 3) m/s of the markers on the right and on the left foot, without those that
+    are never seen.
     """
     velocities = []
     seen = np.asarray(np.isfinite(measured).all(axis=2).any(axis=0))
@@ -160,8 +159,8 @@ def _foot_velocities(
 
 
 def _floor_velocity(velocities: tuple[Array, Array]) -> Array:
-    """Median velocity (3,), level, of the feet while they move without turning or rising; zero
-    for feet that then hardly move: no belt.
+    """Median horizontal velocity (3,) of the feet while they move without rotating or rising; zero
+    if they then hardly move, that is, without a belt.
     """
     level = []
     for velocity in velocities:
@@ -180,7 +179,7 @@ def _floor_velocity(velocities: tuple[Array, Array]) -> Array:
 
 
 def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Flags:
-    """Where (T, 2) all markers of a foot, two or more, go with the floor for long enough."""
+    """(T, 2) whether all markers of a foot, at least two, move with the floor for long enough."""
     resting = np.zeros((len(velocities[0]), 2), dtype=np.bool_)
     for foot, velocity in enumerate(velocities):
         if velocity.shape[1] < 2:
@@ -193,14 +192,14 @@ def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Flag
 
 
 def _fade(count: int, rate: float) -> Array:
-    """Factors (count, 1, 1) that grow from and fall to zero at the ends as a raised cosine."""
+    """Factors (count, 1, 1) that rise from and fall to zero at the ends as a raised cosine."""
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
     grown = 0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (FADE * rate), 1.0))
     return np.asarray(grown[:, None, None])
 
 
 def _sole(model: BodyModel, side: str) -> list[ModelMarker]:
-    """Points of the sole of one foot without the toes: where its contact spheres touch."""
+    """Points on the sole of one foot without the toes: the lowest points of its contact spheres."""
     return [
         ModelMarker(
             f"sole of {sphere.name}",
@@ -219,8 +218,8 @@ def _sliding(
     resting: Flags,
     travel: Array,
 ) -> tuple[float, float]:
-    """Root mean square and largest distance, m, along the floor, of the points of resting soles
-    from their mean place in each rest.
+    """Root mean square and largest distance, m, along the floor, of points on resting soles from
+    their mean position in each rest.
     """
     distances = [np.zeros(0)]
     for points, rest in zip(soles, resting.T, strict=True):

@@ -1,12 +1,11 @@
-"""Joint moments of a measured motion under measured ground reactions (inverse dynamics).
+"""Inverse dynamics: joint moments of a measured motion with measured ground reactions.
 
 The equations are those of `newton_euler`. The whole ground reaction of a side acts on its foot
 segment and none on its toes, as OpenSim's set-ups apply it to the calcaneus: the moment of the
-metatarsophalangeal joint is then that of the toes' own weight and inertia and not what the toes
-push off with.
+metatarsophalangeal joint is then only that of the toes' own weight and inertia, not of push-off.
 
-What the ground reaction and the motion leave unexplained is the residual: the force and the
-moment that would have to act on the pelvis beside the measured ones.
+The residual is the force and the moment that would have to act on the pelvis, in addition to the
+measured forces, to explain the motion.
 """
 
 from collections.abc import Mapping
@@ -19,12 +18,11 @@ from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import (
     COORDINATE_COUNT,
     ROOT_DOFS,
-    SEGMENT_COUNT,
     tree_arrays,
     whole_body_centre_of_mass,
 )
@@ -37,7 +35,7 @@ _JOINT_SEGMENT = np.array(
 )
 
 LOCKED_MOMENTS = ("knee_adduction", "knee_rotation", "ankle_rotation")
-"""Moments about axes that the model's joints do not turn about."""
+"""Moments about axes that the model's joints do not rotate about."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +45,15 @@ class InverseDynamics:
     Attributes
     ----------
     time : (T,) s.
-    moments : (T, 25) Nm, of the joints in the order of `coordinates.ACTUATED`; positive where it
-        would increase its coordinate.
-    powers : (T, 25) W, moment times rate of its coordinate: positive where the joint gives
+    moments : (T, 25) Nm, of the joints in the order of `coordinates.ACTUATED`; positive if it would
+        increase its coordinate.
+    powers : (T, 25) W, moment times rate of its coordinate: positive while the joint transfers
         energy to the segments.
     residual_force : (T, 3) N, on the pelvis, world axes.
-    residual_moment : (T, 3) Nm, about the pelvis's origin (middle of the hips), world axes.
+    residual_moment : (T, 3) Nm, about the pelvis' origin (middle of the hips), world axes.
     joint_force : (T, 2, 3, 3) N, of the proximal on the distal segment at hip, knee and ankle
-        (`JOINTS`), right side first, world axes. It is the net (intersegmental) force: muscles
-        press the joint surfaces together with several times as much.
+        (`JOINTS`), right side first, world axes. It is the net (intersegmental) force; the contact
+        force, which includes the muscles, is several times as large.
     joint_moment : (T, 2, 3, 3) Nm, likewise, about the joint.
     locked_moments : (T, 2, 3) Nm, right side first: `LOCKED_MOMENTS`, the components of the
         joint's moment about axes that the model does not turn about, positive in the sense of
@@ -97,14 +95,14 @@ class Residuals:
 
     Attributes
     ----------
-    force_rms, force_peak : N; of the three world components the worst, as OpenSim's checklist
-        looks at each by itself.
-    moment_rms, moment_peak : Nm, likewise, about the pelvis's origin.
-    force_share : largest residual force over the largest ground reaction on one foot (Hicks et
-        al. 2015), of the vectors' lengths.
-    moment_share : largest residual moment over the mean height of the centre of mass times the
-        largest ground reaction on one foot (Hicks et al. 2015).
-    frames : how many these are of.
+    force_rms, force_peak : N; the largest of the three world components, because OpenSim's
+        checklist rates each separately.
+    moment_rms, moment_peak : Nm, likewise, about the pelvis' origin.
+    force_share : largest residual force / largest ground reaction on one foot (Hicks et al. 2015),
+        in vector lengths.
+    moment_share : largest residual moment / (mean height of the centre of mass times the largest
+        ground reaction on one foot) (Hicks et al. 2015).
+    frames : number of frames used.
     """
 
     force_rms: float
@@ -144,10 +142,8 @@ def _all_frames(
     centre : (T, 3) out, centre of mass of the body.
     ankle : (T, 2, 3) out, origin of both feet.
     """
-    rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
-    axes = np.zeros((COORDINATE_COUNT, 3))
-    angular, linear = np.empty((SEGMENT_COUNT, 3)), np.empty((SEGMENT_COUNT, 3))
-    turning, wrench = np.empty((SEGMENT_COUNT, 2, 3)), np.empty((SEGMENT_COUNT, 2, 3))
+    segments = empty_dynamics()
+    rotation, origin, wrench = segments.frames.rotation, segments.frames.origin, segments.wrench
     for t in range(len(positions)):
         newton_euler(
             joint_position,
@@ -160,13 +156,7 @@ def _all_frames(
             force[t],
             point[t],
             free_moment[t],
-            rotation,
-            origin,
-            axes,
-            angular,
-            linear,
-            turning,
-            wrench,
+            segments,
             generalised[t],
         )
         for side in range(2):
@@ -198,7 +188,7 @@ def checked_wrenches(
     for name, array in zip(names, arrays, strict=True):
         if array.shape != (len(time), 2, 3):
             raise ValueError(
-                f"{name} must have shape ({len(time)}, 2, 3), however it has {array.shape}"
+                f"{name} must have shape ({len(time)}, 2, 3), but its shape is {array.shape}"
             )
     known = ~np.isnan(arrays[1]).any(axis=2)
     arrays[1] = np.where(known[..., None], arrays[1], np.nan)
@@ -208,15 +198,15 @@ def checked_wrenches(
             t, side = np.argwhere(missing)[0]
             raise RecordError(
                 f"The ground reaction on the {('right', 'left')[side]} foot has a centre of "
-                f"pressure but no {name} at {time[t]:.4g} s. Give both, or neither where the "
-                "foot is in the air."
+                f"pressure but no {name} at {time[t]:.4g} s. Give both, or neither if the foot is "
+                "in the air."
             )
     force, point, free_moment = (np.ascontiguousarray(array) for array in arrays)
     return force, point, free_moment
 
 
 def _check_feet(ankle: Array, point: Array) -> None:
-    """Refuse forces that act under the other foot. The residual would not show it, for the sum
+    """Refuse forces that act under the other foot. The residual would not show it, because the sum
     of the forces is the same, but every moment of both legs would be wrong.
     """
     own = np.linalg.norm((point - ankle)[..., :2], axis=2)
@@ -226,9 +216,10 @@ def _check_feet(ankle: Array, point: Array) -> None:
     if 2 * wrong.sum() > loaded.sum():
         raise RecordError(
             f"In {wrong.sum()} of {loaded.sum()} loaded frames the centre of pressure of a foot "
-            f"is nearer to the other foot ({np.median(other[loaded]):.2f} m, as the median) than "
-            f"to its own ({np.median(own[loaded]):.2f} m). Either the plates are given to the "
-            "wrong feet, or plates and markers are in different axes."
+            f"is nearer to the other foot (median {np.median(other[loaded]):.2f} m) than to its "
+            f"own ({np.median(own[loaded]):.2f} m). Either the plates are assigned to the wrong "
+            "feet, or plates and markers are in different axes. Correct the assignment or the "
+            "axes."
         )
 
 
@@ -242,7 +233,7 @@ def inverse_dynamics(
     *,
     kinematics: Kinematics | None = None,
 ) -> InverseDynamics:
-    """Joint moments and residuals of a motion under measured ground reactions.
+    """Joint moments and residuals of a motion with measured ground reactions.
 
     Parameters
     ----------
@@ -250,15 +241,15 @@ def inverse_dynamics(
     positions : (T, 31), filtered (nothing is smoothed here), root convention of
         `model.tree`.
     force : (T, 2, 3) N, ground on the right and the left foot, world axes, at the same times.
-    point : (T, 2, 3) m, where `force` acts (centre of pressure); NaN where the foot is in the
-        air, whatever its force.
+    point : (T, 2, 3) m, where `force` acts (centre of pressure); NaN while the foot is in the air,
+        whatever its force.
     free_moment : (T, 2, 3) Nm, ground on the foot about `point`.
-    kinematics : rates to use in place of `differentiate(time, positions)`.
+    kinematics : rates to use instead of `differentiate(time, positions)`.
 
     Raises
     ------
-    RecordError : a motion that cannot be differentiated, a centre of pressure without force, or
-        forces of the wrong feet.
+    RecordError : the motion cannot be differentiated, there is a centre of pressure without a
+        force, or the forces are on the wrong feet.
     """
     time, positions = checked_motion(time, positions)
     force, point, free_moment = checked_wrenches(time, force, point, free_moment)
@@ -310,9 +301,8 @@ def residuals(
 
     Parameters
     ----------
-    frames : (T,) which to look at, for example those whose ground reaction is known; all when
-        not given.
-    ground_height : m, of the ground above z = 0, for the height of the centre of mass.
+    frames : (T,) which ones to use, for example those with known ground reaction; all if not given.
+    ground_height : m, height of the ground above z = 0, for the height of the centre of mass.
 
     Raises
     ------

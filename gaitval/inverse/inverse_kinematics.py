@@ -1,12 +1,12 @@
-"""Inverse kinematics: the poses of a body model that fit measured markers best.
+"""Inverse kinematics: the poses of a body model that best fit measured markers.
 
-Every frame is a weighted least-squares problem, min f(q) = ½ Σ w |m − p(q)|² over the markers
-that were seen (Lu and O'Connor 1999, J Biomech 32:129-134), with the coordinates' ranges as
-bounds. It is solved by Newton's method from the pose of the frame before (`pose_solver`), with the
-exact second derivative (`marker_derivatives`).
+Every frame is a weighted least-squares problem, min f(q) = ½ Σ w |m − p(q)|² over the markers that
+were seen (Lu and O'Connor 1999, J Biomech 32:129-134), with the coordinates' ranges as bounds. It
+is solved by Newton's method from the pose of the previous frame (`pose_solver`), with the exact
+second derivative (`marker_derivatives`).
 
-The pelvis turns by increments R ← exp(δ)R, so no heading is special. In results its rotation
-vector runs on continuously beyond 180° instead of jumping to the opposite one.
+The pelvis rotates by increments R ← exp(δ)R, so no heading is special. In results its rotation
+vector continues beyond 180° instead of jumping to the opposite one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,15 +25,16 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import ROOT_DOFS
 
 SMALLEST_LEVER = 0.010
-"""m: a coordinate that moves the seen markers by less than this per radian, once the coordinates
-nearer to the pelvis have done what they can, is not determined: 3 mm of noise are 17° of it."""
+"""m: a coordinate is not determined if it moves the seen markers by less than this per radian
+beyond what the coordinates nearer to the pelvis can explain: 3 mm of noise would change it by
+17°."""
 
 GENERIC_ANGLE = 0.3
-"""rad, of every coordinate in the pose at which `SMALLEST_LEVER` is looked at: straight legs and
-arms would hide some coordinates."""
+"""rad, of every coordinate in the pose in which `SMALLEST_LEVER` is tested: straight legs and arms
+would hide some coordinates."""
 
 LARGEST_TURN = np.deg2rad(320.0)
-"""Of the pelvis away from the laboratory's axes; a rotation vector ends at 360°."""
+"""Largest rotation of the pelvis from the laboratory's axes; a rotation vector ends at 360°."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +48,11 @@ class InverseKinematics:
         of the pelvis is continuous and may be longer than π.
     marker_errors : (T, M) m, distance of measured and model marker; NaN where it was not seen.
     determined : (T, 31) False for a coordinate that was held, or that the markers seen in this
-        frame do not show: it has the given or neutral value if no frame shows it, and else runs
-        linearly from the last frame that does to the next.
+        frame do not show. It has the given or neutral value if no frame shows it; otherwise it is
+        interpolated linearly from the last frame that does to the next.
     at_limit : (T, 31) True where a coordinate is at an end of its range.
     iterations : (T,) of Newton's method.
-    converged : (T,) False where these did not suffice, or the markers do not show the pelvis.
+    converged : (T,) False if they were not enough, or the markers do not show the pelvis.
     """
 
     names: tuple[str, ...]
@@ -113,22 +114,22 @@ def inverse_kinematics(
     held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
 ) -> InverseKinematics:
-    """Poses of the model that fit measured markers best, frame by frame.
+    """Poses of the model that best fit measured markers, frame by frame.
 
     Parameters
     ----------
     model : the scaled model.
     markers : M markers on its segments, with their weights.
     measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
-    held : value (rad) of actuated coordinates that are not to be found.
+    held : value (rad) of actuated coordinates that are not fitted.
     ranges : lowest and highest value of actuated coordinates, rad; others are free.
 
     Raises
     ------
-    ModelError : markers on unknown segments, of one name, or with unusable positions or weights;
-        unknown coordinates.
-    RecordError : `measured` has another shape, is not in metres or shows the pelvis in no frame,
-        or the pelvis turns by more than `LARGEST_TURN`.
+    ModelError : markers are on unknown segments, share a name, or have unusable positions or
+        weights; coordinates are unknown.
+    RecordError : `measured` has another shape, is not in metres or shows the pelvis in no frame, or
+        the pelvis rotates by more than `LARGEST_TURN`.
     """
     problem = marker_trial(model, markers, measured)
     held = held or {}
@@ -163,7 +164,7 @@ def inverse_kinematics(
             problem, positions, start, free, low, high, first, way, iterations, converged, work
         )
     gaps = _interpolate(positions, free)
-    if gaps.any():  # the rest of the body has to fit what was put in
+    if gaps.any():  # the rest of the body must fit what was filled in
         solve_frames(problem, positions, free, low, high, gaps, iterations, converged, work)
 
     positions[:, :3] = _continuous(positions[:, :3])
@@ -203,14 +204,14 @@ def _why_unsolvable(problem: MarkerTrial, markers: Sequence[ModelMarker]) -> str
     most = problem.weight.max(axis=0)
     names = [marker.name for marker, weight in zip(markers, most, strict=True) if weight > 0]
     return (
-        "no frame shows enough markers to find the pelvis: it takes three that are not in one line "
-        f"on the pelvis, or as many on both thighs. Of the model's {len(markers)} markers, the "
-        f"trial shows with a weight above 0: {', '.join(names) or 'none'}."
+        "no frame shows enough markers to find the pelvis: three on the pelvis that are not in "
+        f"one line are needed, or as many on both thighs. Of the model's {len(markers)} markers, "
+        f"the trial shows with a weight above 0: {', '.join(names) or 'none'}."
     )
 
 
 def _interpolate(positions: Array, free: Flags) -> Flags:
-    """Fill coordinates of frames that do not determine them from those that do, in place.
+    """In frames that do not determine a coordinate, fill it from those that do, in place.
 
     Returns
     -------
@@ -234,8 +235,8 @@ def _interpolate(positions: Array, free: Flags) -> Flags:
 
 
 def _continuous(vectors: Array) -> Array:
-    """Rotation vectors (T, 3) of the same rotations without jumps: v and v − 2πv/|v| are one
-    rotation, and each frame takes that which is nearer to the frame before.
+    """Rotation vectors (T, 3) of the same rotations without jumps: v and v − 2πv/|v| are the same
+    rotation, and each frame uses the one nearer to the previous frame.
     """
     vectors = vectors.copy()
     turn = 2 * np.pi
@@ -245,7 +246,7 @@ def _continuous(vectors: Array) -> Array:
         if length < 1e-6:
             continue
         axis = vectors[t] / length
-        # Whole turns along this axis that bring the vector nearest to the last one.
+        # Whole turns about this axis that bring the vector nearest to the last one.
         vectors[t] += turn * np.round((axis @ vectors[t - 1] - length) / turn) * axis
     lengths = np.linalg.norm(vectors, axis=1)
     if lengths.max() > np.pi and lengths.min() > 1e-6:
@@ -255,7 +256,8 @@ def _continuous(vectors: Array) -> Array:
     largest = float(np.linalg.norm(vectors, axis=1).max())
     if largest > LARGEST_TURN:
         raise RecordError(
-            f"the pelvis turns {np.degrees(largest):.0f}° away from the laboratory's axes (at most "
-            f"{np.degrees(LARGEST_TURN):.0f}°): cut the trial where the person turns round."
+            f"the pelvis rotates {np.degrees(largest):.0f}° from the laboratory's axes (at most "
+            f"{np.degrees(LARGEST_TURN):.0f}° is possible). Cut the trial where the person turns "
+            "round."
         )
     return vectors

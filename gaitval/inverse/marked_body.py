@@ -1,4 +1,4 @@
-"""A body with markers on it, and a trial of measured ones, as arrays for the solver."""
+"""A body with markers, and a trial of measured ones, as arrays for the solver."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ LARGEST_DISTANCE = 50.0
 
 
 class MarkerTrial(NamedTuple):
-    """A trial as arrays; what was not seen has weight 0 and any position.
+    """A trial as arrays; unseen markers have weight 0 and any position.
 
     Attributes
     ----------
@@ -41,7 +41,8 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
 
     Raises
     ------
-    ModelError : markers on unknown segments, of one name, or with unusable positions or weights.
+    ModelError : markers are on unknown segments, share a name, or have unusable positions or
+        weights.
     RecordError : `measured` has another shape or is not in metres.
     """
     measured = np.asarray(measured, dtype=float)
@@ -51,7 +52,9 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
         problems.append(f"{name}: {names.count(name)} markers of this name")
     for marker in markers:
         if marker.segment not in SEGMENTS:
-            problems.append(f"{marker.name}: on {marker.segment!r}, no segment of the model")
+            problems.append(
+                f"{marker.name}: on {marker.segment!r}, which is not a segment of the model"
+            )
         position = np.asarray(marker.position, dtype=float)
         if position.shape != (3,) or not np.isfinite(position).all():
             problems.append(f"{marker.name}: position {marker.position} is not three numbers")
@@ -67,8 +70,8 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
         )
     if measured.ndim != 3 or measured.shape[1:] != (len(markers), 3) or not len(measured):
         raise RecordError(
-            f"measured markers must have shape (frames, {len(markers)}, 3) for the "
-            f"{len(markers)} markers of the model, but it is {measured.shape}."
+            f"measured markers must have shape (frames, {len(markers)}, 3) for the {len(markers)} "
+            f"markers of the model, but their shape is {measured.shape}."
         )
     seen = np.asarray(np.isfinite(measured).all(axis=2))
     filled = np.where(seen[..., None], measured, 0.0)
@@ -98,11 +101,11 @@ def _check_coordinates(names: Mapping[str, object]) -> None:
 
 
 def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
-    """Which coordinates are held (31,), and the pose (31,) that has their values and else zeros.
+    """Which coordinates are held (31,), and the pose (31,) with their values, and zeros elsewhere.
 
     Raises
     ------
-    ModelError : a coordinate that no joint has.
+    ModelError : no joint has the coordinate.
     """
     _check_coordinates(held)
     frozen, start = np.zeros(len(COORDINATES), dtype=np.bool_), np.zeros(len(COORDINATES))
@@ -113,11 +116,11 @@ def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
 
 
 def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
-    """Lowest and highest value (31,) of each coordinate; infinite where no range is given.
+    """Lowest and highest value (31,) of each coordinate; infinite if no range is given.
 
     Raises
     ------
-    ModelError : a range that is empty, or of a coordinate that no joint has.
+    ModelError : a range is empty, or no joint has its coordinate.
     """
     _check_coordinates(ranges)
     low, high = np.full(len(COORDINATES), -np.inf), np.full(len(COORDINATES), np.inf)
@@ -130,7 +133,7 @@ def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
 
 
 def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions: Array) -> Array:
-    """Where the model's markers are, (T, M, 3) m in world axes, at `positions` (T, 31)."""
+    """Positions of the model's markers, (T, M, 3) m in world axes, at `positions` (T, 31)."""
     poses = np.array(positions, dtype=float)
     points = np.zeros((len(poses), len(markers), 3))
     problem = marker_trial(model, markers, points)

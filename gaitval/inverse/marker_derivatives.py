@@ -1,11 +1,11 @@
-"""What a pose costs against measured markers, with both derivatives.
+"""The cost of a pose with respect to measured markers, with its first two derivatives.
 
-Both cost no more than forward kinematics, and hardly depend on how many markers there are. JᵀWJ is
-the joint-space inertia of the tree if each marker were a point mass w, so the composite-rigid-body
+Both are as cheap as forward kinematics, and hardly depend on the number of markers. JᵀWJ is the
+joint-space inertia of the tree if each marker were a point mass w, so the composite-rigid-body
 algorithm gives it from the sums Σw, Σwp and Σwppᵀ of the markers outboard of a joint; JᵀWr and the
 second-order term follow from Σwr and Σwprᵀ in the same way (Featherstone 2008, Rigid Body Dynamics
-Algorithms, section 6.2). Matrices are filled below the diagonal and along the branches only: two
-coordinates of different branches do not meet.
+Algorithms, section 6.2). Matrices are filled only below the diagonal and along the branches:
+coordinates of different branches do not interact.
 """
 
 from typing import NamedTuple
@@ -102,7 +102,7 @@ def evaluate(
     ∂²p/∂qᵢ∂qⱼ = aᵢ × (aⱼ × (p − oⱼ)).
 
     It is long because it is one sweep outwards and one inwards over the same sums, written out in
-    scalars: numba makes arrays of vectors on the heap, which takes longer than the sums.
+    scalars: numba would allocate vectors on the heap, which takes longer than the sums.
     """
     forward(problem.joint_position, q, work.rotation, work.origin, work.axes, len(work.weight_sum))
     rotation, origin, axes = work.rotation, work.origin, work.axes
@@ -208,7 +208,7 @@ def evaluate(
 def _root_derivatives(
     weight_sum: float, first: Array, second: Array, force: Array, torque: Array, work: Workspace
 ) -> None:
-    """The pelvis's part of `evaluate`: turns exp(δ) about its origin, then translations."""
+    """The pelvis' part of `evaluate`: rotations exp(δ) about its origin, then translations."""
     normal, curvature, gradient = work.normal, work.curvature, work.gradient
     spread = second[0, 0] + second[1, 1] + second[2, 2]
     trace = torque[0, 0] + torque[1, 1] + torque[2, 2]
@@ -234,7 +234,7 @@ def _root_derivatives(
 @njit
 def independent_coordinates(normal: Array, frozen: Flags, smallest: float, found: Flags) -> None:
     """Which columns of J, in their order, are independent of those before, from JᵀJ: Cholesky's
-    pivots are the squared parts of a column that the earlier columns leave over.
+    pivots are the squared parts of a column that the earlier columns do not explain.
     """
     n = len(found)
     factor = np.zeros((n, n))

@@ -1,4 +1,4 @@
-"""Whether a walking trial names its markers as the standing trial does."""
+"""Check that a walking trial names its markers as the standing trial does."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -14,16 +14,17 @@ from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 
 FRAMES: Final = 20
-"""Frames of a trial that are looked at, evenly spread."""
+"""Number of frames of a trial that are checked, evenly spaced."""
 
 SMALLEST_DISTANCE: Final = 0.05
-"""m. Two markers that are less than this off their places, in sum, are where they belong."""
+"""m. Two markers whose distances from their places add up to less than this are where they
+belong."""
 
 EXCHANGED: Final = 0.75
-"""Two markers are exchanged if, measured against each other's places on the model, their distances
-sum up to less than this share of what they are against their own. In all exchanges of two markers
-of the right side of WBDS01 T01 it is at most 0.62; without an exchange at least 13 there and 2.3
-in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
+"""Two markers are exchanged if the sum of their distances to each other's places on the model is
+less than this fraction of the sum of distances to their own. For all exchanges of two markers on
+the right side of WBDS01 T01 the ratio is at most 0.62; without an exchange it is at least 13 there,
+and 2.3 in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
 
 
 def check_exchanged(
@@ -31,8 +32,8 @@ def check_exchanged(
 ) -> None:
     """Refuse a walking trial in which two markers have each other's names.
 
-    Each marker has its place on the model from the standing trial. Inverse kinematics then leaves
-    two exchanged markers away from their own places and near each other's.
+    The standing trial gives each marker its place on the model. After inverse kinematics two
+    exchanged markers are then far from their own places and near each other's.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def check_exchanged(
 
     Raises
     ------
-    RecordError : two markers are exchanged; names those that are so most clearly.
+    RecordError : two markers are exchanged; the message names the clearest pair.
     """
     frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
     shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)
@@ -67,7 +68,8 @@ def check_exchanged(
         first, second = markers[i].name, markers[j].name
         raise RecordError(
             f"{names[1]}: the markers {first} and {second} have each other's names here or in "
-            f"{names[0]}: by the standing trial they are {1000 * own:.0f} mm off their places on "
-            f"the body (together, median), with the names exchanged {1000 * crossed:.0f} mm. Look "
-            "at both trials in the recording program, correct the labels and export again."
+            f"{names[0]}: according to the standing trial they are {1000 * own:.0f} mm off their "
+            "places on the body (sum of both, median), but with the names exchanged only "
+            f"{1000 * crossed:.0f} mm. Look at both trials in the recording program, correct the "
+            "labels and export again."
         )

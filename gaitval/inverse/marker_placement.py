@@ -1,12 +1,12 @@
 """Place a standing person's markers on the segments of their body model.
 
-The model is put into the pose that fits the standing landmarks and joint centres best (least
-squares, all alike); each marker then is where it was measured, in the frame of its segment. The
-model is mirror-symmetric and the person is not: both sides keep their own marker places.
+The model is put into the pose that best fits the standing landmarks and joint centres (least
+squares, equal weights); each marker then gets its measured position, in the frame of its segment.
+The model is mirror-symmetric but the person is not: both sides keep their own marker positions.
 
-The neutral pelvis has the plane of the ASIS and PSIS level (`scaling.scaling`), so a pelvis that
-stands naturally is tilted forward, and a hip under it flexed by as much. What no landmark shows
-stays neutral: the toes in line with the foot, the trunk upright, the arms hanging.
+The neutral pelvis has the plane of the ASIS and PSIS level (`scaling.scaling`), so in natural
+standing the pelvis is tilted forward and the hips are flexed by the same angle. What no landmark
+shows stays neutral: toes in line with the foot, trunk upright, arms hanging.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ CHECKLIST: Final = "OpenSim, Simulation with OpenSim - Best Practices"
 
 LARGEST_DISTANCE: Final = 0.02
 LARGEST_RMS: Final = 0.01
-"""m, of a landmark or joint centre in standing from its place in the model."""
+"""m, distance of a landmark or joint centre in standing from its place in the model."""
 
 LARGEST_ANKLE_ANGLE: Final = 5.0
 LARGEST_HIP_ANGLE: Final = 10.0
@@ -47,13 +47,13 @@ LARGEST_HIP_ANGLE: Final = 10.0
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
 ELBOW_HALF_WIDTH: Final = 0.045
-"""m, marker on the lateral epicondyle of the elbow from the joint's centre where the other side of
-the elbow has no marker: half of 70 mm, and the marker's own 10 mm."""
+"""m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
+medial side has no marker: half of 70 mm, plus 10 mm for the marker itself."""
 
 
 @dataclass(frozen=True)
 class PlacementCheck:
-    """A value, its published limit and where that comes from.
+    """A value, its published limit and the source of the limit.
 
     Attributes
     ----------
@@ -81,11 +81,11 @@ class MarkerPlacement:
 
     Attributes
     ----------
-    markers : in the order of the marker set; those that standing did not show are left out.
+    markers : in the order of the marker set; those not seen in standing are left out.
     standing : (31,) pose in the standing trial, rad and m.
     distances : m, of each landmark and joint centre from its place in the model.
-    moved : names of the markers that were moved with raised arms: where they were in standing
-        is not where the model has them in the pose `standing`.
+    moved : names of the markers that moved with raised arms: their measured position differs from
+        that in the model in the pose `standing`.
     checks : the published limits; none stops the import.
     """
 
@@ -111,7 +111,7 @@ def place_markers(
     Parameters
     ----------
     model : scaled with `measured`.
-    measured : lengths of the body; here the shape of its feet and arms.
+    measured : lengths of the body; used here for the shape of its feet and arms.
     standing : (3,) m, position of each marker of the set in standing (a mean over frames),
         project axes, floor at z = 0; a marker that was not seen is left out or NaN.
     marker_set : which segment each marker is on, and which landmark.
@@ -119,8 +119,8 @@ def place_markers(
 
     Raises
     ------
-    ScalingError : as `joint_centres.measure`; markers without a landmark that are swapped
-        left to right.
+    ScalingError : as `joint_centres.measure`; left and right are swapped in markers without a
+        landmark.
     """
     seen = {
         name: np.asarray(place, dtype=np.float64)
@@ -177,8 +177,8 @@ def placement_checks(
     Parameters
     ----------
     standing : (31,) pose, rad.
-    pelvic_tilt : of the standing pelvis, rad. The hip's flexion is taken from there, because our
-        neutral pelvis is level at the ASIS and PSIS and the published limit is about the posture.
+    pelvic_tilt : of the standing pelvis, rad. Hip flexion is measured from there, because our
+        neutral pelvis is level at the ASIS and PSIS but the published limit refers to the posture.
     distances : m, of landmarks from their places in the model.
     """
     worst = max(distances, key=lambda name: distances[name])
@@ -222,8 +222,8 @@ def placement_checks(
 def _check_sides(
     marker_set: MarkerSet, seen: Mapping[str, Array], points: Mapping[str, Array]
 ) -> None:
-    """Left markers to the left of their namesakes; landmarks are checked where they are measured,
-    and arms may cross.
+    """Check that left markers are to the left of their right counterparts; `measure` checks the
+    landmarks, and arms may cross.
     """
     left = _pelvis(points)[:, 1]
     swapped = [
@@ -264,7 +264,7 @@ def _pose(
 def _to_the_shoulders(
     model: BodyModel, measured: Measurements, points: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """From the shoulders of raised arms to those of the model, of each side, (3,) m."""
+    """Vectors from the shoulders of raised arms to those of the model, for each side, (3,) m."""
     anatomy = _anatomy(model, measured, points)
     _, frames = _pose(model, [m for m in anatomy if "arm" not in m.segment], points)
     return {
@@ -277,7 +277,7 @@ def _to_the_shoulders(
 def _anatomy(
     model: BodyModel, measured: Measurements, points: Mapping[str, Array]
 ) -> list[ModelMarker]:
-    """Where the landmarks and joint centres are in the model."""
+    """Positions of the landmarks and joint centres in the model."""
     frame, hips = _pelvis(points), _middle_hip(points)
     places = {
         name: ("pelvis", (points[name] - hips) @ frame)
@@ -311,7 +311,7 @@ def _anatomy(
 def _arm(
     model: BodyModel, measured: Measurements, points: Mapping[str, Array], side: str, medial: Array
 ) -> dict[str, tuple[str, Array]]:
-    """As `_anatomy`, of one arm whose shoulder is known."""
+    """As `_anatomy`, for one arm whose shoulder is known."""
     end = side.lower()
     centre, lateral, wrist = (f"{side}.{n}" for n in ("Elbow.Centre", "Elbow", "Wrist.Centre"))
     places = {f"{side}.Shoulder.Centre": _shoulder(model, points, side)}
@@ -334,7 +334,9 @@ def _arm(
 
 
 def _shoulder(model: BodyModel, points: Mapping[str, Array], side: str) -> tuple[str, Array]:
-    """Where the shoulder joint is in the model; with raised arms where the girdle took it."""
+    """Position of the shoulder joint in the model; with raised arms, as moved by the shoulder
+    girdle.
+    """
     if arms_hang(points):
         return f"upper_arm_{side.lower()}", np.zeros(3)
     right, left = points["R.Shoulder.Centre"], points["L.Shoulder.Centre"]

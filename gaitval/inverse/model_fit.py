@@ -1,25 +1,25 @@
-"""Joint fit of segment lengths, marker places and poses to a standing and a walking trial.
+"""Joint fit of segment lengths, marker positions and poses to a standing and a walking trial.
 
-Joint centres from a standing trial alone carry the error of a regression (hip) or of a palpated
-landmark (knee, ankle), and every marker is placed as wrongly on its segment. Walking shows where
-the segments really turn: a length is right when one body with markers fixed to it fits all
-frames. So this minimises, over the lengths λ, the places x of the markers on their segments and
-the poses q of all frames f at once (bounded maximum a posteriori estimation),
+Joint centres from a standing trial alone have the error of a regression (hip) or of a palpated
+landmark (knee, ankle), and every marker's position on its segment has the same error. Walking shows
+where the segments really rotate: a length is right when one body with fixed markers fits all
+frames. So this minimises, simultaneously over the lengths λ, the positions x of the markers on
+their segments and the poses q of all frames f (bounded maximum a posteriori estimation),
 
     Σ_f Σ_m w (m − p(λ, x, q_f))² / σ² + Σ_m (x − x₀ − Cλ)² / s_m² + Σ_k (Pλ)² / s_k²
 
 with Gaussian priors about the standing trial's placement x₀ and lengths (as AddBiomechanics does:
-Werling et al. 2023, PLoS ONE 18:e0295152). Cλ says how the placement would have come out with
-other lengths: a knee marker stays at the knee when the thigh grows. Without these priors a
-constant angle could not be told from a turn of all markers of the segment.
+Werling et al. 2023, PLoS ONE 18:e0295152). Cλ says how the placement would differ with other
+lengths: a knee marker stays at the knee when the thigh grows. Without these priors a constant angle
+could not be distinguished from a rotation of all markers of the segment.
 
-A walking marker's variance σ² has two parts. Noise is new in every frame; it is estimated from the
-residuals in turns with the fit. Soft tissue repeats with the gait cycle, and lengths and places
-take up much of it, so the residuals do not show it: it is given, and all frames together count as
-`INDEPENDENT_FRAMES` of it. Without it the hips of the recorded walks (WBDS01, Rajagopal) are
-drawn 3 cm up, to where skin and not bone turns.
+A walking marker's variance σ² has two parts. Noise is independent in every frame; it is estimated
+from the residuals, alternating with the fit. Soft tissue motion repeats with the gait cycle, and
+lengths and positions absorb much of it, so the residuals do not show it: its size is given, and all
+frames together count as `INDEPENDENT_FRAMES` samples of it. Without it the hips of the recorded
+walks (WBDS01, Rajagopal) are pulled 3 cm upwards, to where the skin rotates instead of the bone.
 
-`segment_lengths` holds the lengths and what moves with them, `model_fit_solver` the solver.
+`segment_lengths` contains the lengths and what moves with them, `model_fit_solver` the solver.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,31 +56,31 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import tree_arrays
 
 ANATOMICAL_SD: Final = 0.005
-"""m, of the place of a marker on a palpated landmark, each way."""
+"""m, standard deviation of the position of a marker on a palpated landmark, each way."""
 
 TRACKING_SD: Final = 0.020
-"""m, of the place of any other marker: no anatomy says where it is, and a cluster may slip
-between trials (in the Rajagopal walk that on the left thigh by 3-4 cm)."""
+"""m, standard deviation of the position of any other marker: anatomy does not say where it is, and
+a cluster may slip between trials (the one on the left thigh in the Rajagopal walk by 3-4 cm)."""
 
 LARGEST_CHANGE: Final = 4.0
-"""Standard deviations of its prior by which a length may change."""
+"""Largest change of a length, in standard deviations of its prior."""
 
 FRAMES: Final = 60
-"""Of the walking trial, equally spaced."""
+"""Number of frames of the walking trial, equally spaced."""
 
 SOFT_TISSUE_SD: Final = 0.010
 """m, of a marker of weight 1 on the skin about its mean place on the segment in walking, each
 way: 5-30 mm on the thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212)."""
 
 INDEPENDENT_FRAMES: Final = 5.0
-"""How many independent samples of the soft tissue's motion a walking trial holds; convention. It
+"""Number of independent samples of soft tissue motion in a walking trial; convention. The motion
 repeats with every gait cycle and is smooth within it, so more frames do not average it out."""
 
 STANDING_SD: Final = 0.010
 """m, of a marker in standing about that mean place, each way."""
 
 SMALLEST_SD: Final = 1e-5
-"""m: a residual of no size at all (made-up markers) is taken for this."""
+"""m: smallest residual assumed (made-up markers have none)."""
 
 _NOISE_UPDATES = 12
 
@@ -92,9 +92,9 @@ class FittedLength:
     Attributes
     ----------
     name : a key of `LENGTH_SD`.
-    prior, prior_sd : value in the model before, and its standard deviation by the prior alone
-        (for the thigh, that of the hip and the knee together).
-    fitted, standard_error : value after, and its standard deviation given all measurements;
+    prior, prior_sd : value in the model before the fit, and its standard deviation from the prior
+        only (for the thigh, that of hip and knee together).
+    fitted, standard_error : value after the fit, and its standard deviation given all measurements;
         equal to `prior_sd` if no marker shows this length.
     at_bound : True if it would have changed by more than `LARGEST_CHANGE` deviations.
     """
@@ -109,19 +109,19 @@ class FittedLength:
 
 @dataclass(frozen=True)
 class ModelFit:
-    """A body and its markers that fit both trials.
+    """A body and its markers, fitted to both trials.
 
     Attributes
     ----------
     model : with the fitted lengths, see `with_lengths`.
-    markers : on the fitted places.
+    markers : in the fitted positions.
     lengths : of `LENGTH_SD`, in its order.
-    marker_shift : (M,) m, by how much each marker moved from where the standing trial had put
-        it (given the fitted lengths).
+    marker_shift : (M,) m, how far each marker moved from where the standing trial put it (given the
+        fitted lengths).
     rms_before, rms_after, largest_before, largest_after : m, distance of measured and model
         markers over the frames used (standing and walking).
-    standing_change : (31,) rad or m, pose in standing after the fit less that before.
-    measurement_sd : m, each way, of a walking marker of mean weight, as the residuals show it.
+    standing_change : (31,) rad or m, pose in standing after the fit minus that before.
+    measurement_sd : m, each way, of a walking marker of mean weight, from the residuals.
     frames : (F,) indices of the walking frames used.
     iterations, converged : of Gauss-Newton, over all estimates of σ.
     """
@@ -156,23 +156,24 @@ def fit_model(
     ranges: Mapping[str, tuple[float, float]] = RANGES,
     soft_tissue_sd: float = SOFT_TISSUE_SD,
 ) -> ModelFit:
-    """Fit lengths, marker places and poses to a standing and a walking trial.
+    """Fit lengths, marker positions and poses to a standing and a walking trial.
 
     Parameters
     ----------
     model : scaled from the standing trial.
-    markers : M markers where the standing trial puts them on the segments of `model`.
+    markers : M markers in the positions from the standing trial on the segments of `model`.
     standing : (S, M, 3) m, project axes, NaN where not seen; its median is used.
     walking : (T, M, 3) m, the same; the markers filtered as for inverse kinematics.
-    placement_sd : m, standard deviation of the place of a marker, each way, by its name;
+    placement_sd : m, standard deviation of a marker's position, each way, by its name;
         `TRACKING_SD` for others.
-    length_sd : m, of the prior of a length, in place of that in `LENGTH_SD`; 0 keeps it.
+    length_sd : m, standard deviation of the prior of a length, instead of that in `LENGTH_SD`; 0
+        fixes the length.
     held, ranges : as in `inverse_kinematics.inverse_kinematics`.
     soft_tissue_sd : m, see `SOFT_TISSUE_SD`; 0 for markers that do not move on their segments.
 
     Raises
     ------
-    ScalingError : unknown names, deviations that are not positive, or too few frames.
+    ScalingError : names are unknown, deviations are not positive, or there are too few frames.
     ModelError, RecordError : as `inverse_kinematics.inverse_kinematics` raises them.
     """
     standing, walking = np.asarray(standing, dtype=float), np.asarray(walking, dtype=float)
@@ -193,7 +194,7 @@ def fit_model(
         places=fit.placement.copy(),
         poses=np.concatenate([stood.positions, walked.positions[chosen]]),
     )
-    # More threads wait for each other longer than they compute on blocks of 31 × 150.
+    # With blocks of 31 × 150, more threads wait for each other longer than they compute.
     with threadpool_limits(1, user_api="blas"):
         sigma = _measurement_sd(fit, state)
         iterations = 0
@@ -234,13 +235,13 @@ def _problem(
     ----------
     measured : (F, M, 3) m, standing first.
     free : (F, 31) what the markers determine.
-    deviations : (K,) and (M,) m, of the priors of lengths and places.
+    deviations : (K,) and (M,) m, of the priors of lengths and positions.
     limits : (31,) each, lowest and highest value of the coordinates.
     """
     length_deviation, placement_deviation = deviations
     low, high = limits
     seen = np.asarray(np.isfinite(measured).all(axis=2))
-    # Weights span 50 to 1 by convention, far more than the variances of skin markers do.
+    # By convention weights range over 50 to 1, far more than the variances of skin markers.
     weights = np.sqrt([marker.weight for marker in markers])
     return FitProblem(
         joint_position=tree_arrays(model).joint_position,
@@ -269,7 +270,8 @@ def _length_deviations(given: Mapping[str, float]) -> Array:
     bad = [f"{name} {value}" for name, value in values.items() if not 0 <= value < 1]
     if bad:
         raise ScalingError(
-            f"standard deviations of lengths must be 0 m or more, but: {', '.join(bad)}."
+            "standard deviations of lengths must be 0 m or more, but these are not: "
+            f"{', '.join(bad)}."
         )
     return np.array([values[name] for name in LENGTHS], dtype=float)
 
@@ -280,8 +282,9 @@ def _placement_deviations(markers: Sequence[ModelMarker], given: Mapping[str, fl
     bad += [f"{name}: {value} m" for name, value in given.items() if not 0 < value < 1]
     if bad:
         raise ScalingError(
-            "standard deviations of the markers' places must be above 0 m and of markers of the "
-            "model, but:\n  " + "\n  ".join(bad)
+            "standard deviations of marker positions must be between 0 and 1 m and for markers "
+            "of the model, but these are not:\n"
+            "  " + "\n  ".join(bad)
         )
     return np.array([given.get(name, TRACKING_SD) for name in names], dtype=float)
 
@@ -296,20 +299,20 @@ def _median(standing: Array) -> Array:
 
 
 def _choose(walking: Array) -> Index:
-    """Indices of equally spaced ones of the frames that show most markers."""
+    """Indices of equally spaced frames among those that show the most markers."""
     seen = np.isfinite(walking).all(axis=2).sum(axis=1)
     good = np.flatnonzero(seen >= 0.9 * seen.max())
     if len(good) < 2:
         raise ScalingError(
-            f"the walking trial has {len(good)} frames that show the markers: a fit of the body "
-            "needs a trial in which the joints move."
+            f"only {len(good)} frames of the walking trial show the markers, but a fit of the "
+            "body needs a trial in which the joints move. Give a longer trial."
         )
     return np.unique(good[np.linspace(0, len(good) - 1, min(FRAMES, len(good))).astype(np.int64)])
 
 
 def _precision(fit: FitProblem, sigma: float, soft_tissue_sd: float) -> Array:
-    """Inverse variance (F, M) of a coordinate of each measured marker: with noise that is new
-    in every frame, and soft tissue that counts as `INDEPENDENT_FRAMES`.
+    """Inverse variance (F, M) of a coordinate of each measured marker: noise is independent in
+    every frame, and soft tissue counts as `INDEPENDENT_FRAMES` samples.
     """
     repeated = max(1.0, (len(fit.weight) - 1) / INDEPENDENT_FRAMES)
     precision = fit.weight / (sigma**2 + repeated * soft_tissue_sd**2)
@@ -327,8 +330,8 @@ def _measurement_sd(fit: FitProblem, state: FitState) -> float:
     if freedom <= 0:
         raise ScalingError(
             f"the walking trial has {3 * np.count_nonzero(weight)} marker coordinates in the "
-            f"{len(weight)} frames used, too few for the {unknowns} unknown angles and places: "
-            "use a trial with more frames or more markers."
+            f"{len(weight)} frames used, too few for the {unknowns} unknown angles and positions. "
+            "Use a trial with more frames or more markers."
         )
     variance = float((weight[..., None] * errors**2).sum()) / float(freedom)
     return max(float(np.sqrt(variance)), SMALLEST_SD)

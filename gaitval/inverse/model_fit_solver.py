@@ -1,7 +1,7 @@
 """Gauss-Newton with Marquardt's damping for the sum of squares of `model_fit`.
 
-Only a frame's own pose and the shared lengths and places meet in the normal matrix (block arrow),
-so the poses are eliminated frame by frame (Schur complement), and an iteration takes some
+In the normal matrix a frame's pose is coupled only with the shared lengths and positions (a block
+arrow), so the poses are eliminated frame by frame (Schur complement), and an iteration takes a few
 hundredths of a second.
 """
 
@@ -22,7 +22,7 @@ _STEP_TOLERANCE = 1e-6  # m and rad
 
 
 class FitProblem(NamedTuple):
-    """The problem as arrays; K lengths, M markers, F frames of which the first is standing."""
+    """The problem as arrays: K lengths, M markers, F frames of which the first is standing."""
 
     joint_position: Array  # (14, 3) m, before
     shifts: Array  # (14, 3, K) of joints per length
@@ -40,7 +40,7 @@ class FitProblem(NamedTuple):
 
 
 class FitState(NamedTuple):
-    """The unknowns: changes of the lengths (K,), places of the markers (M, 3), poses (F, 31)."""
+    """The unknowns: changes of the lengths (K,), positions of the markers (M, 3), poses (F, 31)."""
 
     lengths: Array
     places: Array
@@ -66,9 +66,9 @@ def _derivatives(
     pose_derivative: Array,
     length_derivative: Array,
 ) -> None:
-    """Of the model markers (F, M, 3): by their places (F, M, 3, 3), by the coordinates (F, M, 3,
-    31), the pelvis's turn as a rotation vector in world axes, and by the lengths (F, M, 3, K);
-    the last two are zero at first.
+    """Derivatives of the model markers (F, M, 3): by their positions (F, M, 3, 3), by the
+    coordinates (F, M, 3, 31; the pelvis' rotation as a rotation vector in world axes), and by the
+    lengths (F, M, 3, K); the last two are zero on entry.
     """
     rotation = np.empty((len(PARENT), 3, 3))
     origin = np.empty((len(PARENT), 3))
@@ -112,8 +112,8 @@ def _cost(fit: FitProblem, state: FitState, precision: Array) -> float:
 
 
 class NormalEquations(NamedTuple):
-    """Gauss-Newton's normal equations in blocks: poses (q) and shared unknowns (s: lengths,
-    then places marker by marker).
+    """Gauss-Newton's normal equations in blocks: poses (q) and shared unknowns (s: lengths, then
+    positions marker by marker).
     """
 
     pose: Array  # (F, 31, 31)
@@ -156,7 +156,7 @@ def _normal_equations(fit: FitProblem, state: FitState, precision: Array) -> Nor
     crossed -= coupled.transpose(0, 2, 1)
     shared[:lengths, lengths:] = crossed.transpose(1, 0, 2).reshape(lengths, -1)
     shared[lengths:, :lengths] = shared[:lengths, lengths:].T
-    # A marker's place turns into the world by a rotation R, and RᵀR is one.
+    # A rotation R takes a marker's position to the world, and RᵀR is the identity.
     shared[lengths:, lengths:] = np.diag(np.repeat(precision.sum(axis=0) + prior, 3))
     to_places = (turns.transpose(0, 1, 3, 2) @ weighted_errors[..., None])[..., 0].sum(axis=0)
     gradient = np.concatenate(
@@ -182,8 +182,8 @@ def _product(a: Array, b: Array) -> Array:
 
 
 def _equations(fit: FitProblem, state: FitState, precision: Array) -> NormalEquations:
-    """The normal equations with a step of zero for what is not free, or at a bound that it would
-    pass.
+    """The normal equations, with a step of zero for unknowns that are fixed or at a bound they
+    would cross.
     """
     normal = _normal_equations(fit, state, precision)
     gradient = normal.pose_gradient
@@ -211,8 +211,8 @@ def _equations(fit: FitProblem, state: FitState, precision: Array) -> NormalEqua
 
 
 def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
-    """The poses eliminated: the Schur complement (K + 3M, K + 3M), and what takes the shared
-    step to the poses' (F, 31, K + 3M + 1).
+    """The equations with the poses eliminated: the Schur complement (K + 3M, K + 3M), and the map
+    from the shared step to those of the poses (F, 31, K + 3M + 1).
     """
     diagonal = np.arange(normal.pose.shape[1])
     pose = normal.pose.copy()
@@ -226,8 +226,8 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
 
 
 def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState, int, bool]:
-    """The state of the least sum of squares, from `state`; with the number of iterations and
-    whether these sufficed.
+    """The state with the least sum of squares, starting from `state`, the number of iterations, and
+    whether they were enough.
     """
     damping = 0.0
     cost = _cost(fit, state, precision)
@@ -254,7 +254,7 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
 
 
 def shared_covariance(fit: FitProblem, state: FitState, precision: Array) -> Array:
-    """Covariance (K + 3M, K + 3M) of lengths and places, given all measurements and priors."""
+    """Covariance (K + 3M, K + 3M) of lengths and positions, given all measurements and priors."""
     return np.asarray(np.linalg.inv(_reduced(_equations(fit, state, precision), 0.0)[0]))
 
 

@@ -1,4 +1,4 @@
-"""Velocities and accelerations of a motion, the pelvis's through its Cardan angles."""
+"""Velocities and accelerations of a motion; for the pelvis through its Cardan angles."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ class Kinematics(NamedTuple):
     Attributes
     ----------
     positions : (T, 31).
-    velocities : (T, 31) per second; the pelvis's angular velocity first, world axes.
+    velocities : (T, 31) per second; the pelvis' angular velocity first, world axes.
     accelerations : (T, 31) per second², rate of `velocities`.
     """
 
@@ -33,8 +33,8 @@ class Kinematics(NamedTuple):
 
 
 def cardan_coordinates(positions: Array) -> Array:
-    """Positions (T, 31) whose first three columns are the pelvis's tilt, list and rotation
-    (`rotations.pelvis_angles`) without jumps of a full turn, rad, in place of the rotation vector.
+    """Positions (T, 31) whose first three columns are the pelvis' tilt, list and rotation
+    (`rotations.pelvis_angles`) without jumps of a full turn, rad, instead of the rotation vector.
     """
     coordinates = np.array(positions, dtype=float)
     orientation = Rotation.from_rotvec(coordinates[:, :3]).as_matrix()
@@ -51,7 +51,7 @@ def root_state(
     angular_velocity: Array,
     angular_acceleration: Array,
 ) -> None:
-    """Orientation and its rates from the pelvis's Cardan angles.
+    """Orientation and its rates from the pelvis' Cardan angles.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def root_state(
     st, ct = np.sin(0.5 * angles[0]), np.cos(0.5 * angles[0])
     sl, cl = np.sin(-0.5 * angles[1]), np.cos(-0.5 * angles[1])
     sr, cr = np.sin(0.5 * angles[2]), np.cos(0.5 * angles[2])
-    # Quaternion of the product: unlike the matrix it gives the vector at half a turn as well.
+    # Quaternion of the product: unlike the matrix it also gives the vector at half a turn.
     w1, x1, y1, z1 = ct * cl, ct * sl, st * cl, -st * sl
     w = w1 * cr - z1 * sr
     x = x1 * cr + y1 * sr
@@ -85,7 +85,7 @@ def root_state(
     angular_velocity[0] = dl * a0 + dr * b0
     angular_velocity[1] = dt + dr * b1
     angular_velocity[2] = dl * a2 + dr * b2
-    # The list axis turns with the tilt, the rotation axis with tilt and list.
+    # The list axis rotates with the tilt, the rotation axis with tilt and list.
     u0, u1, u2 = dl * a0, dt, dl * a2
     ddt, ddl, ddr = second_rates[0], second_rates[1], second_rates[2]
     angular_acceleration[0] = ddl * a0 + ddr * b0 + dl * (dt * a2) + dr * (u1 * b2 - u2 * b1)
@@ -108,13 +108,13 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
     RecordError : fewer than six frames, NaN, or times that do not increase.
     ValueError : other shapes.
     """
-    # One memory layout: the compiled functions are compiled anew for every other one.
+    # One memory layout, because the compiled functions are compiled again for every other one.
     time = np.ascontiguousarray(time, dtype=float)
     positions = np.ascontiguousarray(positions, dtype=float)
     if time.ndim != 1 or positions.shape != (len(time), COORDINATE_COUNT):
         raise ValueError(
-            f"time must have shape (T,) and positions (T, {COORDINATE_COUNT}), "
-            f"however they have {time.shape} and {positions.shape}"
+            f"time must have shape (T,) and positions (T, {COORDINATE_COUNT}), but their shapes "
+            f"are {time.shape} and {positions.shape}"
         )
     if len(time) < FEWEST_FRAMES:
         raise RecordError(
@@ -125,7 +125,7 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
         at = int(np.argmin(np.diff(time) > 0))
         raise RecordError(
             f"The times of the motion do not increase: {time[at]:.6g} s is followed by "
-            f"{time[at + 1]:.6g} s (frame {at + 1}). Take repeated frames out."
+            f"{time[at + 1]:.6g} s (frame {at + 1}). Remove repeated frames."
         )
     missing = ~np.isfinite(positions)
     if missing.any():
@@ -133,7 +133,7 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
         raise RecordError(
             f"The motion has no value of {COORDINATES[i]} at {time[t]:.4g} s "
             f"({missing.any(axis=1).sum()} of {len(time)} frames miss one). Leave these frames "
-            "out, or fill the gap before."
+            "out, or fill the gap first."
         )
     return time, positions
 
@@ -141,9 +141,9 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
 def differentiate(time: Array, positions: Array) -> Kinematics:
     """Velocities and accelerations of a motion by quintic splines through every frame.
 
-    Each coordinate has its own spline, the pelvis's orientation through its Cardan angles, as in
-    OpenSim's inverse dynamics (there: natural quintic splines, which differ in the first and last
-    frames only). Noise is not smoothed: filter the motion before.
+    Each coordinate has its own spline; the pelvis' orientation is differentiated through its Cardan
+    angles, as in OpenSim's inverse dynamics (which uses natural quintic splines, different only in
+    the first and last frames). Noise is not smoothed: filter the motion first.
 
     Parameters
     ----------

@@ -7,6 +7,8 @@ on its foot segment and none on its toes.
 Gravity is `constants.GRAVITY` along -z.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gaitval.arrays import Array, Index
@@ -18,12 +20,37 @@ from gaitval.model.tree import (
     FIRST_DOF,
     PARENT,
     SEGMENT_COUNT,
+    Frames,
+    empty_frames,
     forward,
     velocities,
 )
 
 FOOT: Index = np.array([SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")])
 """(2,) segment that the ground reaction of the right and of the left side acts on."""
+
+
+class SegmentDynamics(NamedTuple):
+    """How the segments move in a frame, and what their parents exert on them.
+
+    Attributes
+    ----------
+    frames : where they are, and their velocities.
+    turning : (14, 2, 3) angular acceleration and acceleration of the joint less gravity.
+    wrench : (14, 2, 3) moment about its joint and force of the parent on each segment.
+    """
+
+    frames: Frames
+    turning: Array
+    wrench: Array
+
+
+@njit
+def empty_dynamics() -> SegmentDynamics:
+    """Arrays for `newton_euler` to fill, frame after frame."""
+    return SegmentDynamics(
+        empty_frames(), np.empty((SEGMENT_COUNT, 2, 3)), np.empty((SEGMENT_COUNT, 2, 3))
+    )
 
 
 @njit
@@ -38,19 +65,13 @@ def newton_euler(
     force: Array,
     point: Array,
     free_moment: Array,
-    rotation: Array,
-    origin: Array,
-    axes: Array,
-    angular: Array,
-    linear: Array,
-    turning: Array,
-    wrench: Array,
+    segments: SegmentDynamics,
     generalised: Array,
 ) -> None:
     """Generalised forces of one frame.
 
-    It is long because it is one recursion, outwards and back, and written out in scalars: numba
-    makes arrays of vectors on the heap, which takes longer than the sums.
+    It is long because it is one recursion, outwards and back, written out in scalars: numba would
+    allocate vectors on the heap, which takes longer than the sums.
 
     Parameters
     ----------
@@ -58,11 +79,10 @@ def newton_euler(
     q, qd, qdd : (31,) positions, velocities, accelerations.
     force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
         that is NaN is a foot in the air.
-    rotation, origin, axes, angular, linear : out, as `tree.forward` and `tree.velocities` say.
-    turning : (14, 2, 3) out, angular acceleration and acceleration of the joint less gravity.
-    wrench : (14, 2, 3) out, moment about its joint and force of the parent on each segment.
+    segments : out.
     generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
     """
+    (rotation, origin, axes, angular, linear), turning, wrench = segments
     forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
     velocities(origin, axes, qd, angular, linear, SEGMENT_COUNT)
     for i in range(3):
@@ -82,7 +102,7 @@ def newton_euler(
         turning[s, 1, 2] = turning[p, 1, 2] + e0 * r1 - e1 * r0 + w0 * v1 - w1 * v0
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
             a0, a1, a2 = axes[d, 0], axes[d, 1], axes[d, 2]
-            # An axis turns with all rotations before it.
+            # An axis rotates with all rotations before it.
             e0 += a0 * qdd[d] + (w1 * a2 - w2 * a1) * qd[d]
             e1 += a1 * qdd[d] + (w2 * a0 - w0 * a2) * qd[d]
             e2 += a2 * qdd[d] + (w0 * a1 - w1 * a0) * qd[d]

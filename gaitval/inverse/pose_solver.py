@@ -1,6 +1,6 @@
-"""Newton's method for the pose that fits a frame's markers best, and from frame to frame.
+"""Newton's method for the pose that best fits a frame's markers, and for all frames of a trial.
 
-The exact second derivative is used, and the sparsity that branches leave, by Featherstone's LᵀL
+It uses the exact second derivative, and the sparsity due to branches through Featherstone's LᵀL
 factorisation (Featherstone 2008, Rigid Body Dynamics Algorithms, section 6.5).
 """
 
@@ -13,19 +13,20 @@ from gaitval.inverse.marker_derivatives import PARENT_COORDINATE, Workspace, eva
 from gaitval.model.tree import ROOT_DOFS
 
 HEADINGS = 8
-"""Headings from which a frame is started that has no good one before it."""
+"""Number of initial headings for a frame without a good previous frame."""
 
 _LONGEST_STEP = 0.5  # rad or m in one iteration
 _NEWTON_TOLERANCE = 1e-6  # rad or m: an undamped Newton step this long leaves about its square
 _DAMPED_TOLERANCE = 1e-9  # rad or m: for steps that converge linearly
 _SMALLEST_PIVOT = 1e-6  # of the diagonal; below, the matrix counts as not positive definite
 _MOST_ITERATIONS = 100
-_SUDDEN_ERROR = 0.005  # m, weighted RMS that is not yet taken for a jump
+_SUDDEN_ERROR = 0.005  # m, weighted RMS that does not yet count as a jump
 
 
 @njit
 def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
-    """Solve (H + damping · diag) step = −gradient over what is not fixed, into `work.step`.
+    """Solve (H + damping · diag) step = −gradient for the coordinates that are not fixed, into
+    `work.step`.
 
     Featherstone's LᵀL factorisation, along the branches only. False if H is not positive
     definite.
@@ -102,8 +103,8 @@ def turned(vector: Array, turn: Array, out: Array) -> None:
 
 @njit
 def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
-    """out = pose q (31,) moved by `step` (31,), within the bounds: the pelvis turned by the
-    rotation vector step[:3] in world axes, the rest added.
+    """out = pose q (31,) moved by `step` (31,), within the bounds: the pelvis is rotated by the
+    rotation vector step[:3] in world axes, the rest is added.
     """
     turned(q[:3], step[:3], out[:3])
     for i in range(3, len(q)):
@@ -123,14 +124,14 @@ def solve_frame(
 ) -> int:
     """Find the best pose of one frame from q, in place.
 
-    Bounds by Bertsekas' projected Newton method (1982, SIAM J Control Optim 20:221-246): what is
-    at a bound and would go beyond stays there. Where the exact Hessian is not positive definite
-    the Gauss-Newton one is taken, with Marquardt's damping where that step does not lower the
+    Bounds by Bertsekas' projected Newton method (1982, SIAM J Control Optim 20:221-246): a
+    coordinate at a bound that would cross it stays there. If the exact Hessian is not positive
+    definite the Gauss-Newton one is used, with Marquardt's damping if that step does not lower the
     cost.
 
     Returns
     -------
-    Number of iterations, negative if these did not suffice.
+    Number of iterations, negative if they were not enough.
     """
     n = len(q)
     damping = 0.0
@@ -157,7 +158,7 @@ def solve_frame(
             for j in range(n):
                 work.step[j] *= _LONGEST_STEP / longest
         moved(q, work.step, low, high, work.trial)
-        # A Newton step that a bound cuts short is not one.
+        # A Newton step cut short by a bound is not a full Newton step.
         inside = True
         for j in range(3, n):
             if free[j] and work.trial[j] != q[j] + work.step[j]:
@@ -165,7 +166,7 @@ def solve_frame(
         if longest < (_NEWTON_TOLERANCE if exact and inside else _DAMPED_TOLERANCE):
             q[:] = work.trial
             return iteration
-        # A trial that is no better leaves derivatives of another pose behind.
+        # A trial step that is no better leaves the derivatives of another pose behind.
         new = evaluate(problem, weight, measured, work.trial, work)
         if new <= cost * (1.0 + 1e-13):
             q[:] = work.trial
@@ -192,8 +193,8 @@ def solve_from_all_sides(
     high: Array,
     work: Workspace,
 ) -> int:
-    """As `solve_frame`, but from `start` at headings all around, for the best of the poses that
-    these lead to, into q: the stiff body is put onto the markers first, then the joints are freed.
+    """As `solve_frame`, but from `start` at headings all around; the best resulting pose goes into
+    q. The rigid body is fitted to the markers first, then the joints are freed.
     """
     total = weight.sum()
     best, iterations = np.inf, 0
@@ -222,8 +223,8 @@ def solve_from_all_sides(
 def _led_on(
     q: Array, last: Array, turn: Array, free: Flags, low: Array, high: Array, out: Array
 ) -> None:
-    """out = where the motion from the pose `last` to the pose q leads next, of what is free: the
-    pelvis turned by `turn` (3,) once more, the rest as much further.
+    """out = extrapolation of the motion from the pose `last` to the pose q, for free coordinates:
+    the pelvis is rotated by `turn` (3,) once more, the rest moves on by the same amount.
     """
     turned(q[:3], turn, out[:3])
     for i in range(3, len(q)):
@@ -245,10 +246,10 @@ def solve_trial(
     converged: Flags,
     work: Workspace,
 ) -> None:
-    """Solve all frames from `start` forwards (direction 1) or backwards (-1), each from where
-    the motion of the last two leads; `positions[start]` is solved already. Where the markers
-    jump, this may lead into another minimum: if the error of a frame is suddenly large, it is
-    solved from all sides as well.
+    """Solve all frames from `start` forwards (direction 1) or backwards (-1), each from the
+    extrapolated motion of the last two; `positions[start]` is already solved. If the markers jump,
+    this may lead to another minimum: a frame whose error is suddenly large is also solved from all
+    sides.
     """
     q = positions[start].copy()
     last = q.copy()
@@ -288,7 +289,7 @@ def solve_trial(
                     known = 0
                 else:
                     work.cost[0] = cost
-            # A good error is forgotten slowly, so that a wrong minimum is left again soon.
+            # A good error is forgotten slowly, so that a wrong minimum is soon left again.
             error = work.cost[0] / total
             good_error = min(error, 1.1 * good_error + 1e-6)  # m²
             iterations[t] = abs(count)
@@ -317,7 +318,7 @@ def solve_frames(
     converged: Flags,
     work: Workspace,
 ) -> None:
-    """Solve the chosen frames again from where they are."""
+    """Solve the chosen frames again from their current poses."""
     for t in range(len(positions)):
         if chosen[t] and free[t].any():
             count = solve_frame(

@@ -1,4 +1,6 @@
-"""Residuals on the pelvis and what they change with, frame by frame (compiled)."""
+"""Residuals on the pelvis and their derivatives, frame by frame (compiled)."""
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -6,7 +8,7 @@ from gaitval.arrays import Array, Flags, Index
 from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS
 from gaitval.model.tree import (
     COORDINATE_COUNT,
@@ -17,7 +19,7 @@ from gaitval.model.tree import (
 )
 
 MASS_GROUPS = ("pelvis", "thigh", "shank", "foot", "torso", "upper_arm", "forearm")
-"""Segments that share one mass factor; both sides alike, the toes with the foot."""
+"""Segments that share one mass factor: both sides together, the toes with the foot."""
 
 GROUP_OF_SEGMENT = np.array(
     [
@@ -32,6 +34,14 @@ BODY_UNKNOWNS = len(MASS_GROUPS) + 3
 """Logarithms of the mass factors, then the offset of the trunk's centre of mass."""
 
 
+class _Work(NamedTuple):
+    """Arrays that one frame needs: its generalised forces (31,), its state (3, 31)."""
+
+    segments: SegmentDynamics
+    generalised: Array
+    state: Array
+
+
 @njit
 def _root_residual(
     joint_position: Array,
@@ -40,17 +50,17 @@ def _root_residual(
     inertia: Array,
     state: Array,
     wrenches: Array,
-    work: tuple[Array, ...],
+    work: _Work,
     out: Array,
 ) -> None:
     """Residual moment and force (6,) of one frame into `out`.
 
     Parameters
     ----------
-    state : (3, 31) coordinates with the pelvis's Cardan angles, rates, second rates.
+    state : (3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
     wrenches : (3, 2, 3) force, point, free moment.
     """
-    rotation, origin, axes, angular, linear, turning, wrench, generalised, q = work
+    segments, generalised, q = work
     for i in range(3, COORDINATE_COUNT):
         q[0, i] = state[0, i]
         q[1, i] = state[1, i]
@@ -67,13 +77,7 @@ def _root_residual(
         wrenches[0],
         wrenches[1],
         wrenches[2],
-        rotation,
-        origin,
-        axes,
-        angular,
-        linear,
-        turning,
-        wrench,
+        segments,
         generalised,
     )
     for i in range(6):
@@ -81,18 +85,8 @@ def _root_residual(
 
 
 @njit
-def _work_arrays() -> tuple[Array, ...]:
-    return (
-        np.empty((SEGMENT_COUNT, 3, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.zeros((COORDINATE_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 3)),
-        np.empty((SEGMENT_COUNT, 2, 3)),
-        np.empty((SEGMENT_COUNT, 2, 3)),
-        np.empty(COORDINATE_COUNT),
-        np.empty((3, COORDINATE_COUNT)),
-    )
+def _work_arrays() -> _Work:
+    return _Work(empty_dynamics(), np.empty(COORDINATE_COUNT), np.empty((3, COORDINATE_COUNT)))
 
 
 @njit
@@ -127,12 +121,12 @@ def residual_derivatives(
 ) -> None:
     """Derivatives of the residuals.
 
-    The differences by the second rates, in which the residuals are linear, and by the rates, in
-    which they are quadratic, are exact up to rounding.
+    The differences with respect to second rates (in which the residuals are linear) and rates (in
+    which they are quadratic) are exact up to rounding.
 
     Parameters
     ----------
-    known : (T,) frames to do.
+    known : (T,) frames to compute.
     by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
     by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
     """
@@ -147,7 +141,7 @@ def residual_derivatives(
         if not known[t]:
             continue
         state = states[t].copy()
-        # Each loop calls at one place only: the compiler copies the whole recursion to each.
+        # Each loop has only one call, because the compiler copies the whole recursion to each call.
         for case in range(3 * COORDINATE_COUNT * 2):
             order, i, sign = (
                 case // (2 * COORDINATE_COUNT),
@@ -163,7 +157,7 @@ def residual_derivatives(
             for r in range(6):
                 by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
         for case in range(groups + 6):
-            # The residual is linear in the masses: what one group adds is its derivative.
+            # The residual is linear in the masses: the contribution of a group is its derivative.
             trunk = case >= groups
             axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
             for s in range(SEGMENT_COUNT):
@@ -206,10 +200,10 @@ def marker_metric(
 
     Parameters
     ----------
-    segment, place, weight : (M,), (M, 3) m and (M,): of each marker, on which segment it is and
-        where on it, and how much it counts.
+    segment, place, weight : (M,), (M, 3) m and (M,): segment of each marker, its position on it,
+        and its weight.
     above : (14, 31) whether a coordinate moves a segment.
-    coordinates : (T, 31) with the pelvis's Cardan angles.
+    coordinates : (T, 31) with the pelvis' Cardan angles.
     """
     rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
     axes = np.zeros((COORDINATE_COUNT, 3))
@@ -219,7 +213,7 @@ def marker_metric(
     arm, column = np.empty(3), np.empty(3)
     pivot = np.zeros(
         COORDINATE_COUNT, dtype=np.int64
-    )  # segment whose origin a coordinate turns about
+    )  # segment whose origin a coordinate rotates about
     for s in range(SEGMENT_COUNT):
         for d in range(ROOT_DOFS, COORDINATE_COUNT):
             if above[s, d] and not above[PARENT[s], d]:

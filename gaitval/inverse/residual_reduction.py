@@ -1,18 +1,19 @@
 """The smallest change of motion and masses that makes a recording dynamically consistent.
 
-Markers, masses and force plates disagree, and inverse dynamics puts the disagreement on the
-pelvis as a residual force and moment. OpenSim's residual reduction (Thelen and Anderson 2006, J
-Biomech 39:1107) and AddBiomechanics (Werling et al. 2023, PLoS ONE 18:e0295152) take it away by
-small changes of the motion and of the segments' masses. So does this module, as one nonlinear
-least-squares problem over the whole trial:
+Markers, masses and force plates disagree, and inverse dynamics puts the disagreement on the pelvis
+as a residual force and moment. OpenSim's residual reduction (Thelen and Anderson 2006, J Biomech
+39:1107) and AddBiomechanics (Werling et al. 2023, PLoS ONE 18:e0295152) remove it by small changes
+of the motion and of the segments' masses. So does this module, as one nonlinear least-squares
+problem over the whole trial:
 
     minimise  Σ_frames (Δ markers / σ)² + (Δq / σ)² + (Δq̈ / σ)² + (residual / σ)²
               + Σ (ln mass factors / σ)² + (Δ total mass / σ)² + (trunk offset / σ)²
 
-Δq(t) is a quintic spline for each of the 31 coordinates; what no marker sees (the trunk and the
-arms of a lower-body marker set) is held loosely, and explains most of the residual. It is solved by
-Gauss-Newton; the normal equations have a band of one block of coordinates for each knot and
-the masses as a border, so that the time is proportional to the length of the trial.
+Δq(t) is a quintic spline for each of the 31 coordinates; coordinates that no marker shows (the
+trunk and the arms with a lower-body marker set) are constrained loosely, and explain most of the
+residual. It is solved by Gauss-Newton; the normal equations have a band with one block of
+coordinates for each knot, and the masses as a border, so the time is proportional to the length of
+the trial.
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,30 +59,30 @@ from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, Tree, segment_frames, tree_arrays
 
 STRIDE_S = 1.0
-"""Errors of markers, forces and guessed trunk repeat from stride to stride, and within one are
-alike for the time between knots: against the priors of the masses, a trial of any length and
-frame rate counts as the independent errors of this time, s."""
+"""s. Errors of markers, forces and the guessed trunk repeat from stride to stride, and within a
+stride are similar for the time between knots: relative to the priors of the masses, a trial of any
+length and frame rate counts as independent errors over this time."""
 
 LARGEST_STEPS = 20
 
 SHORTEST_STEP = 1e-3
-"""Of a Gauss-Newton step: the search along it ends there."""
+"""Fraction of a Gauss-Newton step at which the search along it ends."""
 
 SMALLEST_GAIN = 1e-3
-"""Of the cost, relative: with less in a step the search ends."""
+"""Relative decrease of the cost per step below which the search ends."""
 
 
 @dataclass(frozen=True)
 class ReductionSettings:
-    """How far what may be changed, as standard deviations: a change of this size costs as much as
-    a residual of `residual_force_n` for as long.
+    """How much each quantity may change, as standard deviations: a change of this size costs as
+    much as a residual of `residual_force_n` for the same time.
 
     Attributes
     ----------
     marker_m : m, displacement of a marker on the body; soft tissue moves this much.
+    translation_m : m, of the pelvis.
     observed_rad : rad, of a coordinate that moves a marker.
     unobserved_rad : rad, of one that moves none: where the trunk was is a guess.
-    translation_m : m, of the pelvis.
     highest_hz : changes that are faster than this, the usual low-pass of the motion, cost more,
         with the square of the frequency.
     residual_force_n, residual_moment_nm : of each component of the residual.
@@ -92,16 +93,16 @@ class ReductionSettings:
 
     Notes
     -----
-    Looser markers and masses (10 mm, 5 %) bring the residual no lower on recorded walks, but
-    spoil the moments of a made-up walk whose truth is known (3 mm of noise on the markers, a trunk
-    that no marker shows): the largest error of a leg's moment grew from 5 to 26 % of its peak and
-    the trunk lost a third of its mass. With these it grows to 7 %, and the masses are within 4 %.
+    Looser markers and masses (10 mm, 5 %) do not lower the residual on recorded walks, but spoil
+    the moments of a synthetic walk whose truth is known (3 mm of marker noise, a trunk that no
+    marker shows): the largest error of a leg moment grew from 5 to 26 % of its peak, and the trunk
+    lost a third of its mass. With the values used it grows to 7 %, and the masses are within 4 %.
     """
 
     marker_m: float = 0.005
+    translation_m: float = 0.020
     observed_rad: float = float(np.deg2rad(2.0))
     unobserved_rad: float = float(np.deg2rad(20.0))
-    translation_m: float = 0.020
     highest_hz: float = 8.0
     residual_force_n: float = 3.0
     residual_moment_nm: float = 3.0
@@ -113,7 +114,7 @@ class ReductionSettings:
 
 @dataclass(frozen=True)
 class ConsistentMotion:
-    """A motion and a body that fit the ground reactions better, and what it took.
+    """A motion and a body that fit the ground reactions better, and the changes made.
 
     Attributes
     ----------
@@ -122,13 +123,13 @@ class ConsistentMotion:
     positions : (T, 31), changed.
     dynamics : inverse dynamics of the changed motion and body.
     before, after : measures of the residuals in the frames whose ground reaction is known.
-    coordinate_change : RMS change of each coordinate, rad or m; of the pelvis's orientation
-        that of the rotation between both, about the world's axes.
+    coordinate_change : RMS change of each coordinate, rad or m; for the pelvis' orientation, of the
+        rotation between the two, about the world's axes.
     marker_change_rms, marker_change_max : m, of the markers' displacements on the body; zero
         without markers.
     mass_factors : by `MASS_GROUPS`.
     trunk_offset : (3,) m, of the trunk's centre of mass, in the trunk's axes.
-    steps : Gauss-Newton steps that were taken.
+    steps : number of Gauss-Newton steps.
     """
 
     model: BodyModel
@@ -147,7 +148,7 @@ class ConsistentMotion:
 
 @dataclass(frozen=True)
 class _Problem:
-    """What stays the same over the steps; T frames, N = 31 × splines.
+    """What is constant over the steps; T frames, N = 31 × splines.
 
     Attributes
     ----------
@@ -171,8 +172,8 @@ class _Problem:
 
 
 class _Estimate(NamedTuple):
-    """Coefficients of the change (N,), ln mass factors and trunk offset (10,); and what they give:
-    states (T, 3, 31), scaled residuals (T, 6), cost.
+    """Coefficients of the change (N,), ln mass factors and trunk offset (10,), and the resulting
+    states (T, 3, 31), scaled residuals (T, 6) and cost.
     """
 
     change: Array
@@ -238,7 +239,7 @@ def _tree(model: BodyModel) -> tuple[Array, Array, Array, Array]:
 
 
 def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[Index, Array, Array]:
-    """Segment (M,), place (M, 3) m, and weight (M,) over the mean weight of each marker."""
+    """Segment (M,), position (M, 3) m, and weight (M,) / mean weight, of each marker."""
     segment = np.array([SEGMENTS.index(marker.segment) for marker in markers], dtype=np.int64)
     place = np.array([marker.position for marker in markers], dtype=float).reshape(-1, 3)
     weight = np.array([marker.weight for marker in markers], dtype=float)
@@ -246,8 +247,8 @@ def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[Index, Array, Array]
 
 
 def _same_turn(vectors: Array, like: Array) -> Array:
-    """Rotation vectors (T, 3), longer by whole turns where that brings them next to `like`, whose
-    vectors may run on beyond half a turn.
+    """Rotation vectors (T, 3), extended by whole turns where that brings them next to `like`, whose
+    vectors may go beyond half a turn.
     """
     angle = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     axis = vectors / angle
@@ -353,7 +354,7 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
 
 
 def _solve(problem: _Problem) -> tuple[_Estimate, int]:
-    """The least cost and how many steps were taken to it."""
+    """The estimate with the least cost, and the number of steps taken."""
     best = _estimate(problem, np.zeros(len(problem.prior)), np.zeros(BODY_UNKNOWNS))
     for steps in range(LARGEST_STEPS):
         change_step, body_step = _gauss_newton_step(problem, best)
@@ -365,7 +366,7 @@ def _solve(problem: _Problem) -> tuple[_Estimate, int]:
             if trial.cost <= best.cost:
                 break
             length *= 0.5
-            if length < SHORTEST_STEP:  # rounding: there is nothing to gain
+            if length < SHORTEST_STEP:  # rounding: there is nothing left to gain
                 return best, steps
         gain, best = best.cost - trial.cost, trial
         if gain < SMALLEST_GAIN * best.cost:
@@ -385,7 +386,7 @@ def reduce_residuals(
     known: Flags | None = None,
     settings: ReductionSettings | None = None,
 ) -> ConsistentMotion:
-    """Change motion and masses as little as needed to bring the residuals down.
+    """Change motion and masses as little as needed to lower the residuals.
 
     Parameters
     ----------
@@ -393,8 +394,8 @@ def reduce_residuals(
     markers : on the body, those of the inverse kinematics, with their weights. Coordinates that
         move none of them are free to explain residuals; start them from a good guess (the
         trunk upright). Without any marker, all coordinates count as observed.
-    known : (T,) frames in which the ground reaction of both feet is known; the others are left
-        out of the dynamics and change only smoothly with their neighbours. All when not given.
+    known : (T,) frames in which the ground reaction of both feet is known; the others are left out
+        of the dynamics and change only smoothly with their neighbours. All if not given.
 
     Raises
     ------
@@ -405,11 +406,11 @@ def reduce_residuals(
     force, point, free_moment = checked_wrenches(time, force, point, free_moment)
     known = np.ones(len(time), dtype=bool) if known is None else np.asarray(known, dtype=bool)
     if known.shape != time.shape:
-        raise ValueError(f"known must have shape {time.shape}, however it has {known.shape}")
+        raise ValueError(f"known must have shape {time.shape}, but its shape is {known.shape}")
     recorded = inverse_dynamics(model, time, positions, force, point, free_moment)
     before = residuals(recorded, known)
 
-    # More threads wait for each other longer than they compute on blocks of 186 × 186.
+    # With blocks of 186 × 186, more threads wait for each other longer than they compute.
     with threadpool_limits(1, user_api="blas"):
         problem = _problem(
             model, time, positions, np.stack([force, point, free_moment], axis=1), markers, known,

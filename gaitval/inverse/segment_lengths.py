@@ -1,4 +1,4 @@
-"""The lengths of a body that a recording can tell, and what moves with each of them."""
+"""The body lengths that a recording can show, and what moves with each of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -40,10 +40,11 @@ body have the same.
 | lumbar_forward, lumbar_up | middle of the hips | lumbar joint |
 | shoulder_up | lumbar joint | level of the shoulders |
 
-Hips: Harrington's regression leaves about 8-10 mm each way (Leardini et al. 1999, Harrington et
-al. 2007); knee and ankle: middle of the palpated condyles and malleoli, with a marker's size of
-error; lumbar joint, shoulder and upper arm: ANSUR II regressions on stature leave 14-21 mm.
-The prior of the thigh is for the knee: a hip that is further up makes the thigh longer.
+Hips: Harrington's regression has an error of about 8-10 mm each way (Leardini et al. 1999,
+Harrington et al. 2007); knee and ankle: middle of the palpated condyles and malleoli, with an error
+of about a marker's size; lumbar joint, shoulder and upper arm: ANSUR II regressions on stature have
+an error of 14-21 mm. The prior of the thigh refers to the knee: a hip that is further up makes the
+thigh longer.
 """
 
 LENGTHS: Final = tuple(LENGTH_SD)
@@ -51,7 +52,7 @@ LENGTHS: Final = tuple(LENGTH_SD)
 
 
 def lengths_of(model: BodyModel) -> dict[str, float]:
-    """The lengths of `LENGTH_SD` in a model, m; how far the hips were moved is 0."""
+    """The lengths of `LENGTH_SD` in a model, m; the displacement of the hips is 0."""
     position = {segment.name: segment.joint_position for segment in model.segments}
     return {
         "thigh": float(-position["shank_r"][2]),
@@ -68,15 +69,15 @@ def lengths_of(model: BodyModel) -> dict[str, float]:
 
 
 def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
-    """The model with other lengths (m, keys as in `LENGTH_SD`; those not given stay).
+    """The model with other lengths (m, keys as in `LENGTH_SD`; others are unchanged).
 
-    A longer thigh, shank or upper arm keeps its mass, and its centre of mass and inertia stretch
-    with it (as in `model.parameters`). `hip_forward` and `hip_up` move the hips in the pelvis:
-    since the pelvis's origin is between the hips, its centre of mass moves the other way.
+    A longer thigh, shank or upper arm keeps its mass; its centre of mass and inertia stretch with
+    it (as in `model.parameters`). `hip_forward` and `hip_up` move the hips in the pelvis; because
+    the pelvis' origin is between the hips, its centre of mass moves the other way.
 
     Raises
     ------
-    ScalingError : no such length, or one that leaves no body.
+    ScalingError : there is no such length, or a length is not finite and positive.
     """
     before = lengths_of(model)
     unknown = [name for name in lengths if name not in before]
@@ -89,7 +90,9 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
         if not after[name] > 0
     ]
     if bad or not all(np.isfinite(value) for value in after.values()):
-        raise ScalingError(f"lengths must be finite and above zero, but: {', '.join(bad)}.")
+        raise ScalingError(
+            f"lengths must be finite and above zero, but these are not: {', '.join(bad)}."
+        )
     mu = nominal_parameters()
     mu[PARAMETERS.index("thigh_length")] = after["thigh"] / before["thigh"]
     mu[PARAMETERS.index("shank_length")] = after["shank"] / before["shank"]
@@ -131,15 +134,15 @@ def joint_shifts() -> Array:
         put(f"upper_arm_{side}", 2, "shoulder_up", 1.0)
     put("torso", 0, "lumbar_forward", 1.0)
     put("torso", 2, "lumbar_up", 1.0)
-    # The pelvis's origin goes with the hips.
+    # The pelvis' origin moves with the hips.
     put("torso", 0, "hip_forward", -1.0)
     put("torso", 2, "hip_up", -1.0)
     return shifts
 
 
 def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
-    """How the standing trial's places of the markers (M, 3) in their segments would differ per
-    metre of each length (K): the skin stays where it is, and a segment's frame runs from its
+    """How the markers' positions (M, 3) in their segments, from the standing trial, would differ
+    per metre of each length (K): the skin stays where it is, and a segment's frame runs from its
     upper joint to its lower one.
     """
     lengths = lengths_of(model)
@@ -155,7 +158,7 @@ def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
             put(0, "hip_forward", -1.0)
             put(2, "hip_up", -1.0)
         elif kind == "thigh":
-            # At the hip the skin stays; at the knee it goes with the knee.
+            # At the hip the skin stays; at the knee it moves with the knee.
             down = -float(marker.position[2]) / lengths["thigh"]
             put(2, "thigh", -down)
             put(2, "hip_up", -(1.0 - down))

@@ -1,1 +1,1 @@
-"""The change of the reference that makes a walk the record."""
+"""Correction of the reference, which brings the walk closer to the record."""

@@ -1,15 +1,15 @@
-"""Correction of the reference: what a trained walker is to be asked for to walk as recorded.
+"""Correct the reference: the motion that a trained walker must be given to walk as recorded.
 
 A policy follows its reference with errors that repeat in every cycle. A foot that is 3 mm too high
-lands 10 ms late, which moves all curves of its leg by 1 % of the cycle, and no reward tells 3 mm.
-Such errors answer smoothly to small changes of the reference, so they are taken out as iterative
-learning control does (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems 26(3):96-114): walk,
-compare the mean curves with the record, change the reference, walk again. What is changed is the
-height of the pelvis and the lowest harmonics of hip, knee, ankle and trunk; finite differences
-tell what each change does to every curve, and the step is Gauss and Newton's.
+lands 10 ms late, which shifts all curves of its leg by 1 % of the cycle, but no reward resolves 3
+mm. Such errors respond smoothly to small changes of the reference, so they are removed by iterative
+learning control (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems 26(3):96-114): walk, compare
+the mean curves with the record, change the reference, walk again. The changes are of the height of
+the pelvis and the lowest harmonics of hip, knee, ankle and trunk angles; finite differences give
+the effect of each change on every curve, and the step is a Gauss-Newton step.
 
-Policy, body and physics stay as they are, and nothing holds the body up: it is the same walker,
-asked for a motion about a degree beside the reference.
+Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
+a motion that differs from the reference by about a degree.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,28 +31,28 @@ Deviations = Mapping[tuple[str, str], Array]
 Simulate = Callable[[Sequence[Array]], Sequence[Deviations | None]]
 
 _ANGLE, _HEIGHT = np.deg2rad(1.0), 0.005
-"""Units of the unknowns, rad and m, which make them weigh alike."""
+"""Units of the unknowns, rad and m, which give them similar weight."""
 _PROBE = 0.4
-"""Change of an unknown that tells what it does: several times what the means of 24 cycles scatter
-by from one walk to the next."""
+"""Change of an unknown that measures its effect: several times the scatter between rollouts of the
+means over 24 cycles."""
 _POWER = 8
-"""Of the norms, in the mean that is made small: what is above its goal counts most, and what is far
-below it hardly."""
+"""Power of the norms in the mean that is minimised: norms above their goals count most, and those
+far below hardly at all."""
 _STEPS = 3
-"""Largest number of steps with the same slopes, which take ten times the walks of a step."""
+"""Largest number of steps with the same slopes, which cost ten times as many rollouts as a step."""
 _DAMPINGS = 10.0 ** np.arange(-3.0, 1.5, 0.5)
-"""Damping of a step, over the mean square of the slopes. All of these are walked: the answer is
-not linear, so no rule tells which is best."""
+"""Damping of a step / mean square of the slopes. All of them are tried: the response is not linear,
+so no rule says which is best."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """A correction and what it does.
+    """A correction and its effect.
 
     Attributes
     ----------
-    errors : `error` before and after each step; empty where the uncorrected walker fell.
-    before, after : deviations of the walks without and with it.
+    errors : `error` before and after each step; empty if the uncorrected walker fell.
+    before, after : deviations of the rollouts without and with it.
     """
 
     correction: Adjustment
@@ -61,7 +61,7 @@ class Result:
     after: Deviations
 
     def as_dict(self) -> dict[str, Any]:
-        """For `correction.json`; measures in their own units."""
+        """For `correction.json`; measures are in their own units."""
         return {
             **self.correction.as_dict(),
             "errors": list(self.errors),
@@ -80,7 +80,7 @@ class Result:
 
 
 def error(found: Deviations) -> float:
-    """One number for all deviations: the power mean of their norms, 1 with all at their goals."""
+    """One number for all deviations: the power mean of their norms; 1 if all are at their goals."""
     sizes = np.array([np.linalg.norm(each) for each in found.values()])
     return float(np.mean(sizes**_POWER) ** (1.0 / _POWER))
 
@@ -93,18 +93,18 @@ def search(
     allowed: Callable[[Array], bool],
     on_round: Callable[[int, float], None] | None = None,
 ) -> tuple[Array, list[float]]:
-    """Gauss-Newton for the least `error`, from zero.
+    """Minimise `error` by Gauss-Newton steps, starting from zero.
 
     Parameters
     ----------
-    walk : deviations of each of several points (n,); None of a walk that fell.
+    walk : deviations of each of several points (n,); None for a rollout that ended in a fall.
     unknowns : n.
-    allowed : whether a point may be walked at.
-    on_round : called with the round that is done and the error.
+    allowed : whether a point may be tried.
+    on_round : called with the finished round and the error.
 
     Returns
     -------
-    The best point, and the errors at the start and after each round; none where the start fell.
+    The best point, and the errors at the start and after each round; none if the start fell.
     """
     point = np.zeros(unknowns)
     found = walk([point])[0]
@@ -113,7 +113,7 @@ def search(
     errors = [error(found)]
     for number in range(rounds):
         probes = walk([point + _PROBE * each for each in np.eye(unknowns)])
-        # A walk that fell tells nothing of its unknown, which then stays.
+        # A rollout with a fall says nothing about its unknown, which is then left unchanged.
         answers = [
             0.0 * _stacked(found) if each is None else (_stacked(each) - _stacked(found)) / _PROBE
             for each in probes
@@ -147,8 +147,8 @@ def _stacked(found: Deviations) -> Array:
 def _steps(slopes: Array, found: Deviations) -> list[Array]:
     """Gauss-Newton steps with each of `_DAMPINGS`.
 
-    Deviations are weighted with a power of the norm that they are part of, so that their square
-    is the norm to the `_POWER`.
+    Deviations are weighted with a power of the norm that they are part of, so that their sum of
+    squares is the norm to the power `_POWER`.
     """
     norms = {key: np.linalg.norm(each) for key, each in found.items()}
     power = 0.5 * _POWER - 1.0
@@ -173,7 +173,7 @@ class _Case:
 
 
 def _correction(unknowns: Array) -> Adjustment:
-    """Of the numbers (13 + 26 H + 1,) that are searched for."""
+    """The correction given by the unknowns (13 + 26 H + 1,)."""
     harmonics = _ANGLE * unknowns[:-1].reshape(len(JOINTS), -1)
     return Adjustment(harmonics, float(_HEIGHT * unknowns[-1]))
 
@@ -188,7 +188,7 @@ def _walked(environment: WalkingEnvironment, trial: _Case) -> Deviations | None:
         trial.policy,
         mu=trial.mu,
         start_phase=trial.start_phase,
-        # The first and the last strike may fall outside, and half a cycle of the other foot.
+        # The first and last strikes may be outside, and half a cycle of the other foot.
         cycles=validation.settling_cycles + validation.cycles + 2,
     )
     return deviations(rollout, task.record, task.model, task.configuration)
@@ -201,11 +201,11 @@ def correct(
     *,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Result:
-    """Find the change of the reference with which a policy walks most like the record.
+    """Find the change of the reference that makes the walk of a policy most like the record.
 
-    The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
-    correction is taken only if a walk from half a cycle later, which the search has not seen, is
-    better with it too.
+    The rollouts are deterministic, without pushes, from the first of `validation.start_phases`. The
+    correction is accepted only if it also improves a rollout from half a cycle later, which the
+    search has not used.
 
     Parameters
     ----------

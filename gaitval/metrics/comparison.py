@@ -1,4 +1,4 @@
-"""Simulated curves over the gait cycle against the recorded ones."""
+"""Compare simulated curves over the gait cycle with the recorded ones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 
 JOINT_ANGLES = RECORDED_ANGLES
-PELVIS_ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
-JOINT_MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-FORCES = ("forward", "medial", "vertical")
+PELVIS_ANGLES: tuple[str, ...] = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+JOINT_MOMENTS: tuple[str, ...] = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+FORCES: tuple[str, ...] = ("forward", "medial", "vertical")
 """Components of the ground reaction; positive means the same on both feet."""
 
 _SUFFIX: Mapping[Side, str] = {"right": "r", "left": "l"}
@@ -28,8 +28,8 @@ _SUFFIX: Mapping[Side, str] = {"right": "r", "left": "l"}
 class Curves:
     """Curves over each side's own gait cycle, by name with `_r` or `_l`.
 
-    All arrays end in the 101 samples of the cycle; simulated ones are (n, 101) for n cycles,
-    recorded ones (101,).
+    The last axis of all arrays has the 101 samples of the cycle; simulated ones are (n, 101) for n
+    cycles, recorded ones (101,).
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class CurveError:
     peak_error : the largest difference, simulated less recorded, with its sign.
     peak_percent : where it is, % of the gait cycle.
     bias : mean difference.
-    correlation : Pearson's; None where one of the curves is constant.
+    correlation : Pearson's; None if one of the curves is constant.
     """
 
     rmse: float
@@ -64,8 +64,8 @@ class CurveError:
 
 
 def low_pass_of(record: GaitRecord, filter_frequency: float) -> LowPass:
-    """The filter that simulated moments and forces pass: the record's own, so that like is
-    compared with like, or `filter_frequency` (Hz) where that is not known.
+    """The filter for simulated moments and forces: the record's own, so that like is compared with
+    like, or `filter_frequency` (Hz) if that is unknown.
     """
     return record.low_pass or LowPass(filter_frequency, filter_frequency)
 
@@ -73,9 +73,9 @@ def low_pass_of(record: GaitRecord, filter_frequency: float) -> LowPass:
 def simulated_curves(
     rollout: Rollout, cycles: GaitCycles, *, mass: float, filters: LowPass
 ) -> Curves:
-    """Curves of every kept gait cycle of a walk.
+    """Curves of every gait cycle that is kept of a rollout.
 
-    Angles are as simulated; moments and forces pass the zero-lag filter before they are cut.
+    Angles are as simulated; moments and forces are filtered with zero lag before they are cut.
 
     Parameters
     ----------
@@ -123,7 +123,9 @@ def recorded_curves(record: GaitRecord) -> Curves:
 
 
 def compare_curve(simulated: Array, recorded: Array) -> CurveError | None:
-    """Error of the mean of `simulated` (n, 101) against `recorded` (101,); None without cycles."""
+    """Error of the mean of `simulated` (n, 101) relative to `recorded` (101,); None without
+    cycles.
+    """
     if len(simulated) == 0:
         return None
     mean = simulated.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Gait events, gait cycles and spatiotemporal parameters of a simulated walk."""
+"""Gait events, gait cycles and spatiotemporal parameters of a rollout."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -29,9 +29,9 @@ class FootEvents:
 
     Attributes
     ----------
-    on_ground : (T,) True in stance, bounces closed and scuffs dropped.
-    heel_strikes : (n,) first sample on the ground of each stance. A walk that begins on the
-        ground has no heel strike there, as it was not seen.
+    on_ground : (T,) True in stance, with bounces closed and scuffs dropped.
+    heel_strikes : (n,) first sample on the ground of each stance. A foot that begins on the ground
+        has no heel strike there, as it was not seen.
     toe_offs : (m,) first sample off the ground after each stance.
     scuffs : contacts shorter than `SCUFF_SECONDS`, which are not counted as stance.
     """
@@ -48,8 +48,8 @@ class GaitCycles:
 
     Attributes
     ----------
-    starts, ends : by side, (n,) sample of the heel strike that begins and that ends each cycle.
-    events : by side, all events of the walk.
+    starts, ends : by side, (n,) samples of the heel strikes that begin and end each cycle.
+    events : by side, all events of the rollout.
     """
 
     starts: Mapping[Side, Index]
@@ -61,7 +61,7 @@ class GaitCycles:
         return len(self.starts[side])
 
     def first(self, count: int) -> "GaitCycles":
-        """The first `count` cycles of each foot, fewer where there are fewer."""
+        """The first `count` cycles of each foot, or all if there are fewer."""
         return replace(
             self,
             starts={side: starts[:count] for side, starts in self.starts.items()},
@@ -95,8 +95,8 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
     """Complete gait cycles of both feet, without the settling ones.
 
     A cycle runs from a heel strike to the next one of the same foot. The first
-    `validation.settling_cycles` right cycles are left out, and everything before them. A walk that
-    fell or is too short has few, or none.
+    `validation.settling_cycles` right cycles are left out, and everything before them. A rollout
+    that ended in a fall or is too short has few, or none.
     """
     step = step_of(rollout)
     events: dict[Side, FootEvents] = {}
@@ -118,7 +118,7 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
 
 
 def step_of(rollout: Rollout) -> float:
-    """Time between samples, s; a walk of one sample has no cycles, whatever its step."""
+    """Time between samples, s; a rollout of one sample has no cycles, whatever its step."""
     return float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else 1.0
 
 
@@ -138,7 +138,9 @@ def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
 
 
 def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
-    """Forward displacement of the centre of mass over whole right cycles by their time, m/s."""
+    """Forward displacement of the centre of mass over whole right cycles, divided by their time,
+    m/s.
+    """
     if cycles.count("right") == 0:
         return None
     first, last = cycles.starts["right"][0], cycles.ends["right"][-1]
@@ -149,7 +151,7 @@ def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
 def spatiotemporal(
     rollout: Rollout, cycles: GaitCycles, places: Mapping[Side, Array]
 ) -> dict[str, Array]:
-    """Spatiotemporal parameters, one value a cycle or step; empty arrays without cycles.
+    """Spatiotemporal parameters, one value per cycle or step; empty arrays without cycles.
 
     Parameters
     ----------
@@ -158,9 +160,9 @@ def spatiotemporal(
     Returns
     -------
     `stride_time_right`, `stride_time_left` : s.
-    `cadence` : steps/min, 120 over the right stride time.
+    `cadence` : steps/min, 120 / right stride time.
     `stance_fraction_right`, `stance_fraction_left` : of the foot's own cycle.
-    `double_support_fraction` : share of the right cycle with both feet on the ground.
+    `double_support_fraction` : fraction of the right cycle with both feet on the ground.
     `step_length_right`, `step_length_left` : m, forward, from where the other foot stood before to
         where this one stands; so a right and a left step add up to a stride.
     `step_width` : m, sideways between the same places, positive when the right foot stands right

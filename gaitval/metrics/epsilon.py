@@ -1,10 +1,10 @@
 """The error epsilon that ends Algorithm 1.
 
-The paper sums ‖q − q̂‖ + ‖τ − τ̂‖ + ‖GRF − GRF̂‖ over the samples of a gait cycle, three
-quantities of different units. Here each part is the mean over the 101 samples of a cycle
-(so it does not depend on the sample rate), averaged over the cycles, and is divided by the root
-mean square norm of the same recorded quantity. A part of 0 is a perfect match and a part of 1
-an error as large as the record itself; epsilon is the sum of the three.
+The paper sums ‖q − q̂‖ + ‖τ − τ̂‖ + ‖GRF − GRF̂‖ over the samples of a gait cycle, three quantities
+of different units. Here each part is the mean over the 101 samples of a cycle (so it does not
+depend on the sample rate), averaged over the cycles, and is divided by the root mean square norm of
+the same recorded quantity. A part of 0 is a perfect match, and a part of 1 is an error as large as
+the record itself; epsilon is the sum of the three parts.
 """
 
 from dataclasses import asdict, dataclass
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, Curves
 
 ANGLES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
-"""q: sagittal and frontal coordinates. Hip rotation stays out, as transverse angles are the least
-reliable ones of a record (McGinley 2009), and the pelvis is no joint."""
+"""q: sagittal and frontal coordinates. Hip rotation is left out because transverse angles are the
+least reliable ones in a record (McGinley 2009), and the pelvis because it is not a joint."""
 
 NORMALISATION = (
     "Each part is the Euclidean norm over both legs of the difference from the record, averaged "
@@ -57,9 +57,9 @@ def _part(
     recorded: dict[str, NDArray[np.float64]],
     names: tuple[str, ...],
 ) -> tuple[float, float]:
-    """The part in its unit, and normalised."""
+    """The part in its own unit, and normalised."""
     keys = [f"{name}_{side}" for name in names for side in ("r", "l")]
-    # the feet may differ by a cycle: each right cycle goes with the left one that follows
+    # the feet may differ by a cycle: each right cycle is paired with the left one that follows
     count = min(len(simulated[key]) for key in keys)
     difference = np.stack([simulated[key][:count] - recorded[key] for key in keys])
     reference = np.stack([recorded[key] for key in keys])
@@ -69,7 +69,7 @@ def _part(
 
 
 def epsilon(simulated: Curves, recorded: Curves) -> Epsilon | None:
-    """Epsilon of a walk; None where it has no complete cycle of both feet.
+    """Epsilon of a rollout; None if it has no complete cycle of both feet.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
 """How a foot meets the ground: path of the centre of pressure, heel bounce, heel-strike transient.
 
-The path is given in the footprint: where the foot stands flat, at `FLAT` of its stance. The
-footprint is fixed to the ground, as on a pressure plate, so that the rising heel does not move it.
-Its origin is the point of the sole's outline that is furthest back, under the line of the ankle;
-its axes are along the foot (forward) and across it, towards the midline; lengths are in parts of
-the foot's length.
+The path is given in the footprint, the position of the flat foot at `FLAT` of its stance. The
+footprint is fixed to the ground, as on a pressure plate, so the rising heel does not move it. Its
+origin is the rearmost point of the sole's outline, below the line of the ankle; its axes are along
+the foot (forward) and across it, towards the midline; lengths are fractions of foot length.
 """
 
 from collections.abc import Mapping
@@ -24,20 +23,20 @@ from gaitval.model.tree import segment_frames
 from gaitval.simulation.rollout import Rollout
 
 FLAT = 0.3
-"""Part of stance at which the foot stands flat: after loading, before the heel rises."""
+"""Fraction of stance at which the foot is flat: after loading, before the heel rises."""
 EARLY = 0.15
-"""Part of stance in which a heel may bounce and the transient of heel strike passes."""
+"""Fraction of stance in which a heel may bounce and the heel-strike transient occurs."""
 PROGRESS_AT = (10, 50, 90)
-"""% of stance at which the progress of the centre of pressure is reported."""
+"""% of stance at which the centre of pressure is reported."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The contact spheres of one standing foot as the footprint has them.
+    """The contact spheres of one standing foot in the footprint.
 
     Attributes
     ----------
-    length : m, from the heel's edge to that of the toes.
+    length : m, from the edge of the heel to the edge of the toes.
     centres : (6, 2) along and across, in foot lengths.
     radii : (6,) in foot lengths.
     heel : (3,) m, the footprint's origin in the foot's frame.
@@ -116,7 +115,7 @@ def foot_contacts(
 
     Parameters
     ----------
-    model : the body before mu, which the walk has with it.
+    model : the body before mu, which the rollout contains.
     threshold : N, vertical force above which a foot is on the ground.
     """
     body = apply_parameters(model, rollout.mu)

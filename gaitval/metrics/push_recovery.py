@@ -2,15 +2,16 @@
 
 A push is a constant horizontal force on the pelvis for a short time, while the walker walks. It is
 survived if the walker does not fall within the time of `cycles` recorded gait cycles after its
-beginning. Fallen is whose pelvis is too far from its reference in height or rotation
-(`environment.height_tolerance`, `rotation_tolerance`); who is only displaced has not fallen,
-however far. The force acts through whole actions, as in training: 50 ms are 30 ms of the full force
-and 30 ms of two thirds of it, so that force times time is exact.
+beginning. A walker has fallen when its pelvis is too far from its reference in height or rotation
+(`environment.height_tolerance`, `rotation_tolerance`); displacement alone, however far, is not a
+fall. The force acts during whole actions, as in training: 50 ms are applied as 30 ms of the full
+force and 30 ms of two thirds of it, so force times time is exact.
 
-Survival need not be monotone in the force: a walker may fall from 400 N and survive 500 N, which
-happen to help its next step. So the largest push survived is defined as the largest tested F up to
-which *every* tested push was survived, and found by going up, never by bisection: first in steps
-of `step` up to the first fall, then on from the last push survived in steps of `resolution`.
+Survival need not be monotonic in the force: a walker may fall at 400 N and survive 500 N, which
+happens to help its next step. So the largest push survived is defined as the largest tested F up to
+which *every* tested push was survived. It is found by increasing the force, never by bisection:
+first in steps of `step` up to the first fall, then from the last push survived in steps of
+`resolution`.
 """
 
 import math
@@ -51,7 +52,7 @@ class Trace:
     ----------
     cycles : (T,) gait cycles since the beginning of the push.
     velocity : (T, 3) m/s, world: forward, left, up.
-    fell : the walk ended in a fall.
+    fell : the rollout ended in a fall.
     """
 
     push: Push
@@ -78,15 +79,15 @@ class PushRecovery:
     Attributes
     ----------
     seconds : s, how long each push lasts.
-    cycles : gait cycles without a fall after which a push is survived.
+    cycles : gait cycles without a fall after which a push counts as survived.
     resolution : N, the finest step in force.
     ceiling : N, the largest push tested: a walker that survived it may survive more.
     phases : (P,) of the right gait cycle.
     directions : (D,) rad from straight ahead, left positive.
     largest : (P, D) N, the largest tested force up to which every tested push was survived.
-    force : N, of the push that is to be survived.
+    force : N, of the push that must be survived.
     criterion_directions : (C,) rad, those within 90° of straight ahead.
-    survived : (P, C) whether that push was.
+    survived : (P, C) whether that push was survived.
     """
 
     seconds: float
@@ -136,24 +137,26 @@ def largest_survived(
     ceiling: float,
     on_progress: Callable[[int], None] | None = None,
 ) -> Array:
-    """The largest force (P, D) up to which every tested push is survived; 0 where none is.
+    """The largest force (P, D) up to which every tested push is survived; 0 if none is.
 
     Parameters
     ----------
-    survived : says of each of several pushes whether it is survived. Those of one call may be
-        tested at the same time.
+    survived : returns for each of several pushes whether it is survived. The pushes of one call may
+        be tested in parallel.
     step, resolution, ceiling : N; `ceiling` is tested itself if `step` divides it.
-    on_progress : called with the number of cases that are done.
+    on_progress : called with the number of finished cases.
     """
     cases = [(phase, direction) for phase in phases for direction in directions]
     reached = np.zeros(len(cases))
 
     def ascend(case_numbers: Sequence[int], increment: float, limits: Array) -> list[int]:
-        """Raise `reached` until a push fells or the limit is reached; the cases that fell."""
+        """Raise `reached` until a push causes a fall or the limit is reached; returns the cases
+        that fell.
+        """
         fallen: list[int] = []
         standing = list(case_numbers)
         while standing:
-            # a thousandth of a newton below the limit is the limit: steps add up inexactly
+            # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
             standing = [n for n in standing if reached[n] + increment <= limits[n] + 1e-3]
             stood = survived([Push(*cases[n], float(reached[n] + increment)) for n in standing])
             fallen += [n for n, survives in zip(standing, stood, strict=True) if not survives]
@@ -170,7 +173,7 @@ def largest_survived(
 
 @dataclass(frozen=True)
 class PushTrial:
-    """A walk from phase 0 that is pushed after its settling cycles and watched for `cycles`."""
+    """A rollout from phase 0 that is pushed after its settling cycles and followed for `cycles`."""
 
     policy: Policy
     mu: Array
@@ -179,7 +182,7 @@ class PushTrial:
     cycles: float
 
     def settings(self) -> dict[str, Any]:
-        """What a walk is to begin with."""
+        """The settings that the rollout starts with."""
         return {
             "mu": self.mu,
             "start_phase": 0.0,
@@ -187,12 +190,12 @@ class PushTrial:
         }
 
     def planned_cycles(self) -> float:
-        """Length of the walk."""
+        """Length of the rollout."""
         return self.settling_cycles + self.push.phase + self.cycles
 
 
 def survives(environment: WalkingEnvironment, trial: PushTrial) -> bool:
-    """Whether the walker of an environment that is `without_drift` survives the push."""
+    """Whether the walker survives the push, in an environment that is `without_drift`."""
     seconds = trial.planned_cycles() * environment.task.reference.stride_time
     return not score_rollout(environment, trial.policy, seconds=seconds, **trial.settings()).fell
 
@@ -209,7 +212,7 @@ def _trace(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
 
 
 def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[PushTrial]:
-    """What is walked to try the pushes on a walker."""
+    """The rollouts that test the pushes on a walker."""
     settling = task.configuration.validation.settling_cycles
     cycles = task.configuration.pushes.cycles
     return [PushTrial(policy, mu, push, settling, cycles) for push in pushes]
@@ -222,7 +225,9 @@ def _forward_half(settings: PushSettings) -> tuple[float, ...]:
 
 
 def required_pushes(settings: PushSettings) -> list[Push]:
-    """The pushes that are to be survived: at every phase, from all directions ahead."""
+    """The pushes that must be survived: at every phase, in all directions within 90° of straight
+    ahead.
+    """
     return [
         Push(phase, direction, settings.force)
         for phase in settings.phases
@@ -231,7 +236,7 @@ def required_pushes(settings: PushSettings) -> list[Push]:
 
 
 def without_drift(task: WalkingTask) -> WalkingTask:
-    """The task in which being displaced does not end a walk: it is no fall."""
+    """The task in which displacement does not end a rollout, because it is not a fall."""
     configuration = task.configuration
     environment = configuration.environment.model_copy(update={"drift_tolerance": math.inf})
     return replace(
@@ -246,20 +251,20 @@ def push_recovery(
     *,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> tuple[PushRecovery, list[Trace]]:
-    """Push a walker at the phases and from the directions that `pushes` of the configuration asks.
+    """Push a walker at the phases and in the directions set by `pushes` in the configuration.
 
-    Every walk starts at phase 0, settles for `validation.settling_cycles` and is pushed in
-    the next cycle. Worker processes share the walks; the result does not depend on their number.
+    Every rollout starts at phase 0, settles for `validation.settling_cycles` and is pushed in the
+    next cycle. Worker processes share the rollouts; the result does not depend on their number.
 
     Parameters
     ----------
     mu : (14,) body parameters.
-    on_progress : called with `pushes` (phases and directions that are done) and `total`.
+    on_progress : called with `pushes` (finished phases and directions) and `total`.
 
     Returns
     -------
     recovery
-        Which pushes are survived.
+        Which pushes the walker survives.
     traces
         Velocity of the centre of mass from one cycle before a push of `pushes.force` to
         `pushes.cycles` after it, pushed ahead and to the left at each phase.

@@ -1,21 +1,22 @@
-"""What a recorded gait contradicts, and the error that no walk can be without because of it.
+"""Contradictions in a recorded gait, and the smallest error that any walk must have because of
+them.
 
-In steady walking the mean ground reaction over a gait cycle is one body weight upwards and nothing
-else (the centre of mass has the same velocity a cycle later). Where the mean of the record is m
-instead of 1, the errors e of both feet, each over its own cycle, have means that add up to
-1 − m, and no mean square is below the square of the mean, so
+In steady walking the mean ground reaction over a gait cycle is one body weight upwards and zero
+otherwise (the centre of mass has the same velocity a cycle later). If the mean of the record is m
+instead of 1, the errors e of both feet, each over its own cycle, have means that add up to 1 − m.
+No mean square is below the square of the mean, so
 
     RMSE_r + RMSE_l ≥ |mean e_r| + |mean e_l| ≥ |1 − m|:  the mean of both is at least |1 − m| / 2.
 
-If no simulated foot is loaded in the recorded swing, the error of a foot is confined to its
-stance, the share s of the cycle. Then mean e² ≥ (mean e)² / s (Cauchy and Schwarz), so
-RMSE ≥ |mean e| / √s and the larger of both is at least |1 − m| / (√s_r + √s_l), which is reached
-by an error that is constant in stance and shared in proportion to √s.
+If no simulated foot is loaded in the recorded swing, the error of a foot is confined to its stance,
+the fraction s of the cycle. Then mean e² ≥ (mean e)² / s (Cauchy and Schwarz), so RMSE ≥ |mean e| /
+√s and the larger of both is at least |1 − m| / (√s_r + √s_l), which is reached by an error that is
+constant in stance and shared in proportion to √s.
 
-A walker whose legs do the same, τ on both sides, is at best half the difference away from each:
+A symmetric walker, with the same τ on both sides, is at best half the difference away from each:
 RMSE_r² + RMSE_l² ≥ rms(R − L)² / 2 for recorded curves R and L, with equality for their mean, so
 the root mean square of both errors is at least rms(R − L) / 2. A walker may be asymmetric: this is
-what its legs would have to do differently to follow the record.
+how much its legs would have to differ to follow the record.
 """
 
 from dataclasses import asdict, dataclass
@@ -57,8 +58,8 @@ class Consistency:
         world axis: forward, left, vertical.
     force_rmse_bound : by the same names, body weights: the RMSE of steady walking, averaged over
         both feet, cannot be below it.
-    vertical_rmse_bound_in_stance : body weights: the same of the worse foot where no simulated
-        foot is loaded in the recorded swing.
+    vertical_rmse_bound_in_stance : body weights: the same for the worse foot if no simulated foot
+        is loaded in the recorded swing.
     moment_asymmetry : Nm/kg, of the sagittal moments.
     """
 
@@ -73,7 +74,7 @@ class Consistency:
 
 
 def consistency(record: GaitRecord) -> Consistency:
-    """What a record contradicts; see the module for the bounds."""
+    """The contradictions in a record; the module's docstring derives the bounds."""
     mean = sum(record.ground_reaction(side, _PHASE).mean(axis=0) for side in SIDES)
     missing = np.abs(np.array(_BODY_WEIGHTS) - mean)
     stance = sum(np.sqrt(record.stance_fraction[side]) for side in SIDES)

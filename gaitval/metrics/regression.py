@@ -1,4 +1,4 @@
-"""Comparison of a validation with a stored one: what got better and what was lost."""
+"""Compare a validation with a stored one: what improved and what was lost."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from gaitval.metrics.tolerances import UNITS, load_registry
 Outcome = Literal["lost", "kept", "improved"]
 
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
-"""What a walk as short as the compared one does not show."""
+"""Measures that need longer rollouts than the compared one."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One measure in the baseline and in the present run.
+    """One measure in the baseline and in the current run.
 
     Attributes
     ----------
     measure, target, unit : as in `tolerances.Measure`.
     baseline, current : None where it could not be measured.
     margin : how much may be lost.
-    change : "lost" where more than the margin got worse or what was measured no longer can be,
-        "improved" where more than the margin got better, else "kept".
+    change : "lost" if it got worse by more than the margin or can no longer be measured, "improved"
+        if it got better by more than the margin, else "kept".
     """
 
     measure: str
@@ -60,7 +60,7 @@ def compare(
     *,
     leave_out: Collection[str] = (),
 ) -> list[Row]:
-    """Rows of every measure of either, in the order of the baseline, new ones last.
+    """Rows of every measure in either run, in the order of the baseline, new ones last.
 
     Parameters
     ----------
@@ -69,15 +69,15 @@ def compare(
 
     Raises
     ------
-    ArtefactError : one of them is not of the schema, or they are of different subjects.
+    ArtefactError : one of them does not match the schema, or they are of different subjects.
     """
     check_metrics(baseline, "the baseline")
     check_metrics(current, "the current metrics")
     ours, theirs = current["subject"]["identifier"], baseline["subject"]["identifier"]
     if ours != theirs:
         raise ArtefactError(
-            f"the baseline is of subject {theirs} and the run of subject {ours}. "
-            "Give the baseline of the same subject."
+            f"the baseline is of subject {theirs}, but the run is of subject {ours}. Give the "
+            "baseline of the same subject."
         )
     margins = {margin.measure: margin for margin in load_registry().margin}
     before, now = _values(baseline), _values(current)
@@ -102,12 +102,12 @@ def compare(
 
 
 def lost(rows: Sequence[Row]) -> list[Row]:
-    """The rows that lost accuracy; the check has failed when there are any."""
+    """The rows that lost accuracy; the check fails if there are any."""
     return [row for row in rows if row.change == "lost"]
 
 
 def write_junit(rows: Sequence[Row], path: Path) -> None:
-    """Write JUnit XML with one test case a measure, a lost one as a failure."""
+    """Write JUnit XML with one test case per measure; lost ones are failures."""
     suite = ElementTree.Element(
         "testsuite",
         name="gaitval.regression",

@@ -1,15 +1,15 @@
-"""Content of `metrics.json` and `identification.json`, as typed models.
+"""Contents of `metrics.json` and `identification.json`, as typed models.
 
 The models are the schema: `scripts/schemas.py` writes it beside them.
 """
 
-from typing import Annotated, Any, Final, Generic, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.record_results import Curve, Kinds, PredictionResult, RecordResult, Sides
 from gaitval.metrics.tolerances import WALK_UNITS
+from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.typed import (
     Count,
     Flag,
@@ -24,46 +24,13 @@ from gaitval.metrics.typed import (
 )
 from gaitval.model.parameters import PARAMETERS
 
-SCHEMA_VERSION: Final = 4
+SCHEMA_VERSION: Final = 5
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
-"""Of `identification.json`, which does not say it."""
+"""Of `identification.json`, which does not contain it."""
 
 CORRECTED_JOINTS: Final = 13
 """Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
-
-T = TypeVar("T")
-
-Curve = Annotated[list[Number | None], Field(min_length=101, max_length=101)]
-"""0 to 100 % of a side's gait cycle; null where not finite."""
-
-
-def _sided(names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(f"{name}_{side}" for name in names for side in "rl")
-
-
-_ANGLE, _ANGLES = named(_sided((*RECORDED_ANGLES, *PELVIS_ANGLES)))
-_MOMENT, _MOMENTS = named(_sided(JOINT_MOMENTS))
-_FORCE, _FORCES = named(_sided(FORCES))
-
-
-class Kinds(Result, Generic[T]):
-    """Something of every curve."""
-
-    angles: Annotated[dict[Annotated[str, _ANGLE], T], *_ANGLES]
-    moments: Annotated[dict[Annotated[str, _MOMENT], T], *_MOMENTS]
-    forces: Annotated[dict[Annotated[str, _FORCE], T], *_FORCES]
-
-
-class Sides(Result, Generic[T]):
-    """Something of both sides."""
-
-    right: T
-    left: T
-
-
-class RecordedCurves(Kinds[Curve]):
-    """The record, in the units of the curves."""
 
 
 class CountBySide(Sides[Count]):
@@ -71,7 +38,7 @@ class CountBySide(Sides[Count]):
 
 
 class SubjectResult(Result):
-    """Who walked, and where the record is from."""
+    """Who walked, and the source of the record."""
 
     identifier: str
     source: str
@@ -88,14 +55,14 @@ class CurveUnits(Result):
 
 
 class LowPassResult(Result):
-    """What moments and forces of the record had passed before they were averaged."""
+    """Low-pass filters applied to the record's moments and forces before averaging."""
 
     moments_hz: Positive
     forces_hz: Positive
 
 
 class Method(Result):
-    """How walks were compared."""
+    """How rollouts were compared."""
 
     model_mass_kg: Size
     gravity_m_s2: Size
@@ -106,74 +73,13 @@ class Method(Result):
     settling_cycles: Count
     cycles: Count
     consecutive_cycles: Count
-    """That each walk is planned for after the settling ones."""
+    """Planned cycles of each rollout after the settling ones."""
     epsilon: str
     external_load: str
 
 
-class RecordedFigures(Result):
-    """Spatiotemporal parameters of the record; m/s, steps/min, s, fractions of the cycle, m."""
-
-    walking_speed: Number
-    cadence: Number
-    stride_time_right: Number
-    stride_time_left: Number
-    stance_fraction_right: Number
-    stance_fraction_left: Number
-    double_support_fraction: Number
-    step_length_right: Number
-    step_length_left: Number
-
-
-class ForceComponents(Result):
-    """Body weights."""
-
-    forward: Number
-    left: Number
-    vertical: Number
-
-
-class AsymmetryResult(Result):
-    """Right less left, Nm/kg."""
-
-    mean_difference: Number
-    rms_difference: Size
-
-
-class MomentAsymmetry(Result):
-    """Right less left over each side's own cycle."""
-
-    hip_flexion: AsymmetryResult
-    knee_angle: AsymmetryResult
-    ankle_angle: AsymmetryResult
-
-
-class ConsistencyResult(Result):
-    """What the record contradicts, see gaitval/metrics/record_consistency.py. Forces in body
-    weights, moments in Nm/kg.
-    """
-
-    mean_force: ForceComponents
-    """Mean over the gait cycle of the ground reaction under both feet; 0, 0, 1 in steady
-    walking."""
-    force_rmse_bound: ForceComponents
-    """RMSE, averaged over both feet, that no steady walk can be below."""
-    vertical_rmse_bound_in_stance: Size
-    """The same of the worse foot where no simulated foot is loaded in the recorded swing."""
-    moment_asymmetry: MomentAsymmetry
-
-
-class RecordResult(Result):
-    """The recorded gait."""
-
-    curves: RecordedCurves
-    spatiotemporal: RecordedFigures
-    left_phase: Number
-    consistency: ConsistencyResult
-
-
 class Start(Result):
-    """How far the walk from one start phase went."""
+    """How far the rollout from one start phase went."""
 
     start_phase: Number
     fell: Flag
@@ -184,7 +90,7 @@ class Start(Result):
 
 
 class SpatiotemporalResult(Result):
-    """A spatiotemporal parameter of a walk, and of the record."""
+    """A spatiotemporal parameter of a rollout, and of the record."""
 
     name: Literal[
         "walking_speed",
@@ -273,12 +179,12 @@ class FootContacts(Sides[FootContactResult]):
 
 
 class WalkResult(Result):
-    """The walks with one set of body parameters."""
+    """The rollouts with one set of body parameters."""
 
     mu: Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     starts: Annotated[list[Start], Field(min_length=1)]
     cycles: CountBySide
-    """Gait cycles that the curves are of."""
+    """Number of gait cycles in the curves."""
     spatiotemporal: list[SpatiotemporalResult]
     foot_contact: FootContacts
     curves: MeanCurves
@@ -297,7 +203,7 @@ MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(WALK_UNITS))})$"
 
 
 class MeasureResult(Result):
-    """A measured value; null where the walk was too short."""
+    """A measured value; null if the rollout was too short."""
 
     measure: MeasureName
     target: str
@@ -306,7 +212,7 @@ class MeasureResult(Result):
 
 
 class VerdictResult(Result):
-    """A tolerance on a measured value."""
+    """The verdict of a tolerance on a measured value."""
 
     id: str
     title: str
@@ -314,7 +220,7 @@ class VerdictResult(Result):
     unit: str
     limit: Literal["at_most", "at_least", "exactly"]
     goal: Number | None
-    """A stricter limit that is aimed at."""
+    """A stricter limit to aim at."""
     role: Literal["acceptance", "context"]
     status: Literal["published", "derived", "convention"]
     verified: Flag
@@ -326,11 +232,11 @@ class VerdictResult(Result):
     tolerance: Number
     passed: Flag
     reached: Flag | None
-    """Whether the goal is kept; null without one."""
+    """Whether the goal is reached; null without one."""
 
 
 class Summary(Result):
-    """Passed and failed rows of role acceptance; rows that have a goal, and those that reach it."""
+    """Of the rows of role acceptance: passed, failed, with a goal, and with the goal reached."""
 
     accepted: Count
     refused: Count
@@ -381,7 +287,7 @@ class IdentificationResult(FoundParameters):
 
 
 class CorrectedMeasure(Result):
-    """A measure before and after the correction, and what was aimed at."""
+    """A measure before and after the correction, and its goal."""
 
     measure: str
     target: str
@@ -391,8 +297,8 @@ class CorrectedMeasure(Result):
 
 
 class CorrectionResult(Result):
-    """Change of the reference motion: angles in rad, mean, cosines and sines over the right gait
-    cycle; height of the pelvis in m. Errors are 1 where every measure is at its goal.
+    """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
+    cycle), height of the pelvis in m. An error of 1 means that every measure is at its goal.
     """
 
     joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
@@ -422,8 +328,22 @@ class PushRecoveryResult(Result):
     """By phase and criterion direction: whether the push of `force` was survived."""
 
 
+class ShareResult(Result):
+    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
+
+    rms: Size
+    """Nm/kg."""
+    r_squared: Number | None
+    """Share of the moment's variance that the part alone explains."""
+
+
+_PART, _PARTS = named(PARTS)
+TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], ShareResult], *_PARTS]]
+"""By actuated coordinate and part."""
+
+
 class Provenance(Result):
-    """Versions, and hashes of what was compared."""
+    """Versions, and hashes of the compared files."""
 
     versions: dict[str, str]
     configuration: Sha256
@@ -439,18 +359,22 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[4]
+    schema_version: Literal[5]
     subject: SubjectResult
     units: CurveUnits
     method: Method
     record: RecordResult
+    predictions: list[PredictionResult]
+    """Of the record, without a model; skill is told against the first."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
-    """The walk that measures and tolerances are of."""
+    """The rollouts that measures and tolerances refer to."""
     measures: list[MeasureResult]
     tolerances: list[VerdictResult]
     summary: Summary
     push_recovery: PushRecoveryResult | None
+    torque_shares: TorqueShares | None = None
+    """Of the final walk."""
     identification: IdentificationResult | None
     correction: CorrectionResult | None
     training: dict[str, Any] | None
@@ -458,9 +382,9 @@ class Metrics(Result):
 
 
 def metrics_from(values: Any, origin: str) -> Metrics:
-    """The metrics that were read from a file.
+    """Typed metrics from the values read from a file.
 
-    Those of another version are refused, not converted: their verdicts are of other limits.
+    Other versions are refused, not converted, because their verdicts are for other limits.
 
     Parameters
     ----------
@@ -468,30 +392,30 @@ def metrics_from(values: Any, origin: str) -> Metrics:
 
     Raises
     ------
-    ArtefactError : of another version, or not of the schema; says where.
+    ArtefactError : they are of another version, or do not match the schema; the message says where.
     """
     same_version(
         values,
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        mend="Write it anew: `gaitval validate` in a run folder, `gaitval baseline` for a stored "
-        "baseline.",
+        mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
+        "stored baseline.",
     )
     return Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
 
 
 def check_metrics(metrics: Any, origin: str) -> None:
-    """Raise ArtefactError as `metrics_from` where `metrics` cannot be used."""
+    """Raise ArtefactError, as `metrics_from` does, if `metrics` cannot be used."""
     metrics_from(metrics, origin)
 
 
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
-    """The identification that was read from a file, of one round or of the chosen one.
+    """A typed identification from the values read from a file, of one round or the chosen one.
 
     Raises
     ------
-    ArtefactError : not of the schema; says where.
+    ArtefactError : they do not match the schema; the message says where.
     """
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters

@@ -1,7 +1,7 @@
-"""Walks without pushes that are held against the record.
+"""Rollouts without pushes, which are compared with the record.
 
-A walk is long, to show that it goes on, but only its first cycles are compared with the record: of
-the rest it is told how far it went, and the trajectory is not kept.
+A rollout is long, to show that the walker keeps walking, but only its first cycles are compared
+with the record: for the rest only the distance is reported, and the trajectory is not kept.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,17 +21,17 @@ from gaitval.policy.storage import Policy
 from gaitval.simulation.rollout import Rollout
 
 _WHOLE = ("mu", "start_phase", "fell")
-"""Fields of a rollout that are of the whole walk; all others have a row a sample."""
+"""Fields that describe the whole rollout; all others have one row per sample."""
 
 
 @dataclass(frozen=True)
 class Endurance:
-    """How far one walk went.
+    """How far one rollout went.
 
     Attributes
     ----------
     start_phase : of the right gait cycle.
-    fell : the walk ended early.
+    fell : the rollout ended early.
     seconds : its duration.
     cycles : by side, complete gait cycles in a row after the settling ones.
     scuffs : by side, contacts too short for a stance.
@@ -57,13 +57,13 @@ class Endurance:
 
 @dataclass(frozen=True)
 class Rollouts:
-    """Walks with one set of body parameters.
+    """Rollouts with one set of body parameters.
 
     Attributes
     ----------
-    compared : the walk from the first start phase, as far as its cycles are compared with the
+    compared : the rollout from the first start phase, as far as its cycles are compared with the
         record.
-    starts : how far the walk from each start phase went, that one first.
+    starts : how far the rollout from each start phase went, the compared one first.
     """
 
     compared: Rollout
@@ -71,18 +71,18 @@ class Rollouts:
 
 
 def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
-    """How far a walk without pushes went.
+    """How far a rollout without pushes went.
 
     Raises
     ------
-    ArtefactError : the walk was pushed.
+    ArtefactError : the rollout has a push.
     """
     if rollout.root_force.any():
         row = int(rollout.root_force.any(axis=1).argmax())
         raise ArtefactError(
-            f"the walk from phase {rollout.start_phase[0]:g} is pushed at the pelvis at "
-            f"{rollout.time[row]:g} s, but a walk that is compared with the record must be carried "
-            "by its feet alone. Give a walk without pushes."
+            f"in the rollout from phase {rollout.start_phase[0]:g} the pelvis is pushed at "
+            f"{rollout.time[row]:g} s, but in a rollout that is compared with the record only the "
+            "ground may act on the walker. Give a rollout without pushes."
         )
     cycles = find_cycles(rollout, configuration)
     return Endurance(
@@ -96,10 +96,10 @@ def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
 
 
 def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
-    """The beginning of a walk, as long as its compared cycles need it.
+    """The beginning of a rollout, as long as its compared cycles require.
 
-    Two cycles more than are compared: one for a left cycle that begins and ends later, one in
-    which the zero-lag filter settles.
+    It has two cycles more than are compared: one for a left cycle that begins and ends later, and
+    one in which the zero-lag filter settles.
     """
     settings = configuration.validation
     cycles = settings.settling_cycles + settings.cycles + 2
@@ -135,13 +135,13 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Ro
 def roll_out_from(
     pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
 ) -> Rollouts:
-    """Walks of the deterministic policy from start phases, the first of them to be compared.
+    """Rollouts of the deterministic policy from each start phase; the first one is compared.
 
     Parameters
     ----------
     mu : (14,) body parameters.
     phases : of the right gait cycle.
-    cycles : planned length of each walk in gait cycles of the reference.
+    cycles : planned length of each rollout in gait cycles of the reference.
     """
     walks = pool.map(
         _walk,

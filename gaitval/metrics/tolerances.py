@@ -14,6 +14,14 @@ WALK_UNITS = {
     "angle_rmse": "deg",
     "moment_rmse": "Nm/kg",
     "force_rmse": "% BW",
+    "angle_skill": "1",
+    "moment_skill": "1",
+    "force_skill": "1",
+    "unfiltered_force_rmse": "% BW",
+    "force_ringing": "% BW",
+    "shoulder_moment_rms": "Nm",
+    "shoulder_moment_peak": "Nm",
+    "arm_work_share": "%",
     "speed_error": "%",
     "stride_time_error": "%",
     "stance_fraction_error": "% of cycle",
@@ -26,7 +34,9 @@ WALK_UNITS = {
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle; the errors of speed and stride time are sizes of relative differences from the record, those
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
-`push_survival` is the share of directions in which a push is survived."""
+`push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
+over that of a prediction without a model (`baselines`); ringing, shoulder moments and arm work
+are those of `unrecorded`."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",
@@ -40,9 +50,9 @@ RECORDING_UNITS = {
     "residual_force_share": "%",
     "residual_moment_share": "%",
 }
-"""Everything that is measured of a laboratory's recordings, and its unit. The scaling's markers
-are the landmarks in standing against the scaled model; residuals are those of inverse dynamics
-with the measured ground reaction."""
+"""Everything that is measured on a laboratory's recordings, with units. The marker errors of
+scaling are distances between the landmarks in standing and the scaled model; residuals are those of
+inverse dynamics with the measured ground reaction."""
 
 UNITS = WALK_UNITS | RECORDING_UNITS
 
@@ -66,14 +76,14 @@ class _Entry(BaseModel):
     def _unit_is_of_the_measure(self) -> "_Entry":
         if UNITS.get(self.measure) != self.unit:
             raise ValueError(
-                f"{self.measure} in {self.unit}: known are "
+                f"{self.measure} in {self.unit}: the known measures are "
                 + ", ".join(f"{name} in {unit}" for name, unit in UNITS.items())
             )
         return self
 
 
 class Tolerance(_Entry):
-    """A limit, where it comes from and how well that is known; see `tolerances.toml`."""
+    """A limit, its source and how certain that is; see `tolerances.toml`."""
 
     id: Text
     title: Text
@@ -90,12 +100,12 @@ class Tolerance(_Entry):
     @model_validator(mode="after")
     def _goal_is_the_stricter(self) -> "Tolerance":
         if self.goal is not None and not _HOLDS[self.limit](self.goal, self.value):
-            raise ValueError(f"{self.id}: a goal of {self.goal:g} does not keep the limit itself")
+            raise ValueError(f"{self.id}: a goal of {self.goal:g} does not meet the limit itself")
         return self
 
 
 class Margin(_Entry):
-    """How much of a measure may be lost against a baseline."""
+    """How much worse than the baseline a measure may be."""
 
     better: Literal["lower", "higher"]
 
@@ -116,9 +126,9 @@ class Measure:
     Attributes
     ----------
     measure : one of `UNITS`.
-    target : what it was measured of: a curve (`knee_angle_r`), a start phase, a side,
-        the phase of a push, or "walk".
-    value : in the measure's unit; None where the walk was too short to measure it.
+    target : what it was measured on: a curve (`knee_angle_r`), a start phase, a side, the phase of
+        a push, or "walk".
+    value : in the measure's unit; None if the rollout was too short to measure it.
     """
 
     measure: str
@@ -128,12 +138,12 @@ class Measure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A measured value against a tolerance; what could not be measured has not passed.
+    """The verdict of a tolerance on a measured value; a value that could not be measured fails.
 
     Attributes
     ----------
-    passed : the value keeps the limit.
-    reached : it keeps the goal; None where the tolerance has none.
+    passed : the value meets the limit.
+    reached : it meets the goal; None if the tolerance has none.
     """
 
     tolerance: Tolerance
@@ -158,8 +168,8 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
 
 
 def aim(measure: str, target: str) -> float | None:
-    """What a measured value is to come to: the goal of the tolerance that decides on it, or its
-    limit where it has no goal; None where none decides.
+    """What a measured value should reach: the goal of the tolerance that decides on it, or its
+    limit if it has no goal; None if no tolerance decides.
     """
     for tolerance in load_registry().tolerance:
         if tolerance.role == "acceptance" and _concerns(tolerance, Measure(measure, target, None)):
@@ -172,7 +182,7 @@ def _holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
 
 
 def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
-    """The verdict of every tolerance on every measured value that it is for, in their order."""
+    """The verdict of every tolerance on every measured value it applies to, in their order."""
     return [
         Verdict(
             tolerance=tolerance,

@@ -1,7 +1,7 @@
-"""What results that are written as JSON have in common: strict models that also are the schema.
+"""The base of results that are written as JSON: strict models that are also the schema.
 
-A number is a number: no text, truth value, NaN or infinity stands for one. A model that is read
-from a file and written again gives the same bytes.
+A number must be a number: texts, booleans, NaN and infinity are refused. A model that is read from
+a file and written again gives the same bytes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 class Result(BaseModel):
-    """A part of a result. Unknown keys are refused; what was not given is not written."""
+    """A part of a result. Unknown keys are refused; values that were not given are not written."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -33,18 +33,18 @@ class Result(BaseModel):
 
     @classmethod
     def read(cls, values: Any, origin: str, *, file: str, mend: str) -> Self:
-        """The model of what was read from a file.
+        """The model from values that were read from a file.
 
         Parameters
         ----------
         values : JSON.
         origin : where they come from, for the message.
         file : the kind of file, such as `metrics.json`.
-        mend : what to run where they cannot be used.
+        mend : what to do if they cannot be used.
 
         Raises
         ------
-        ArtefactError : they are not of the schema; says where, and what was seen.
+        ArtefactError : they do not match the schema; the message says where, and what was seen.
         """
         try:
             return cls.model_validate(values)
@@ -53,8 +53,8 @@ class Result(BaseModel):
             place = "/".join(map(str, first["loc"])) or "the top level"
             seen = "" if first["type"] == "missing" else f", not {first['input']!r:.80}"
             raise ArtefactError(
-                f"{origin}: not of the schema of {file}: at {place}, {first['msg']}{seen}. "
-                f"It is damaged or of another version of gaitval; {mend}."
+                f"{origin}: does not match the schema of {file}: at {place}, "
+                f"{first['msg']}{seen}. It is damaged or from another version of gaitval; {mend}."
             ) from None
 
 
@@ -65,17 +65,17 @@ class OpenResult(Result):
 
 
 def same_version(values: Any, origin: str, *, file: str, version: int, mend: str) -> None:
-    """Raise ArtefactError where a file says that it is of another version of its schema."""
+    """Raise ArtefactError if a file states another version of its schema."""
     found = values.get("schema_version") if isinstance(values, Mapping) else None
     if isinstance(found, int) and found != version:
         raise ArtefactError(
-            f"{origin}: of version {found} of the schema of {file}, and this gaitval reads version "
-            f"{version}. {mend}"
+            f"{origin}: has version {found} of the schema of {file}, but this gaitval reads "
+            f"version {version}. {mend}"
         )
 
 
 def named(names: Sequence[str]) -> tuple[Any, Any]:
-    """Annotations of a dictionary that has these keys and no others: of the keys, of the whole."""
+    """Annotations of a dictionary with exactly these keys: for the keys, and for the whole."""
 
     def check(values: dict[str, Any]) -> dict[str, Any]:
         wrong = sorted(set(names) ^ set(values))

@@ -1,4 +1,4 @@
-"""Validation of a subject's simulated walks: the content of `metrics.json`."""
+"""Validate a subject's rollouts: the contents of `metrics.json`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,6 +14,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.baselines import Prediction, others_line, rms, skill
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
@@ -21,13 +22,15 @@ from gaitval.metrics.comparison import (
     recorded_curves,
     simulated_curves,
 )
-from gaitval.metrics.cycles import GaitCycles, find_cycles, spatiotemporal, walking_speed
+from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
+from gaitval.metrics.torque_shares import Shares
+from gaitval.metrics.unrecorded import unrecorded
 from gaitval.model.body import BodyModel
 from gaitval.simulation.rollout import Rollout
 
@@ -40,12 +43,13 @@ EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "
     "tests/simulation/test_walker.py::test_nothing_but_gravity_and_ground_acts_on_a_walk"
 )
-"""Told in place of a verdict: a measured zero could not fail, the test can."""
+"""Stated instead of a verdict: a measured zero could not fail, but the test can."""
 
 CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
 _SCALE = {"angles": 180.0 / math.pi, "moments": 1.0, "forces": 100.0}
 _RMSE = {"angles": "angle_rmse", "moments": "moment_rmse", "forces": "force_rmse"}
+_SKILL = {"angles": "angle_skill", "moments": "moment_skill", "forces": "force_skill"}
 
 _SPATIOTEMPORAL_UNITS = {
     "walking_speed": "m/s",
@@ -123,8 +127,8 @@ def _check_starts(walks: Rollouts, wanted: Sequence[float], which: str) -> None:
     seen = [start.start_phase for start in walks.starts]
     if len(seen) != len(wanted) or not np.allclose([compared, *seen], [wanted[0], *wanted]):
         raise ArtefactError(
-            f"the {which} walks start at the phases {seen}, and the compared one at {compared:g}, "
-            f"but validation.start_phases asks for {list(wanted)}: they are of another "
+            f"the {which} rollouts start at the phases {seen}, and the compared one at "
+            f"{compared:g}, but validation.start_phases is {list(wanted)}: they are from another "
             "configuration. Run `gaitval simulate` again."
         )
 
@@ -136,7 +140,7 @@ def _compared(
     model: BodyModel,
     configuration: Configuration,
 ) -> tuple[GaitCycles, Curves, Mapping[Side, FootContact], list[Json]]:
-    """Cycles that are compared, their curves, contacts and spatiotemporal parameters."""
+    """The compared cycles, with their curves, contacts and spatiotemporal parameters."""
     validation = configuration.validation
     cycles = find_cycles(rollout, configuration).first(validation.cycles)
     filters = low_pass_of(record, validation.filter_frequency)
@@ -147,14 +151,65 @@ def _compared(
     return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
 
 
+def _predictions(subject: "Subject", others: Sequence["Subject"], recorded: Json) -> list[Json]:
+    """Predictions without a model, and how far they are from the record."""
+    prediction = others_line(subject, others)
+    return [] if prediction is None else [_predicted(prediction, recorded)]
+
+
+def _predicted(prediction: Prediction, recorded: Json) -> Json:
+    return {
+        "name": prediction.name,
+        "told": prediction.told,
+        "people": prediction.people,
+        "rmse": {
+            kind: {
+                name: rms(curve - recorded["curves"][kind][name]) for name, curve in each.items()
+            }
+            for kind, each in _by_kind(prediction.curves).items()
+        },
+    }
+
+
+def _skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
+    """Skill against the first prediction, of every curve."""
+    return [
+        Measure(
+            _SKILL[kind],
+            name,
+            skill(None if error is None else error["rmse"], prediction["rmse"][kind][name]),
+        )
+        for prediction in predictions[:1]
+        for kind, each in errors.items()
+        for name, error in each.items()
+    ]
+
+
+def _unfiltered_measures(
+    rollout: Rollout, cycles: GaitCycles, recorded: Json, mass: float
+) -> list[Measure]:
+    """RMSE of the vertical force as it acts on the feet, which no filter has smoothed."""
+    measures = []
+    for column, side in enumerate(SIDES):
+        force = rollout.ground_reaction[:, column, 2] * (100.0 / (mass * GRAVITY))
+        curves = cut(force, cycles.starts[side], cycles.ends[side])
+        name = f"vertical_{side[0]}"
+        found = compare_curve(curves, recorded["curves"]["forces"][name])
+        measures.append(
+            Measure("unfiltered_force_rmse", name, None if found is None else found.rmse)
+        )
+    return measures
+
+
 def _walk(
     walks: Rollouts,
     record: GaitRecord,
     recorded: Json,
+    predictions: Sequence[Json],
     model: BodyModel,
     configuration: Configuration,
 ) -> tuple[Json, list[Measure]]:
-    """Everything told of the walks with one set of body parameters, and what is measured."""
+    """Everything reported on the rollouts with one set of body parameters, and their measures."""
     rollout = walks.compared
     cycles, compared, contacts, rows = _compared(rollout, record, recorded, model, configuration)
     error = epsilon(compared, recorded_curves(record))
@@ -182,6 +237,9 @@ def _walk(
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
+        *_skill_measures(errors, predictions),
+        *_unfiltered_measures(rollout, cycles, recorded, model.mass),
+        *unrecorded(rollout, cycles, mass=model.mass).measures(),
         *_spatiotemporal_measures(rows),
         *_endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
@@ -191,10 +249,11 @@ def _walk(
 def deviations(
     rollout: Rollout, record: GaitRecord, model: BodyModel, configuration: Configuration
 ) -> dict[tuple[str, str], NDArray[np.float64]] | None:
-    """How far a walk is from the record, over what is aimed at (`tolerances.aim`).
+    """Deviations of a rollout from the record, divided by their aim (`tolerances.aim`).
 
-    By measure and target, of curves (101,) and of speed, stance and steps (1,); a norm of 1 is
-    a value at its goal. None where the walk fell or has no two cycles of each foot.
+    They are given by measure and target, for curves (101,) and for speed, stance and steps (1,); a
+    norm of 1 is a value at its goal. None if the walker fell or there are not two cycles of each
+    foot.
     """
     if rollout.fell[0]:
         return None
@@ -243,7 +302,7 @@ def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
 
 
 def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
-    """How far speed, stride time, stance and steps are from the record."""
+    """Absolute errors of speed, stride time, stance and steps."""
     return [
         replace(each, value=None if each.value is None else abs(each.value))
         for each in _spatiotemporal_errors(rows)
@@ -285,9 +344,10 @@ def _verdict_row(verdict: Verdict) -> Json:
 
 
 def _summary(verdicts: Sequence[Verdict]) -> Json:
-    """How many rows of role acceptance passed, and how many goals are reached."""
-    accepted = [verdict.passed for verdict in verdicts if verdict.tolerance.role == "acceptance"]
-    goals = [verdict.reached for verdict in verdicts if verdict.reached is not None]
+    """How many rows of role acceptance passed, and how many of their goals are reached."""
+    deciding = [verdict for verdict in verdicts if verdict.tolerance.role == "acceptance"]
+    accepted = [verdict.passed for verdict in deciding]
+    goals = [verdict.reached for verdict in deciding if verdict.reached is not None]
     return {
         "accepted": sum(accepted),
         "refused": len(accepted) - sum(accepted),
@@ -297,7 +357,7 @@ def _summary(verdicts: Sequence[Verdict]) -> Json:
 
 
 def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) -> Json:
-    """How the walks were compared with the record."""
+    """How the rollouts were compared with the record."""
     settings = configuration.validation
     return {
         "model_mass_kg": model.mass,
@@ -315,9 +375,9 @@ def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) 
 
 
 def _tidy(value: Any) -> Any:
-    """JSON-able copy, floats to six significant digits, what is not finite as null.
+    """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
 
-    So the file does not depend on the last bits of an arithmetic unit.
+    So the file does not depend on the last bits of the floating-point arithmetic.
     """
     if isinstance(value, Mapping):
         return {str(key): _tidy(item) for key, item in value.items()}
@@ -332,6 +392,16 @@ def _tidy(value: Any) -> Any:
     return value
 
 
+def _provenance(subject: "Subject", configuration: Configuration, recorded: Json) -> Json:
+    """Versions, and hashes of what was compared."""
+    return {
+        "versions": versions(),
+        "configuration": value_hash(configuration.model_dump(mode="json")),
+        "subject": value_hash(subject.to_toml()),
+        "record": value_hash(recorded),
+    }
+
+
 def validate(
     subject: "Subject",
     record: GaitRecord,
@@ -344,28 +414,32 @@ def validate(
     correction: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     pushes: Mapping[str, Any] | None = None,
+    others: Sequence["Subject"] = (),
+    torque_shares: Shares | None = None,
 ) -> Json:
-    """Compare simulated walks with the record: the content of `metrics.json`.
+    """Compare rollouts with the record: the contents of `metrics.json`.
 
-    The walk from the first start phase is compared curve by curve; the walks from all of them are
-    held to the number of cycles, and none may fall. Tolerances judge the identified body, or
-    the nominal one where there is no identified one. The result holds no times, and equal walks
-    give equal bytes.
+    The rollout from the first start phase is compared curve by curve; those from all start phases
+    must reach the number of cycles, and none may end in a fall. Tolerances are applied to the
+    identified body if there is one. Equal rollouts give equal bytes; no times are in them.
 
     Parameters
     ----------
     model : the body before mu.
-    nominal, identified : walks without pushes at the nominal and at the identified body
-        parameters. Those that are judged start from each of `validation.start_phases`, the
-        nominal ones before identification from the first one.
-    identification, correction, training : stored as they are.
-    pushes : `PushRecovery.as_dict` of the judged body; None where no push was tested.
+    nominal, identified : rollouts without pushes with the nominal and identified body parameters.
+        Those that are validated start from each of `validation.start_phases`; nominal ones that are
+        only compared, from the first one.
+    identification, correction, training : stored unchanged.
+    pushes : `PushRecovery.as_dict` of the validated body; None if no push was tested.
+    others : people that predictions without a model are made from.
+    torque_shares : of the validated body's rollout.
 
     Raises
     ------
-    ArtefactError : the walks are not those of the configured start phases.
+    ArtefactError : the rollouts do not start from the configured phases.
     """
     recorded = _recorded(record)
+    predictions = _predictions(subject, others, recorded)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -373,7 +447,8 @@ def validate(
     for which, each in (("nominal", nominal), ("identified", identified)):
         if each is not None:
             _check_starts(each, phases if which == final else phases[:1], which)
-            walks[which], measures = _walk(each, record, recorded, model, configuration)
+            shared = (record, recorded, predictions, model, configuration)
+            walks[which], measures = _walk(each, *shared)
     measures += _push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
@@ -388,6 +463,7 @@ def validate(
             "units": CURVE_UNITS,
             "method": _method(record, model, configuration),
             "record": recorded,
+            "predictions": predictions,
             "walks": walks,
             "final": final,
             "measures": [
@@ -396,15 +472,11 @@ def validate(
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
             "summary": _summary(verdicts),
             "push_recovery": pushes,
+            "torque_shares": torque_shares,
             "identification": identification,
             "correction": correction,
             "training": training,
         }
     )
-    metrics["provenance"] = {
-        "versions": versions(),
-        "configuration": value_hash(configuration.model_dump(mode="json")),
-        "subject": value_hash(subject.to_toml()),
-        "record": value_hash(metrics["record"]),
-    }
+    metrics["provenance"] = _provenance(subject, configuration, metrics["record"])
     return metrics_from(metrics, "the metrics of this run").as_dict()

@@ -1,1 +1,1 @@
-"""Files of motion capture, plates, cleaning and axes."""
+"""Motion-capture files, force plates, marker cleaning and axes."""

@@ -1,8 +1,8 @@
 """From the laboratory's axes to the project's (REP-103: x forward, y left, z up).
 
-Floors are level and cameras are calibrated with an axis along the walkway, so the axes of a
-laboratory are found from a person who stands in it: up from the feet to the pelvis, forward from
-the heels to the toes, each the nearest signed axis.
+Floors are level and cameras are calibrated with an axis along the walkway, so a laboratory's axes
+can be found from a person standing in it: up is the signed axis nearest to the line from the feet
+to the pelvis, forward the one nearest to the line from the heels to the toes.
 
 Landmarks are named as in `gaitval.scaling.joint_centres`: `R.` or `L.` and ASIS, PSIS, Knee, Ankle,
 Heel, MT1, MT5 …; any other marker on the toes or the metatarsals counts as `Toe`, `MT2`.
@@ -20,29 +20,29 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
-"""A standing person's pelvis is over the ankles within this angle, rad."""
+"""A standing person's pelvis is above the ankles to within this angle, rad."""
 LARGEST_TURN: Final = float(np.radians(30.0))
-"""A person who stands along an axis of the laboratory does so within this angle, rad."""
+"""A person who faces along an axis of the laboratory does so to within this angle, rad."""
 
 PELVIS_HEIGHT: Final = (0.3, 1.4)
-"""Pelvis above the ankles of a person, m: from small children to the tallest adults."""
+"""Height of the pelvis above the ankles, m: from small children to the tallest adults."""
 
 FARTHEST_LEAN: Final = 45.0
-"""Degrees. A walking person's pelvis is over the middle of the ankles within this angle in the
-median frame; axes that are exchanged put it 90 or 180 off."""
+"""Degrees. In the median frame a walking person's pelvis is above the middle of the ankles to
+within this angle; exchanged axes put it 90 or 180 degrees off."""
 
 SLOWEST_WALK: Final = 0.1
-"""Walking is faster than this, m/s; sway in standing is not."""
+"""Walking is faster than this, m/s; standing sway is slower."""
 
 TURNS_ROUND_M: Final = 0.75
-"""m. A pelvis that moves over more, but does not get anywhere, is of a person who turns round; on
-a treadmill and in standing it moves over less."""
+"""m. If the pelvis travels farther than this but ends where it began, the person turned round; on a
+treadmill and in standing it travels less."""
 
 ALONG_AXIS: Final = float(np.radians(10.0))
-"""Walkways and belts lie along the laboratory's axes. A path within this angle of one is taken to
-be along it, and what remains is how the person walked."""
+"""A path within this angle of an axis of the laboratory is taken to lie along it, as walkways and
+belts do; the rest of the angle is the person's own."""
 
-_PELVIS: Final = ("ASIS", "PSIS")  # of each side; a sacral marker may stand for both PSIS
+_PELVIS: Final = ("ASIS", "PSIS")  # of each side; a sacral marker may replace both PSIS
 _HEEL: Final = ("Heel",)
 _TOES: Final = ("MT1", "MT2", "MT5", "Toe")
 _FRONT: Final = ("R.ASIS", "L.ASIS")
@@ -52,13 +52,13 @@ _LETTERS: Final = "xyz"
 
 @dataclass(frozen=True)
 class LaboratoryAxes:
-    """How the laboratory's axes lie.
+    """The directions of the laboratory's axes.
 
     Attributes
     ----------
     rotation : (3, 3), takes vectors in laboratory axes to project axes; rows are forward, left and
         up in the laboratory's axes.
-    description : what was decided and from what, for the user.
+    description : what was decided, and why, for the user.
     """
 
     rotation: Array
@@ -66,7 +66,7 @@ class LaboratoryAxes:
 
     @property
     def option(self) -> str:
-        """The text of `--axes` that says the same."""
+        """The same axes as text for `--axes`."""
         forward, _, up = self.rotation
         return f"forward={_axis_name(forward)} up={_axis_name(up)}"
 
@@ -74,14 +74,16 @@ class LaboratoryAxes:
 def parse_axes(text: str) -> LaboratoryAxes:
     """Laboratory axes as a user writes them: `forward=+x up=+y`.
 
-    `left=` or `right=` may take the place of one; signs may be left out (`up=z` is `up=+z`).
+    `left=` or `right=` may replace either; a plus sign may be left out (`up=z` is `up=+z`).
 
     Raises
     ------
     RecordError
-        Another form, an axis that is not x, y or z, two directions along one axis.
+        The text has another form, an axis is not x, y or z, or two directions share an axis.
     """
-    form = 'Write the axes along which the person faces and along which up is: "forward=+x up=+y".'
+    form = (
+        'Name the axis that the person faces along and the axis that points up: "forward=+x up=+y".'
+    )
     found: dict[str, Array] = {}
     for part in text.replace(",", " ").split():
         name, _, axis = part.lower().partition("=")
@@ -94,15 +96,13 @@ def parse_axes(text: str) -> LaboratoryAxes:
         if name in opposite:
             name, vector = opposite[name], -vector
         if name in found:
-            raise RecordError(f'axes "{text}": {name} is said twice. {form}')
+            raise RecordError(f'axes "{text}": {name} is given twice. {form}')
         found[name] = vector
     if len(found) < 2:
         raise RecordError(f'axes "{text}": two directions are needed. {form}')
     given = list(found.values())
     if any(a @ b for i, a in enumerate(given) for b in given[:i]):
-        raise RecordError(
-            f'axes "{text}": two directions along one axis; they must be at right angles. {form}'
-        )
+        raise RecordError(f'axes "{text}": two directions share an axis. {form}')
     forward = found.get("forward")
     left = found.get("left")
     up = found.get("up")
@@ -115,7 +115,7 @@ def parse_axes(text: str) -> LaboratoryAxes:
     rotation = np.stack([forward, left, up])
     if np.linalg.det(rotation) < 0:
         raise RecordError(
-            f'axes "{text}": forward, left and up as said are a left-handed system, which no '
+            f'axes "{text}": forward, left and up as given form a left-handed system, which no '
             f"recording has: one of them is reversed. {form}"
         )
     axes = LaboratoryAxes(rotation, "")
@@ -143,55 +143,55 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
     Parameters
     ----------
     recording : standing trial in the laboratory's axes.
-    landmarks : marker in the recording of each landmark, such as {"R.ASIS": "RASI"}; those are
-        used that are there.
+    landmarks : marker in the recording of each landmark, such as {"R.ASIS": "RASI"}; those present
+        are used.
 
     Raises
     ------
     RecordError
-        The markers needed are missing; the person's size is wrong by a power of ten (unit); does
-        not stand, or stands across the axes; left and right or front and rear of pelvis and
-        feet do not agree (markers exchanged).
+        The markers needed are missing; the person's size is wrong by a power of ten (unit); the
+        person does not stand, or stands across the axes; left and right, or front and rear, of
+        pelvis and feet do not agree (markers exchanged).
     """
     points = _standing(recording, landmarks)
     up, lean = _nearest_axis(_upward(points))
     where = recording.source
     if lean > LARGEST_LEAN:
         raise RecordError(
-            f"{where}: the pelvis is {np.degrees(lean):.0f}° off the nearest axis above the "
-            f"ankles, more than {np.degrees(LARGEST_LEAN):.0f}°: not a standing trial, or the "
-            "floor is not along two of the laboratory's axes. Give a standing trial, or say the "
-            'axes, for example --axes "forward=+x up=+z".'
+            f"{where}: the direction from the ankles to the pelvis is {np.degrees(lean):.0f}° off "
+            f"the nearest axis, more than {np.degrees(LARGEST_LEAN):.0f}°: this is not a standing "
+            "trial, or the floor is not parallel to two of the laboratory's axes. Give a "
+            'standing trial, or give the axes, for example --axes "forward=+x up=+z".'
         )
     facing = _facing(points, up)
     forward, turn = _nearest_axis(facing)
     if turn > LARGEST_TURN:
         raise RecordError(
             f"{where}: the feet point {np.degrees(turn):.0f}° off the nearest axis of the "
-            f"laboratory, more than {np.degrees(LARGEST_TURN):.0f}°, so forward is not clear. Say "
-            "which axis the person walks along, for example "
-            f'--axes "forward={_axis_name(forward)} up={_axis_name(up)}".'
+            f"laboratory, more than {np.degrees(LARGEST_TURN):.0f}°, so it is not clear which "
+            "axis is forward. Give the axis that the person walks along, for example --axes "
+            f'"forward={_axis_name(forward)} up={_axis_name(up)}".'
         )
     axes = LaboratoryAxes(np.stack([forward, np.cross(up, forward), up]), "")
     _check_sides(where, points, axes)
     return LaboratoryAxes(
         axes.rotation,
-        f"Axes of the laboratory found from the standing trial: {_spoken(axes)} (the pelvis is "
-        f"{np.degrees(lean):.1f}° off being above the ankles, the feet point "
-        f"{np.degrees(turn):.1f}° off {_axis_name(forward)}).",
+        f"Axes of the laboratory found from the standing trial: {_spoken(axes)} (the direction "
+        f"from the ankles to the pelvis is {np.degrees(lean):.1f}° off the vertical, and the feet "
+        f"point {np.degrees(turn):.1f}° off {_axis_name(forward)}).",
     )
 
 
 def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse axes that a user gave where the standing trial shows others.
+    """Refuse the user's axes if the standing trial contradicts them.
 
-    The person may stand across the walkway; so up must agree and left must be left, but forward
-    only to less than a right angle.
+    The person may stand at an angle to the walkway, so up must agree and left must be left, but
+    forward may be up to 60° off.
 
     Raises
     ------
     RecordError
-        As `detect_axes`, and where the given axes contradict the standing trial.
+        As `detect_axes`, and if the given axes contradict the standing trial.
     """
     points = _standing(recording, landmarks)
     upward = _unit(_upward(points))
@@ -199,8 +199,9 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
     if lean > LARGEST_LEAN:
         raise RecordError(
             f"{recording.source}: the axes say that up is {_axis_name(axes.rotation[2])}, but in "
-            f"the standing trial the pelvis is {np.degrees(lean):.0f}° off it above the ankles "
-            f"(nearest: {_axis_name(_nearest_axis(upward)[0])}). Correct --axes, or leave it out."
+            "the standing trial the direction from the ankles to the pelvis is "
+            f"{np.degrees(lean):.0f}° off it (nearest: {_axis_name(_nearest_axis(upward)[0])}). "
+            "Correct --axes, or leave it out."
         )
     facing = _facing(points, axes.rotation[2])
     turn = float(np.arccos(np.clip(facing @ axes.rotation[0], -1, 1)))
@@ -214,7 +215,7 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
 
 
 def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
-    """Median place (3,) of each landmark that is seen; the size of the person is checked."""
+    """Median position (3,) of each landmark that is seen; checks the size of the person."""
     found: dict[str, Array] = {}
     for landmark, marker in landmarks.items():
         if marker in recording.names:
@@ -230,33 +231,33 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
     ):
         if not any(f"{side}.{name}" in found for side in "RL" for name in names):
             raise RecordError(
-                f"{recording.source}: no marker on {what} is seen, or the marker set names none "
-                "there, so that neither the axes of the laboratory nor the person's size can be "
-                "found. Label them in the standing trial, or complete the marker set."
+                f"{recording.source}: no marker on {what} is seen, or the marker set names none, "
+                "so neither the laboratory's axes nor the person's size can be found. Label the "
+                "markers in the standing trial, or complete the marker set."
             )
     _check_height(recording.source, float(np.linalg.norm(_upward(found))))
     return found
 
 
 def _check_height(where: str, height: float) -> None:
-    """Refuse a pelvis that is nearer to or farther from the ankles (m) than a person's."""
+    """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
     if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
         factors = [f for f in (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3) if 0.6 <= height * f <= 1.1]
         hint = (
             f"the markers are in the wrong unit, by a factor of {factors[0]:g}: correct the unit "
             "in the file (mm, cm or m)"
             if factors
-            else "the markers' names are wrong, or this is no upright person. Check "
-            "the labels in the recording program"
+            else "the markers' names are wrong, or the person does not stand upright. Check the "
+            "labels in the recording program"
         )
         raise RecordError(
-            f"{where}: the pelvis is {height:.3g} m from the ankles, a person's is "
-            f"{PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g} m: {hint}."
+            f"{where}: the pelvis is {height:.3g} m from the ankles, but a person's is "
+            f"{PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g} m away: {hint}."
         )
 
 
 def _mean(points: Mapping[str, Array], names: tuple[str, ...], sides: str = "RL") -> Array:
-    """Mean of the landmarks, each side's first, so that a side with more does not weigh more."""
+    """Mean of the two sides' means, so that a side with more landmarks does not weigh more."""
     means = []
     for side in sides:
         there = [points[f"{side}.{name}"] for name in names if f"{side}.{name}" in points]
@@ -293,7 +294,7 @@ def _unit(vector: Array) -> Array:
 
 
 def _nearest_axis(vector: Array) -> tuple[Array, float]:
-    """The signed axis of the laboratory nearest to a vector, and the angle between, rad."""
+    """The signed laboratory axis nearest to a vector, and the angle between them, rad."""
     index = int(np.argmax(np.abs(vector)))
     axis = np.zeros(3)
     axis[index] = np.sign(vector[index])
@@ -301,7 +302,7 @@ def _nearest_axis(vector: Array) -> tuple[Array, float]:
 
 
 def _check_sides(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
-    """Refuse left on the right, or pelvis and feet that face opposite ways."""
+    """Refuse left markers on the right, and a pelvis that faces away from where the feet point."""
     wrong = [
         name
         for name in ("ASIS", "PSIS", "Knee", "Ankle", "Heel", "MT5")
@@ -312,15 +313,15 @@ def _check_sides(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) 
     if wrong:
         raise RecordError(
             f"{where}: left and right are exchanged in {', '.join(wrong)}: the left marker is on "
-            "the right of a person whose feet point forward. Exchange the markers' names, or the "
-            "file is mirrored by its axes: export it again."
+            "the right of a person whose feet point forward. Exchange the markers' names; or, if "
+            "the file is mirrored by its axes, export it again."
         )
     front = [points[name] for name in _FRONT if name in points]
     rear = [points[name] for name in _REAR if name in points]
     if front and rear and (np.mean(front, axis=0) - np.mean(rear, axis=0)) @ axes.rotation[0] < 0:
         raise RecordError(
-            f"{where}: the pelvis faces the way from which the feet point: front and rear markers "
-            "of the pelvis (ASIS, PSIS) or heels and toes are exchanged. Check the markers' names."
+            f"{where}: the pelvis faces away from where the feet point: front and rear markers of "
+            "the pelvis (ASIS, PSIS), or heels and toes, are exchanged. Check the markers' names."
         )
 
 
@@ -329,9 +330,10 @@ def turn_to_walking_direction(
 ) -> tuple[Recording, str]:
     """A walking trial turned about the vertical so that the person walks along +x.
 
-    Overground the direction is that of the pelvis' path; on a treadmill, where the feet on the
-    ground move faster than the pelvis, that of the pelvis relative to them. A direction within 10°
-    of an axis is taken to be along it: the trial is then turned by a multiple of 90°.
+    Overground this is the direction of the pelvis' path. On a treadmill, where the feet on the
+    ground move faster than the pelvis, it is the direction of the pelvis relative to them. A
+    direction within 10° of an axis is taken to lie along it: the trial is then turned by a multiple
+    of 90°.
 
     Parameters
     ----------
@@ -346,14 +348,15 @@ def turn_to_walking_direction(
     Raises
     ------
     RecordError
-        The trial is not yet in the project's axes, or in others than the standing trial or in
-        another unit; no walking is seen; the person walks backwards (or front and rear markers
-        are exchanged).
+        The trial is not yet in the project's axes, or its axes or unit differ from the standing
+        trial's; no walking is seen; the person walks backwards (or front and rear markers are
+        exchanged).
     """
     where = recording.source
     if recording.axes != "project":
         raise RecordError(
-            f"{where}: still in the laboratory's axes. Turn it with the axes of the standing trial."
+            f"{where}: still in the laboratory's axes. Turn it with the axes of the standing "
+            "trial first."
         )
     pelvis = _path(recording, landmarks, _FRONT + _REAR)
     seen = np.isfinite(pelvis).all(axis=1)
@@ -361,17 +364,15 @@ def turn_to_walking_direction(
         raise RecordError(
             f"{where}: no marker of the pelvis (ASIS, PSIS) is seen in more than half of the "
             "frames, so the direction of walking is unknown. Label the trial, or cut it to the "
-            "part in which the person is seen, and export it again."
+            "part that shows the person, and export it again."
         )
     _check_same_axes(recording, landmarks, pelvis)
     velocity, how = _walking_velocity(recording, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
-    if abs(angle - quarter) <= ALONG_AXIS:
-        turned_by, off = -quarter, angle - quarter
-    else:
-        turned_by, off = -angle, 0.0
+    along = abs(angle - quarter) <= ALONG_AXIS
+    turned_by, off = (-quarter, angle - quarter) if along else (-angle, 0.0)
     cosine, sine = np.cos(turned_by), np.sin(turned_by)
     rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
     if off or not turned_by:
@@ -379,13 +380,15 @@ def turn_to_walking_direction(
     turned = recording.turned(rotation)
     _check_facing(turned, landmarks)
     by = np.degrees(turned_by) % 360
-    text = f"Walks {how} at {speed:.2f} m/s; "
-    text += f"turned by {by if by <= 180 else by - 360:.0f}° about the vertical to walk along +x"
+    by -= 360.0 * (by > 180.0)
+    text = (
+        f"Walks {how} at {speed:.2f} m/s; turned by {by:.0f}° about the vertical to walk along +x"
+    )
     return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
 
 
 def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> None:
-    """Refuse a trial in other axes than the standing trial, or in another unit.
+    """Refuse a trial whose axes or unit differ from the standing trial's.
 
     Parameters
     ----------
@@ -395,22 +398,21 @@ def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis:
     upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
     upward = upward[np.isfinite(upward).all(axis=1)]
     if len(upward):
-        # of each frame: overground the pelvis is nowhere near where the ankles are on average
         middle = np.median(upward, axis=0)
         _check_height(where, float(np.linalg.norm(middle)))
         off = float(np.degrees(np.arccos(np.clip(_unit(middle)[2], -1, 1))))
         if off > FARTHEST_LEAN:
             raise RecordError(
-                f"{where}: by the axes of the standing trial the pelvis is {off:.0f}° off being "
-                "above the ankles: this trial has other axes than the standing trial. Export both "
-                "in the same axes."
+                f"{where}: in the axes of the standing trial the direction from the ankles to the "
+                f"pelvis is {off:.0f}° off the vertical: this trial has other axes than the "
+                "standing trial. Export both in the same axes."
             )
 
 
 def _walking_velocity(
     recording: Recording, landmarks: Mapping[str, str], pelvis: Array
 ) -> tuple[Array, str]:
-    """Horizontal velocity (2,) m/s relative to what is under the feet, and how it was walked.
+    """Horizontal velocity (2,) m/s relative to the ground or belt, and which of the two it was.
 
     Parameters
     ----------
@@ -433,22 +435,22 @@ def _walking_velocity(
     extent = float(np.linalg.norm(np.ptp(pelvis[seen, :2], axis=0)))
     if speed < SLOWEST_WALK and extent > TURNS_ROUND_M:
         raise RecordError(
-            f"{where}: the pelvis moves over {extent:.1f} m, but ends where it began "
-            f"({speed:.2f} m/s on average): the person turns round. Cut the trial to the part in "
-            "one direction; give the other as a trial of its own."
+            f"{where}: the pelvis travels {extent:.1f} m, but ends where it began ({speed:.2f} "
+            "m/s on average): the person turns round. Cut the trial to the part in one "
+            "direction, and give the other part as a second trial."
         )
     if speed < SLOWEST_WALK:
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "
-            "m/s): not a walking trial. Give it as --static if the person stands."
+            "m/s): this is not a walking trial. Give it as --static if the person stands."
         )
     return velocity, how
 
 
 def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, ...]) -> Array:
-    """Mean (T, 3) of these landmarks; NaN where one that is used is hidden."""
+    """Mean (T, 3) of these landmarks; NaN where any of those used is hidden."""
     used = [landmarks[name] for name in names if landmarks.get(name) in recording.names]
-    # One that is hidden through most of the trial would hide all.
+    # A landmark that is hidden through most of the trial would hide the mean.
     shown = [name for name in used if np.isfinite(recording.marker(name)).all(axis=1).mean() > 0.5]
     if not shown:
         return np.full((len(recording.markers), 3), np.nan)
@@ -457,10 +459,10 @@ def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, 
 
 
 def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Horizontal velocity (2,) m/s of what is under the feet: about zero, or a belt's.
+    """Horizontal velocity (2,) m/s of the surface under the feet: about zero, or a belt's.
 
-    It is the median of that of heels and toes in the lower quarter of their range: each is on the
-    ground through most of a stance, and a quarter of its rise separates stance from swing.
+    It is the median velocity of heels and toes in the lower quarter of their height range: each is
+    on the ground through most of stance, and a quarter of its rise separates stance from swing.
     """
     velocities = []
     for side in "RL":
@@ -494,5 +496,5 @@ def _check_facing(recording: Recording, landmarks: Mapping[str, str]) -> None:
         raise RecordError(
             f"{recording.source}: the pelvis faces {off:.0f}° off the direction of walking: the "
             "person walks backwards or sideways, or front and rear markers of the pelvis (ASIS, "
-            "PSIS) are exchanged. Only walking forward is understood; check the markers' names."
+            "PSIS) are exchanged. Only forward walking can be analysed; check the markers' names."
         )

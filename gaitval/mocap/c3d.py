@@ -15,7 +15,7 @@ from gaitval.mocap.c3d_plates import read_plates
 from gaitval.mocap.recording import Event, EventKind, Recording
 from gaitval.mocap.units import METRES, unit_factor
 
-# What a marker list may hold beside markers: results of the laboratory's own software.
+# What a list of points may contain besides markers: results of the laboratory's own software.
 _RESULTS: Final = (
     "ANGLES",
     "FORCES",
@@ -27,7 +27,7 @@ _RESULTS: Final = (
 )
 
 SAME_EVENT_S: Final = 0.2
-"""Events of one side and kind that are closer than this are one event, s; half a step in running
+"""Events of the same side and kind that are closer than this are one event, s; half a running step
 takes longer."""
 
 _SIDES: Final[dict[str, Side]] = {"left": "left", "right": "right", "l": "left", "r": "right"}
@@ -45,19 +45,19 @@ def read_c3d(path: Path) -> Recording:
     -------
     Recording
         In the laboratory's axes, SI units. A marker is NaN where its residual is negative or it
-        lies exactly at the origin. Points that the file declares to be angles, forces, moments
-        or powers and unlabelled ones (`*12`) are left out; a subject's prefix that all names
-        share (`Anna:LASI`) is taken off. Forces are of the plate on the person: a file with
-        the opposite sign is turned round, for a plate only pushes. Plates without channels
-        are left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says, unless the
-        plate is loaded then. The polynomial with which Kistler refines the centre of pressure of
-        type 3 (FPCOPPOLY) is not applied: a few millimetres near the plate's edge.
+        lies exactly at the origin. Points that the file declares to be angles, forces, moments or
+        powers are left out, and so are unlabelled ones (`*12`). A subject's prefix that all names
+        share (`Anna:LASI`) is removed. Forces are those of the plate on the person: if a file has
+        the opposite sign it is reversed, because a plate can only push. Plates without channels are
+        left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says, unless the plate is loaded
+        in those frames. The polynomial with which Kistler refines the centre of pressure of type 3
+        (FPCOPPOLY) is not applied: a few millimetres near the plate's edge.
 
     Raises
     ------
     RecordError
-        Not a C3D file, truncated or damaged; unit missing or unknown; plates of another type
-        or without what their type needs.
+        The file is not C3D, truncated or damaged; a unit is missing or unknown; a plate is of
+        another type, or lacks what its type needs.
     """
     path = Path(path)
     check_size(path)
@@ -66,8 +66,8 @@ def read_c3d(path: Path) -> Recording:
     rate = contents.number("POINT", "RATE")
     if not 0 < rate < np.inf:
         raise RecordError(
-            f"{path}: POINT:RATE is {rate:g}, so the times of the frames are unknown. Write the "
-            "rate of the cameras into the file with the program that made it."
+            f"{path}: POINT:RATE is {rate:g}, so the times of the frames are unknown. Enter the "
+            "camera rate in the program that made the file, and export again."
         )
     plates, force_rate = read_plates(path, contents, markers, rate)
     start = contents.first_frame / rate
@@ -138,11 +138,10 @@ def _event(label: str, context: str) -> tuple[Side, EventKind, bool] | None:
 def _events(contents: Contents, start: float, duration: float) -> tuple[Event, ...]:
     """Gait events within the recording, in order of time, each once.
 
-    Times are of the clock in which the trial's first frame is frame 1, also where the file has
-    been cut. Some programs count from the first frame that is kept: taken so where no event
-    fits otherwise. Where a file has an event twice, as a plate's contact (ON, OFF) and as gait
-    event (HS, TO), the contact is kept: in WBDS01walkT01.c3d six of 15 RHS are 53 ms before any
-    force.
+    Times are on the clock in which the trial's first frame is frame 1, even if the file has been
+    cut. Some programs count from the first frame that is kept; this is assumed if no event fits
+    otherwise. If a file has an event twice, as a plate contact (ON, OFF) and as a gait event (HS,
+    TO), the contact is kept: in WBDS01walkT01.c3d, 6 of 15 RHS are 53 ms before any force.
     """
     labels = labels_of(contents, "EVENT", "LABELS")
     contexts = labels_of(contents, "EVENT", "CONTEXTS")

@@ -1,9 +1,9 @@
-"""What a C3D file holds: its parameters and its data as they are stored.
+"""What a C3D file contains: its parameters and its data, as stored.
 
-They are read by ezc3d in a process of its own (`c3d_process.py`), for a damaged file can
-make it crash, run for ever or ask for all memory: ezc3d 1.7.2 does so with two in a hundred files
-of which a byte in the header or the parameters was changed. So run, the worst that a file can do is
-a `RecordError`. It costs 0.2 s.
+They are read by ezc3d in a separate process (`c3d_process.py`), because a damaged file can make
+ezc3d crash, run for ever or ask for all memory: ezc3d 1.7.2 does so with 2 % of the files in which
+one byte of the header or the parameters was changed. In a separate process, the worst that a file
+can cause is a `RecordError`. It costs 0.2 s.
 """
 
 import io
@@ -27,7 +27,7 @@ PROCESS = Path(__file__).with_name("c3d_process.py")
 
 SECONDS = 10.0
 SECONDS_PER_MEGABYTE: Final = 1.0
-"""Longest time to read a file; measured: 0.1 s and 0.08 s for each megabyte."""
+"""Longest time to read a file; measured: 0.1 s plus 0.08 s per megabyte."""
 
 _BLOCK: Final = 512
 
@@ -47,7 +47,7 @@ class Contents:
         return list(self.parameters.get(group, {}).get(name, {}).get("value", []))
 
     def number(self, group: str, name: str) -> float:
-        """First value of a parameter; 0 where it is missing or no number."""
+        """First value of a parameter; 0 if it is missing or not a number."""
         value = next(iter(self.get(group, name)), 0)
         return float(value) if isinstance(value, int | float) else 0.0
 
@@ -58,8 +58,8 @@ class Contents:
     def of_plate(self, name: str, index: int, *shape: int) -> Array | None:
         """A plate's part of an array of FORCE_PLATFORM, cut to this shape; None where it has none.
 
-        Its last axis is the plate. With plates of several types the others are as long as the
-        largest type needs.
+        Its last axis is the plate. If the plates are of several types, the other axes are as long
+        as the largest type needs.
         """
         stored = self.parameters.get("FORCE_PLATFORM", {}).get(name)
         if stored is None:
@@ -78,7 +78,7 @@ class Contents:
 
 
 def check_size(path: Path) -> None:
-    """Refuse what is no C3D file, and a file that is shorter than its header says."""
+    """Refuse a file that is not C3D, or that is shorter than its header says."""
     try:
         with path.open("rb") as file:
             head = file.read(_BLOCK)
@@ -89,28 +89,30 @@ def check_size(path: Path) -> None:
     except FileNotFoundError:
         raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
     except OSError as error:
-        raise RecordError(f"{path}: cannot be opened ({error.strerror}).") from None
+        raise RecordError(
+            f"{path}: cannot be opened ({error.strerror}). Check the path and permissions."
+        ) from None
     if not size:
         raise RecordError(f"{path}: the file is empty. Copy or export it again.")
     if len(head) > 1 and head[1] != 0x50:
         raise RecordError(
-            f"{path}: not a C3D file (its second byte is {head[1]:#04x}, a C3D file's is 0x50). "
-            "Give the .c3d file of the trial, or export it again."
+            f"{path}: not a C3D file (its second byte is {head[1]:#04x}; in a C3D file it is "
+            "0x50). Give the .c3d file of the trial, or export it again."
         )
     if len(head) < _BLOCK or len(parameters) < 4:
         raise RecordError(
-            f"{path}: truncated: {size} bytes do not even hold the header and the parameters. "
+            f"{path}: truncated: {size} bytes are too few even for the header and the parameters. "
             "Copy or export it again."
         )
-    # The processor decides the order of bytes: 84 Intel, 85 DEC (floats of its own), 86 MIPS.
+    # The processor sets the byte order: 84 Intel, 85 DEC (with its own floats), 86 MIPS.
     order = ">" if parameters[3] == 86 else "<"
     points, analogs, first, last = struct.unpack(f"{order}4H", head[2:10])
     data_block, samples = struct.unpack(f"{order}2H", head[16:20])
     (scale,) = struct.unpack(f"{order}f", head[12:16])
-    if parameters[3] == 85:  # a DEC float has its sign in byte 1, as the others in byte 3
+    if parameters[3] == 85:  # a DEC float has its sign in byte 1, the others in byte 3
         scale = -1.0 if head[13] & 0x80 else 1.0
     if last < first:
-        return  # more than 65535 frames: the parameters have the count, see `read_contents`
+        return  # over 65535 frames: the count is in the parameters, see `read_contents`
     word = 4 if scale < 0 else 2
     frames = last - first + 1
     needed = (data_block - 1) * _BLOCK + frames * (4 * points + analogs) * word
@@ -124,16 +126,16 @@ def check_size(path: Path) -> None:
 
 def _damaged(path: Path, why: str) -> RecordError:
     return RecordError(
-        f"{path}: not readable as C3D ({why}): it is damaged or breaks the format. Copy it "
-        "again, or open it in the program that recorded it and save it anew."
+        f"{path}: cannot be read as C3D ({why}): it is damaged or violates the format. Copy it "
+        "again, or open it in the program that recorded it and save it again."
     )
 
 
 def read_contents(path: Path) -> Contents:
-    """Contents of a file, read in another process; see the module."""
-    # -P: a json.py in the folder of the data must not take the place of Python's.
+    """Contents of a file, read in another process (see the module's docstring)."""
+    # -P: a json.py in the data folder must not replace Python's own.
     command = [sys.executable, "-P", str(PROCESS), str(path.resolve())]
-    # Each thread of OpenBLAS would count against the memory that the process may have.
+    # Each OpenBLAS thread would count towards the process' memory limit.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     try:
@@ -141,12 +143,12 @@ def read_contents(path: Path) -> Contents:
             command, capture_output=True, timeout=limit, check=False, env=environment
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, f"reading did not end in {limit:.0f} s") from None
+        raise _damaged(path, f"reading did not finish within {limit:.0f} s") from None
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         known = done.returncode > 0 and lines and lines[-1].startswith("c3d: ")
-        # ezc3d goes on to say how to switch its check off, which helps no user of ours.
-        why = lines[-1][5:].partition(". If you want")[0] if known else "reading it ends in a crash"
+        # ezc3d goes on to say how to switch its check off, which does not help our users.
+        why = lines[-1][5:].partition(". If you want")[0] if known else "the reader crashes"
         raise _damaged(path, why)
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as stored:
         described = json.loads(str(stored["described"]))
@@ -160,14 +162,14 @@ def read_contents(path: Path) -> Contents:
     promised = described["last_frame"] - described["first_frame"] + 1
     if len(contents.points) < promised:
         raise RecordError(
-            f"{path}: truncated: {promised} frames are promised, {len(contents.points)} are there. "
-            "Copy or export it again."
+            f"{path}: truncated: the header promises {promised} frames, but there are "
+            f"{len(contents.points)}. Copy or export it again."
         )
     return contents
 
 
 def labels_of(contents: Contents, group: str, name: str) -> list[str]:
-    """Values of a text parameter that goes on in NAME2, NAME3 after 255 entries."""
+    """Values of a text parameter that continues in NAME2, NAME3 after 255 entries."""
     found = [str(text).strip() for text in contents.get(group, name)]
     for number in range(2, 100):
         more = contents.get(group, f"{name}{number}")

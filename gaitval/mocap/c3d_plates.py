@@ -20,14 +20,14 @@ from gaitval.mocap.recording import Plate
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 
 LARGEST_ZERO_N: Final = 50.0
-"""An unloaded plate's offset is under this, N. More in the frames of FORCE_PLATFORM:ZERO is a
-person: many programs write the default frames 1 to 10 whoever stands there."""
+"""An unloaded plate's offset is below this, N. More in the frames of FORCE_PLATFORM:ZERO is a
+person: many programs write the default frames 1 to 10 even if someone is standing there."""
 
 
 def read_plates(
     path: Path, contents: Contents, markers: Array, marker_rate: float
 ) -> tuple[tuple[Plate, ...], float]:
-    """The plates of a file that have channels, and the rate of their forces, Hz (0 without plates).
+    """The plates of a file that have channels, and their force rate, Hz (0 without plates).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def read_plates(
 
     Raises
     ------
-    RecordError : as `read_c3d`, of its plates.
+    RecordError : as `read_c3d`, for plates.
     """
     used = int(contents.number("FORCE_PLATFORM", "USED"))
     rate = contents.number("ANALOG", "RATE")
@@ -46,9 +46,9 @@ def read_plates(
     per_frame = round(len(contents.analogs) / len(markers))
     if per_frame < 1 or abs(rate - per_frame * marker_rate) > 1e-3 * rate:
         raise RecordError(
-            f"{path}: forces at {rate:g} Hz (ANALOG:RATE) and markers at {marker_rate:g} Hz, but "
-            f"{len(contents.analogs)} force samples on {len(markers)} frames. The rate of the "
-            "forces must be a whole multiple of the markers'; export the trial again."
+            f"{path}: forces are at {rate:g} Hz (ANALOG:RATE) and markers at {marker_rate:g} Hz, "
+            f"but there are {len(contents.analogs)} force samples for {len(markers)} frames. The "
+            "rate of the forces must be a whole multiple of the markers'; export the trial again."
         )
     plates = []
     for index in range(used):
@@ -61,14 +61,14 @@ def read_plates(
 def _plate(
     path: Path, contents: Contents, index: int, markers: Array, per_frame: int
 ) -> Plate | None:
-    """Plate number `index`; None where the file reserves one but has no data of it."""
+    """Plate number `index`; None if the file reserves one but has no data for it."""
     where = f"{path}: force plate {index + 1}"
     types = contents.of_plate("TYPE", index)
     kind = 0 if types is None else int(types)
     if kind not in CHANNELS:
         raise RecordError(
-            f"{where} is of type {kind or 'unknown'}; types 1 to 4 are read. Export the trial "
-            "with forces and moments (type 2) instead."
+            f"{where} is of type {kind or 'unknown'}, but only types 1 to 4 can be read. Export "
+            "the trial with forces and moments (type 2) instead."
         )
     listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
     numbers = [] if listed is None else [int(n) for n in listed]
@@ -86,7 +86,8 @@ def _plate(
         seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
         raise RecordError(
             f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen}; they do not span a plate, so "
-            "the place of the force is unknown. Enter them in the recording program; export again."
+            "the plate's position is unknown. Enter them in the recording program and export "
+            "again."
         )
     to_origin = contents.of_plate("ORIGIN", index, 3)
     if to_origin is None and kind != 1:
@@ -100,7 +101,7 @@ def _plate(
         calibration = contents.of_plate("CAL_MATRIX", index, 6, 6)
         if calibration is None or not np.any(calibration):
             raise RecordError(
-                f"{where} is of type 4, but FORCE_PLATFORM:CAL_MATRIX has no calibration of it. "
+                f"{where} is of type 4, but FORCE_PLATFORM:CAL_MATRIX has no calibration for it. "
                 "Enter it in the recording program and export again."
             )
         if contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW":
@@ -108,11 +109,11 @@ def _plate(
     channels = contents.analogs[:, [n - 1 for n in numbers]]
     if not np.isfinite(channels).all():
         raise RecordError(
-            f"{where}: {np.count_nonzero(~np.isfinite(channels))} values of its channels are not "
+            f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
             "numbers. Export the trial again."
         )
     if kind == 4:
-        # The matrix gives newtons and newtons times POINT:UNITS; ANALOG:UNITS is of no use.
+        # The matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
         force, moment = plate_wrench(4, channels, origin / metres, calibration)
         moment = moment * metres
     else:
@@ -154,11 +155,11 @@ def _channel_units(
     for place, number in enumerate(numbers):
         unit = units[number - 1] if number <= len(units) else ""
         if unit.lower() in ("v", "mv", "volt", "volts"):
-            # Programs scale to newtons and leave the label; no converter gives more than 10 V.
+            # Programs scale to newtons but leave the label; no converter gives more than 10 V.
             if np.abs(channels[:, :3]).max() <= 10.0:
                 raise RecordError(
-                    f"{where}: channel {number} is in {unit} and a plate of type {kind} has no "
-                    "calibration. Export the forces in N."
+                    f"{where}: channel {number} is in {unit}, and a plate of type {kind} has no "
+                    "calibration to convert it. Export the forces in N."
                 )
             unit = ""
         if kind == 3 or place < 3:
@@ -185,7 +186,7 @@ def _zero_samples(contents: Contents, index: int, per_frame: int, count: int) ->
 
 
 def _check_moments(where: str, plate: Plate, centre: Array) -> None:
-    """Refuse moments in the wrong unit: the centre of pressure leaves the plate or never moves."""
+    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it."""
     strong = np.linalg.norm(plate.force, axis=1) > CERTAIN_LOAD_N
     if np.count_nonzero(strong) < 10:
         return
@@ -194,7 +195,7 @@ def _check_moments(where: str, plate: Plate, centre: Array) -> None:
     if np.median(away) > 5 * reach or away.max() < reach / 500:
         raise RecordError(
             f"{where}: under load its centre of pressure is {np.median(away):.3g} m from the "
-            f"middle of the plate (median), whose corners are at {reach:.3g} m: the moments are in "
-            "the wrong unit or the origin or calibration is wrong. Check ANALOG:UNITS (Nmm or "
-            "Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
+            f"middle of the plate (median), but its corners are {reach:.3g} m from it: the "
+            "moments are in the wrong unit, or the origin or calibration is wrong. Check "
+            "ANALOG:UNITS (Nmm or Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
         )

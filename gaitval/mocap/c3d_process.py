@@ -1,6 +1,6 @@
 """Read a C3D file with ezc3d and write its contents as npz to stdout; see `gaitval.mocap.c3d`.
 
-A script, run with one argument in a process of its own. It imports nothing of gaitval.
+A script, run with one argument in a separate process. It imports nothing from gaitval.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ import numpy as np
 
 
 def values(stored: Any) -> list[Any]:
-    """Values of a parameter in the file's order, texts without blanks and NUL at their ends."""
+    """Values of a parameter in the file's order; texts without trailing blanks and NUL."""
     found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
     return [plain(value) if isinstance(value, str) else value for value in found]
 
@@ -32,14 +32,14 @@ def plain(text: str) -> str:
 
 
 def limit_memory(size: int) -> None:
-    """Let this process have no more memory than a file of `size` bytes needs, where the system
-    can be asked for that: Windows has no such limit, and macOS refuses it.
+    """Limit this process to the memory that a file of `size` bytes needs, if the system can:
+    Windows has no such limit, and macOS refuses it.
     """
     try:
         import resource
     except ImportError:
         return
-    # ezc3d's objects take many times a point's bytes in the file: 1.3 GB were measured for 86 MB.
+    # ezc3d's objects take many times the bytes of a point in the file: 1.3 GB for 86 MB.
     memory = 2 * 2**30 + 50 * size
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
@@ -48,7 +48,7 @@ def limit_memory(size: int) -> None:
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
-    # What ezc3d may print must not get between the contents.
+    # Anything that ezc3d prints must not mix with the contents.
     contents = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     limit_memory(path.stat().st_size)
@@ -78,7 +78,7 @@ def main() -> None:
             residuals=np.ascontiguousarray(residuals[0].T),
             analogs=np.ascontiguousarray(file["data"]["analogs"][0].T),
         )
-    except Exception as error:  # whatever a damaged file provokes is for the parent to tell
+    except Exception as error:  # whatever a damaged file causes, the parent process reports it
         text = str(error).splitlines()
         print("c3d:", text[0] if text else type(error).__name__, file=sys.stderr)
         sys.exit(1)

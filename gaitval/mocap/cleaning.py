@@ -1,8 +1,7 @@
-"""Marker trajectories made fit for kinematics: gaps, spikes, exchanged markers.
+"""Clean marker trajectories for kinematics: gaps, spikes, exchanged markers.
 
-Nothing is changed in silence: every frame that `clean` replaces, and every one that it could
-not, stands in the report. It works in any axes of which z is up (the project's, REP-103), in
-metres.
+Nothing is changed silently: the report lists every frame that `clean` replaced, and every frame
+that it could not. It works in any axes with z up (the project's, REP-103), in metres.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,8 +26,8 @@ class CleaningReport:
     Attributes
     ----------
     findings : in order of time.
-    missing : markers that the trial names but never shows.
-    filled : frames filled or put right, by marker; markers without any are left out.
+    missing : markers that the trial names but that are never seen.
+    filled : frames filled or corrected, by marker; markers without any are left out.
     left_open : frames still without a position, by marker; markers without any are left out.
     """
 
@@ -45,32 +44,33 @@ def clean(
     *,
     landmarks: Mapping[str, str],
 ) -> tuple[Recording, CleaningReport]:
-    """Put right what can be put right in the marker trajectories of a trial, and say so.
+    """Correct what can be corrected in the marker trajectories of a trial, and report it.
 
-    In this order: samples at exactly the origin, which some systems write for a marker that was
-    not seen, become gaps; markers that change places are changed back; spikes become gaps; gaps
-    are filled. A gap is rebuilt from three or more other markers of its segment (their rigid
-    motion by Kabsch's method, joined to the frames around the gap) up to five times
-    `largest_gap_s`; a cubic through position and velocity at its edges fills what cannot be
-    rebuilt up to `largest_gap_s`, and all up to half of that, where it is the better of the two.
-    What is longer, and what touches an end of the trial without such neighbours, stays NaN.
+    In this order: samples at exactly the origin, which some systems write for a marker that was not
+    seen, become gaps; markers that change places are changed back; spikes become gaps; gaps are
+    filled. Gaps up to half of `largest_gap_s` are filled with a cubic through position and velocity
+    at the edges, which is the more accurate way for them. Longer gaps, up to five times
+    `largest_gap_s`, are rebuilt from three or more other markers of the segment (their rigid motion
+    by Kabsch's method, joined to the frames around the gap). Without these, the cubic fills gaps up
+    to `largest_gap_s`. Longer gaps, and gaps at an end of the trial without such neighbours, stay
+    NaN.
 
     Parameters
     ----------
     recording : z up, m.
-    segments : marker -> segment of the body model; markers that are not in it are cleaned
-        without their neighbours.
+    segments : marker -> segment of the body model; markers that are not listed are cleaned without
+        neighbours.
     processing : `largest_gap_s`.
-    landmarks : anatomical landmark -> marker, see `foot_markers`. They tell where the person
-        faces, and so which side is left.
+    landmarks : anatomical landmark -> marker, see `foot_markers`. They show where the person faces,
+        and so which side is left.
 
     Raises
     ------
     RecordError : no marker is ever seen; left and right labels are exchanged in the whole trial;
-        two markers change places once, and it is open which part is right.
+        two markers change places once, and it is unclear which part is right.
     """
     markers = recording.markers.copy()
-    # axes are turned about the origin, so that a zero stays a zero
+    # axes are turned about the origin, so a zero stays a zero
     markers[(markers == 0.0).all(axis=2)] = np.nan
     seen = seen_frames(markers)
     markers[~seen] = np.nan

@@ -15,11 +15,11 @@ from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
 LONGEST_HIDDEN_SWAP: Final = 0.2
-"""s. In this time the line between two markers of a segment turns by far less than the half turn
-that an exchange makes of it (the shank turns at up to 400 deg/s)."""
+"""s. In this time the line between two markers of a segment turns far less than the half turn that
+an exchange causes (the shank turns at up to 400 deg/s)."""
 AMBIGUOUS_SHARE: Final = 0.25
-"""Share of a trial. Two markers that change places once are put right if the shorter part is
-less than this; otherwise nobody can say which part is right."""
+"""Share of a trial. Two markers that change places once are corrected if the shorter part is less
+than this; otherwise it is unclear which part is right."""
 
 
 def exchange_back(
@@ -45,16 +45,16 @@ def exchange_back(
                 time = recording.start + opened / recording.marker_rate
                 raise RecordError(
                     f"{recording.source}: markers {pair[0]} and {pair[1]} change places at frame "
-                    f"{opened} ({time:.3f} s) and do not change back, so it is open whether they "
-                    "are labelled rightly before or after. Correct the labels of one part in the "
-                    "capture software, or cut the trial there."
+                    f"{opened} ({time:.3f} s) and do not change back, so it is unclear whether "
+                    "the labels are right before or after it. Correct the labels of the wrong "
+                    "part in the recording program, or cut the trial there."
                 )
             if tail <= head:
                 frames += [opened, len(markers)]
             else:
                 begin = frames[-1] if frames else 0
                 _exchange(markers, first, second, begin, len(markers))
-                # the exchange over the whole of the rest leaves only the head exchanged
+                # exchanging all the rest leaves only the first part exchanged
                 frames = [*frames[:-1], opened] if frames else [0, opened]
         for begin, end in zip(frames[::2], frames[1::2], strict=True):
             findings.append(
@@ -86,7 +86,7 @@ def _next_change(
             ahead = 2.0 * markers[frame - 1, pair] - markers[frame - 2, pair]
             crossed = np.linalg.norm(markers[frame, pair[::-1]] - ahead, axis=1)
             change = int(frame), int(first), int(second)
-            # a swap leaves both where the other was; a pair of spikes does not come here
+            # after a swap each is where the other was; two spikes do not meet this
             if (crossed < 0.5 * surprise[frame, pair]).all() and change not in done:
                 return change
     return _change_over_gap(recording, markers, segments, done)
@@ -98,10 +98,10 @@ def _change_over_gap(
     segments: Mapping[str, str],
     done: set[tuple[int, int, int]],
 ) -> tuple[int, int, int] | None:
-    """The same where both of a segment's markers vanish together before they change places.
+    """The same for two markers of a segment that vanish together before they change places.
 
-    The vector between two markers of a segment turns little in the time of a short gap, and an
-    exchange reverses it.
+    The vector between two markers of a segment turns little during a short gap, but an exchange
+    reverses it.
     """
     names, rate = recording.names, recording.marker_rate
     longest = round(LONGEST_HIDDEN_SWAP * rate)
@@ -136,7 +136,7 @@ _LEFT_RIGHT: Final = (
 
 
 def opposite_marker(name: str, names: Iterable[str]) -> str | None:
-    """The marker of the same place on the other side of the body, by its name, if there is one.
+    """The marker at the same place on the other side of the body, by its name, if there is one.
 
     >>> opposite_marker("R.Knee", ["R.Knee", "L.Knee"])
     'L.Knee'
@@ -151,7 +151,7 @@ def opposite_marker(name: str, names: Iterable[str]) -> str | None:
 
 
 def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Raise if the markers labelled left are on the right of their partners all along."""
+    """Raise if the markers labelled left are on the right of their partners throughout."""
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
     left_of = {name: _side(name, landmarks, recording.names) for name in recording.names}
@@ -162,22 +162,21 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
             continue
         apart = (recording.marker(name) - recording.marker(partner)) @ leftward
         apart = apart[np.isfinite(apart)]
-        # legs may cross for a moment; they are not crossed in the middle of all frames
+        # legs may cross for a moment, but not in the median of all frames
         if len(apart) and np.median(apart) < 0.0:
             wrong.append((name, partner))
     if wrong:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(
-            f"{recording.source}: left and right are exchanged for {pairs}: seen along the "
-            "direction in which the person faces, the markers labelled left are on the right in "
-            "most frames. Exchange these labels in the capture software and export the trial "
-            "again (if all markers are listed, check also that the axes of the laboratory are "
-            "right-handed)."
+            f"{recording.source}: left and right are exchanged for {pairs}: seen in the direction "
+            "that the person faces, the markers labelled left are on the right in most frames. "
+            "Exchange these labels in the recording program and export the trial again (if all "
+            "markers are listed, check also that the axes of the laboratory are right-handed)."
         )
 
 
 def _side(name: str, landmarks: Mapping[str, str], names: Sequence[str]) -> str | None:
-    """Side that the name states: by the landmark it stands for, else by its first L or left."""
+    """Side that the name states: by the landmark it marks, else by its first L or left."""
     for landmark, marker in landmarks.items():
         if marker == name and landmark[:2] in ("L.", "R."):
             return "left" if landmark.startswith("L.") else "right"

@@ -68,7 +68,7 @@ def sample_finding(
     end: int,
     action: str,
 ) -> Finding:
-    """Something found in the samples of the forces from `begin` up to, and without, `end`."""
+    """Something found in the force samples from `begin` up to, but not including, `end`."""
     last = int(end) - 1
     return _finding(recording.start, recording.force_rate, kind, names, begin, last, action)
 

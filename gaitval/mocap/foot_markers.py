@@ -12,15 +12,16 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 
 FRONT: Final = ("MT1", "MT2", "MT5")
-"""Landmarks of the forefoot; any of them will do."""
+"""Landmarks of the forefoot; any one is enough."""
 
 TOES: Final = 0.35
-"""Toe tip ahead of the metatarsal heads, in lengths from heel to heads: 1 / 0.74 − 1, the ball of
-the foot being at 74 % of its length (ANSUR II, Gordon et al. 2014)."""
+"""Distance of the toe tip ahead of the metatarsal heads, as a fraction of the distance from heel to
+heads: 1 / 0.74 − 1, because the ball of the foot is at 74 % of its length (ANSUR II, Gordon et al.
+2014)."""
 FOREFOOT: Final = {"MT1": (-0.45,), "MT2": (0.15, -0.25), "MT5": (0.48,)}
-"""Where the other heads are from a lone one, towards the midline of the body, in lengths from the
-heel to it: means of the feet of the ten built-in subjects. To two digits, for only the outline
-of the foot is drawn with them."""
+"""Offset of the other metatarsal heads from a single marked one, towards the midline of the body,
+as a fraction of the distance from the heel to it: means over the feet of the ten built-in subjects.
+Two digits are enough for the outline of the foot."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,8 @@ class FootMarkers:
     ----------
     heel : (T, 3).
     front : (T, 3) mean of the forefoot's markers that are seen.
-    outline : (T, n, 3) heel, metatarsal heads and, where there is one, ankle, and the toes ahead
-        of the heads; heads without a marker are put where they are in most people.
+    outline : (T, n, 3) heel, metatarsal heads and, where there is one, ankle, and the toes ahead of
+        the heads; heads without a marker are placed where most people have them.
     """
 
     heel: Array
@@ -50,7 +51,7 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
 
     Raises
     ------
-    RecordError : a foot without heel or without forefoot.
+    RecordError : a foot has no heel marker or no forefoot marker.
     """
     feet: dict[Side, FootMarkers] = {}
     for side in SIDES:
@@ -62,9 +63,9 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
         if not heel or not front:
             lacking = "heel" if not heel else f"forefoot ({', '.join(FRONT)})"
             raise RecordError(
-                f"{recording.source}: no marker on the {side} {lacking} is seen. Events and the "
-                "foot on a force plate are found from heel and forefoot; markers seen: "
-                f"{', '.join(recording.names)}. Name it in the marker set if it is another one."
+                f"{recording.source}: no marker on the {side} {lacking} is seen. Gait events, and "
+                "the foot on each force plate, are found from heel and forefoot; markers seen: "
+                f"{', '.join(recording.names)}. If one of these is it, name it in the marker set."
             )
         feet[side] = FootMarkers(
             heel=heel[0],
@@ -75,9 +76,10 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
 
 
 def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Horizontal unit vector (3,) in which the person faces, the median over the trial.
+    """Horizontal unit vector (3,) that the person faces along, the median over the trial.
 
-    From the posterior to the anterior iliac spines; without them from heels to forefeet.
+    It points from the posterior to the anterior iliac spines or, without them, from heels to
+    forefeet.
 
     Raises
     ------
@@ -93,17 +95,16 @@ def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
     forward = forward[np.isfinite(forward).all(axis=1)][:, :2]
     if not len(forward):
         raise RecordError(
-            f"{recording.source}: the markers of pelvis and feet are never seen together, so that "
-            "it is open in which direction the person faces. Label them, or name them in the "
-            "marker set."
+            f"{recording.source}: the markers of pelvis and feet are never seen together, so it "
+            "is unknown which way the person faces. Label them, or name them in the marker set."
         )
     direction = np.median(forward, axis=0)
     return np.append(direction / np.linalg.norm(direction), 0.0)
 
 
 def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Middle (T, 3) m of the back of the pelvis (`R.PSIS` and `L.PSIS`, or `Sacrum`), or where
-    these are not marked, of its front (`R.ASIS` and `L.ASIS`).
+    """Middle (T, 3) m of the back of the pelvis (`R.PSIS` and `L.PSIS`, or `Sacrum`) or, if these
+    are not marked, of its front (`R.ASIS` and `L.ASIS`).
 
     Raises
     ------
@@ -114,8 +115,8 @@ def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
     if not back and len(front) < 2:
         raise RecordError(
             f"{recording.source}: no pair of markers on the pelvis is seen (R.PSIS and L.PSIS, "
-            "Sacrum, or R.ASIS and L.ASIS). Toe-off is found from the foot's place behind the "
-            "pelvis; label them, or name them in the marker set."
+            "Sacrum, or R.ASIS and L.ASIS). Toe-off is found from how far the foot is behind the "
+            "pelvis. Label them, or name them in the marker set."
         )
     return _mean(back or front)
 
@@ -155,5 +156,5 @@ def _trajectories(
 
 
 def _mean(paths: list[Array]) -> Array:
-    """Mean of the trajectories; NaN where one is not seen, for the mean would jump."""
+    """Mean of the trajectories; NaN where one is not seen, because the mean would jump."""
     return np.asarray(np.mean(paths, axis=0))

@@ -13,15 +13,15 @@ from gaitval.arrays import Array
 from gaitval.mocap.recording import Plate
 
 CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6}
-"""Analog channels of each type of plate that is understood."""
+"""Number of analog channels of each supported plate type."""
 
 UNLOADED_N: Final = 10.0
-"""Force under which a plate has no centre of pressure, N: half the 20 N at which a foot counts
-as on the ground, so that everything that is used later is kept. A plate's noise of 1 N moves
-the centre of pressure by a tenth of its lever arm there, and without bound under it."""
+"""Force below which a plate has no centre of pressure, N: half the 20 N at which a foot counts as
+on the ground, so that everything used later is kept. At this force a plate's noise of 1 N moves the
+centre of pressure by a tenth of its lever arm; at smaller forces by ever more."""
 
 CERTAIN_LOAD_N: Final = 200.0
-"""Over this a force is a person's and neither an offset nor noise, N."""
+"""A force above this is a person's, not an offset or noise, N."""
 
 
 def plate_axes(corners: Array) -> Array:
@@ -29,7 +29,7 @@ def plate_axes(corners: Array) -> Array:
 
     Parameters
     ----------
-    corners : (4, 3), in the order of the quadrants; see the module.
+    corners : (4, 3), in the order of the quadrants (see the module's docstring).
     """
     x = corners[0] - corners[1]
     z = np.cross(x, corners[0] - corners[3])
@@ -50,15 +50,15 @@ def plate_wrench(
         2 and 4: Fx, Fy, Fz, Mx, My, Mz about the sensors' origin, 4 before its calibration.
         3: Fx12, Fx34, Fy14, Fy23, Fz1, Fz2, Fz3, Fz4 of the four sensors (Kistler).
     origin : (3,) m. 2 and 4: from the sensors' origin to the middle of the surface, so that z is
-        negative in a plate whose z points down. Where z is positive the file has the opposite
-        vector, a frequent mistake, and it is reversed. 3: half the distances between the
-        sensors along x and y, both positive, and the depth of the sensors as z. 1: not used.
+        negative in a plate whose z points down. If z is positive the file has the opposite vector,
+        a common mistake, and it is reversed. 3: half the distances between the sensors along x and
+        y, both positive, and the depth of the sensors as z. 1: not used.
     calibration : (6, 6), of type 4.
 
     Returns
     -------
     tuple
-        Force (T, 3) N and moment (T, 3) Nm, in the sign in which the channels have them.
+        Force (T, 3) N and moment (T, 3) Nm, with the sign of the channels.
     """
     if kind == 1:
         force = channels[:, :3]

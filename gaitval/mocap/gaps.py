@@ -1,4 +1,4 @@
-"""Gaps in the trajectories of markers, filled from the segment's other markers or by a spline."""
+"""Fill gaps in marker trajectories from the segment's other markers or with a spline."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -14,20 +14,21 @@ from gaitval.mocap.findings import Finding, frame_finding, seen_frames
 from gaitval.mocap.recording import Recording
 
 RIGID_GAP_FACTOR: Final = 5.0
-"""Rebuilding from the segment bridges gaps this many times as long as a spline does."""
+"""Rebuilding from the segment bridges gaps this many times longer than a spline does."""
 LARGEST_DEFORMATION: Final = 0.02
-"""m root-mean-square over the markers of a segment between the frames before and after a gap.
-Skin moves by about this; if it is more, these markers are not on one segment."""
+"""m root-mean-square over the markers of a segment between the frames before and after a gap. Skin
+moves by about this much; if it is more, the markers are not on one segment."""
 FLATTEST_CLUSTER: Final = 0.1
-"""Second over first singular value of the markers about their mean; on a line (0) they do not
-fix the turn about it."""
+"""Second over first singular value of the markers about their mean; markers on a line (0) do not
+determine the rotation about it."""
 SPLINE_FIRST: Final = 0.5
-"""Share of `largest_gap_s` up to which a spline is better than the segment's markers, which skin
-moves. Gaps cut into the walk of Rajagopal et al. 2016 (shank, thigh, foot, pelvis), largest
-error, mean: at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by spline and 1.0, 1.1, 1.6, 1.1 mm by the segment;
-at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5, 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4, 7, 4 mm."""
+"""Fraction of `largest_gap_s` up to which a spline is more accurate than the segment's markers,
+because skin moves. Mean of the largest error in gaps cut into the walk of Rajagopal et al. 2016
+(shank, thigh, foot, pelvis): at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by spline and 1.0, 1.1, 1.6, 1.1 mm by
+the segment; at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5, 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4,
+7, 4 mm."""
 SPLINE_SUPPORT: Final = 0.04
-"""s at each side of a gap over which the velocity at its edge is fitted."""
+"""s on each side of a gap, over which the velocity at its edge is fitted."""
 
 
 def fill_gaps(
@@ -64,8 +65,8 @@ def fill_gaps(
                 if rebuilt is not None:
                     filled, used, deformation = rebuilt
                     action = (
-                        f"rebuilt from {', '.join(recording.names[i] for i in used)} "
-                        f"(these moved {1000 * deformation:.1f} mm against each other)"
+                        f"rebuilt from {', '.join(recording.names[i] for i in used)} (which moved "
+                        f"{1000 * deformation:.1f} mm relative to each other)"
                     )
             if filled is None and duration <= processing.largest_gap_s:
                 filled = _bridge(measured[:, column], begin, end, rate)
@@ -79,7 +80,7 @@ def fill_gaps(
                     else f" ({duration:.3f} s is too long without three markers of its segment)"
                 )
             if spiked[begin:end, column].any():
-                action += ", after a spike was taken out"
+                action += ", after a spike was removed"
             findings.append(frame_finding(recording, "gap", [name], begin, end - 1, action))
     return findings
 
@@ -89,9 +90,9 @@ def _rebuild(
 ) -> tuple[Array, list[int], float] | None:
     """Positions (n, 3) of a marker in its gap from the rigid motion of others on its segment.
 
-    Kabsch's method (1976, Acta Cryst A32:922) gives the motion of the others from an edge of
-    the gap to each of its frames; the marker moves with them. At the other edge that misses by
-    the skin's movement, which is spread evenly over the gap, so that both edges join.
+    Kabsch's method (1976, Acta Cryst A32:922) gives the motion of the others from an edge of the
+    gap to each of its frames; the marker moves with them. At the other edge this is off by the
+    skin's movement, which is spread evenly over the gap so that both edges join.
     """
     edges = [frame for frame in (begin - 1, end) if 0 <= frame < len(markers)]
     frames = np.arange(begin - (begin > 0), end + (end < len(markers)))

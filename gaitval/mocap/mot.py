@@ -21,7 +21,7 @@ from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines
 
 @dataclass(frozen=True)
 class StorageTable:
-    """A table over time: what MOT and STO files hold.
+    """A table over time: what MOT and STO files contain.
 
     Attributes
     ----------
@@ -46,21 +46,22 @@ class StorageTable:
 def read_storage(path: Path) -> StorageTable:
     """Read a MOT or STO file of numbers, of any version of its header.
 
-    Understood are `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
-    (version 3) and `datarows`, `datacolumns` (SIMM), with or without a first line that is a name.
+    It understands `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
+    (version 3) and `datarows`, `datacolumns` (SIMM), with or without a name in the first line.
 
     Raises
     ------
     RecordError
-        Not such a file, truncated, header and columns disagree, a column twice, time missing.
+        The file is of another kind or truncated, header and columns disagree, a column appears
+        twice, or the time is missing.
     """
     path = Path(path)
     lines = text_lines(path)
     ends = [i for i, line in enumerate(lines) if line.strip().lower() == "endheader"]
     if not ends:
         raise RecordError(
-            f"{path}: not a MOT or STO file: no line `endheader`. Give OpenSim's format, or the "
-            "file is truncated: export it again."
+            f"{path}: not a MOT or STO file: no line `endheader`. Give a file in OpenSim's "
+            "format; if this is one, it is truncated: export it again."
         )
     header: dict[str, str] = {}
     for line in lines[: ends[0]]:
@@ -71,8 +72,8 @@ def read_storage(path: Path) -> StorageTable:
             header[found[1].lower()] = found[2].strip()
     if header.get("datatype", "double").lower() != "double":
         raise RecordError(
-            f"{path}: DataType is {header['datatype']}; only a table of numbers (double) is read. "
-            "Export it with one column for each component."
+            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
+            "be read. Export it with one column for each component."
         )
     numbered = [(i, s) for i, s in enumerate(lines[ends[0] + 1 :], ends[0] + 2) if s.strip()]
     if not numbered:
@@ -80,8 +81,8 @@ def read_storage(path: Path) -> StorageTable:
     labels = numbered[0][1].split()
     if not labels or labels[0].lower() != "time":
         raise RecordError(
-            f"{path}: line {numbered[0][0]}: the names of the columns must begin with time, here "
-            f"with {labels[0]!r}. Export the file again."
+            f"{path}: line {numbered[0][0]}: the first column must be named time, but is "
+            f"{labels[0]!r}. Export the file again."
         )
     twice = sorted({name for name in labels if labels.count(name) > 1})
     if twice:
@@ -96,8 +97,8 @@ def read_storage(path: Path) -> StorageTable:
         promised = next((header[key] for key in keys if key in header), str(seen))
         if promised != str(seen):
             raise RecordError(
-                f"{path}: the header promises {promised} {what}, there are {seen}: truncated, or "
-                "cut by hand. Export the file again, or correct the header."
+                f"{path}: the header promises {promised} {what}, but there are {seen}: the file "
+                "is truncated, or was cut by hand. Export the file again, or correct the header."
             )
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
@@ -132,9 +133,9 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     """Force plates of a MOT or STO file in OpenSim's convention: N, m, Nm, on the person.
 
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
-    torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`,
-    `1_ground_force_vx`. What is left of the names is the plate's name. A file for one foot in
-    all its steps is a plate for us, so a torque may have all three components.
+    torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
+    The rest of the names is the plate's name. Columns for one foot over all its steps also count as
+    a plate, so a torque may have all three components.
 
     Returns
     -------
@@ -144,7 +145,7 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     Raises
     ------
     RecordError
-        As `read_storage`; no forces; a plate whose point or torque is missing.
+        As `read_storage`; there are no forces; a plate lacks its point or torque.
     """
     path = Path(path)
     table = read_storage(path)
@@ -156,9 +157,9 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
             found.setdefault(plate, {})[quantity] = column
     if not any("vx" in parts for parts in found.values()):
         raise RecordError(
-            f"{path}: no ground reaction forces: columns such as ground_force_vx, ground_force_px, "
-            f"ground_torque_x are needed, there are {', '.join(table.columns[:6])} …. Give the "
-            "file of the force plates."
+            f"{path}: no ground reaction forces: columns such as ground_force_vx, "
+            "ground_force_px, ground_torque_x are needed, but there are "
+            f"{', '.join(table.columns[:6])} …. Give the file of the force plates."
         )
     plates = []
     for number, (name, parts) in enumerate(found.items(), start=1):
@@ -179,7 +180,7 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
 
 
 def _part(column: str) -> tuple[str, str] | None:
-    """Plate and quantity (`vx`, `py`, `mz` …) of a column's name; None for other columns."""
+    """Plate and quantity (`vx`, `py`, `mz` …) from a column's name; None for other columns."""
     plain = column.lower()
     found = re.fullmatch(r"(.*)(force|torque|moment)(.*?)(?:_?([vpm]))?([xyz])(_?\d*)", plain)
     if found is None:

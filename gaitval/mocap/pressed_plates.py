@@ -1,4 +1,4 @@
-"""Force plates of files that have the centre of pressure instead of moments."""
+"""Force plates in files that have the centre of pressure instead of moments."""
 
 from pathlib import Path
 from typing import Final
@@ -11,8 +11,8 @@ from gaitval.mocap.force_plates import CERTAIN_LOAD_N, UNLOADED_N
 from gaitval.mocap.recording import Plate
 
 LONGEST_LEVER_M: Final = 0.1
-"""The torque about the centre of pressure is at most this times the force, m: friction holds it
-under half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
+"""The torque about the centre of pressure is at most this times the force, m: friction keeps it
+below half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
 whose plates are not zeroed)."""
 
 LONGEST_PLATE_M: Final = 1.0
@@ -20,11 +20,11 @@ LONGEST_PLATE_M: Final = 1.0
 
 
 def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Array) -> Plate:
-    """A plate of a file that has the centre of pressure, in N, m, Nm; corners are not known."""
+    """A plate in a file that has the centre of pressure, in N, m, Nm; corners are unknown."""
     if not np.isfinite(force).all():
         raise RecordError(
-            f"{path}: plate {name}: {np.count_nonzero(~np.isfinite(force).all(axis=1))} samples "
-            "of the force are missing. Export the forces without gaps."
+            f"{path}: plate {name}: {np.count_nonzero(~np.isfinite(force).all(axis=1))} force "
+            "samples are missing. Export the forces without gaps."
         )
     loaded = np.linalg.norm(force, axis=1) >= UNLOADED_N
     if not (np.isfinite(point[loaded]).all() and np.isfinite(torque[loaded]).all()):
@@ -43,7 +43,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
 
 def _check_torque(path: Path, name: str, force: Array, torque: Array) -> None:
-    """Refuse a torque about the centre of pressure that no foot can give."""
+    """Refuse a torque about the centre of pressure that no foot can exert."""
     size = np.linalg.norm(force, axis=1)
     strong = size > CERTAIN_LOAD_N
     if not strong.any():
@@ -58,6 +58,7 @@ def _check_torque(path: Path, name: str, force: Array, torque: Array) -> None:
         "about the centre of pressure"
     )
     raise RecordError(
-        f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median); "
-        f"a foot turns on the ground with at most {LONGEST_LEVER_M:g} m. {why}."
+        f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "
+        f"but a foot can twist on the ground with at most {LONGEST_LEVER_M:g} m times the force. "
+        f"{why}."
     )

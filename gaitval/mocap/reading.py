@@ -1,7 +1,7 @@
-"""Read a trial from whatever files a laboratory has, and refuse what cannot be right.
+"""Read a trial from a laboratory's files, and refuse what cannot be right.
 
-One way in: `read_recording`. What is checked here holds for every format; what a format alone can
-tell is checked by its reader.
+The only entry point is `read_recording`. The checks here are for every format; each reader checks
+what is specific to its format.
 """
 
 from dataclasses import replace
@@ -20,21 +20,22 @@ from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_forces, read_wbds_markers
 
 LARGEST_MISMATCH_S: Final = 0.1
-"""Markers and forces of one trial end within this of each other, s; exports differ by a frame."""
+"""Markers and forces of one trial end within this time of each other, s; exports differ by a
+frame."""
 
 LARGEST_DISTANCE_M: Final = 1.0
-"""The centre of pressure is at most this far outside the space that the markers fill, m."""
+"""The centre of pressure is at most this far outside the volume that the markers fill, m."""
 
 SMALLEST_COSINE: Final = 0.7
-"""Cosine of the angle between the force and the way from its point to the middle of the markers,
-mean under load. In walking it is over 0.9."""
+"""Mean cosine, under load, of the angle between the force and the line from its point to the middle
+of the markers. In walking it is above 0.9."""
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
-"""m. The markers of a person, and of things around, spread over at least and at most this."""
+"""m. The markers of a person, and of objects nearby, spread over at least and at most this."""
 
 SPREAD_FRAMES: Final = 50
-"""Frames that are looked at for it, evenly spread."""
+"""Number of frames, evenly spaced, that this is taken from."""
 
 PERSON_SPREAD_M: Final = (0.4, 2.2)
 """m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
@@ -48,7 +49,7 @@ _CONFUSED: Final = {
     10.0: "centimetres that are called mm",
     0.1: "millimetres that are called cm",
 }
-"""By the factor that puts it right."""
+"""By the factor that corrects it."""
 
 
 def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
@@ -57,9 +58,8 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     Parameters
     ----------
     path : .c3d, .trc, or `…mkr.txt` of WBDS.
-    forces : ground reaction that belongs to markers without: .mot or .sto in OpenSim's
-        convention, or `…grf.txt` of WBDS, in the same axes and on the same clock (WBDS: from the
-        first frame on).
+    forces : ground reaction for a marker file that has none: .mot or .sto in OpenSim's convention,
+        or `…grf.txt` of WBDS, in the same axes and on the same clock (WBDS: from the first frame).
 
     Returns
     -------
@@ -69,9 +69,9 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     Raises
     ------
     RecordError
-        Unknown kind of file, empty, truncated or damaged; unit wrong or missing; a marker twice,
-        all markers missing; rates that do not divide; forces of another trial or in another
-        unit.
+        The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing; a
+        marker appears twice, or all are missing; the rates do not divide; the forces are of another
+        trial or in another unit.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -93,13 +93,13 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     if forces.suffix.lower() not in (".mot", ".sto", ".txt"):
         raise RecordError(
             f"{forces}: forces are read from .mot, .sto and WBDS's grf.txt files, not from "
-            f"{forces.suffix or 'a file without an ending'}. A C3D file that has them beside the "
-            "markers is given as the trial, without --forces."
+            f"{forces.suffix or 'a file without an ending'}. If a C3D file has them with the "
+            "markers, give it as the trial, without --forces."
         )
     if recording.plates:
         raise RecordError(
-            f"{path} has {len(recording.plates)} force plates, and {forces} was given too: which "
-            "ones hold is not clear. Leave one out."
+            f"{path} has {len(recording.plates)} force plates, and {forces} was given too, so it "
+            "is unclear which to use. Leave one out."
         )
     return _with_forces(recording, forces)
 
@@ -128,16 +128,17 @@ def _check_markers(recording: Recording) -> None:
     spread = _spread(recording.markers)
     if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
         raise RecordError(
-            f"{recording.source}: the markers of a frame spread over {spread:.3g} m, a person's "
-            f"over 1 to 2 m: the unit that the file states is wrong{_unit_hint(spread)}. Correct "
-            "the unit in the file (TRC: line 3; C3D: POINT:UNITS), or export it again."
+            f"{recording.source}: the markers of a frame spread over {spread:.3g} m, but a "
+            "person's spread over 1 to 2 m: the unit that the file states is "
+            f"wrong{_unit_hint(spread)}. Correct the unit in the file (TRC: line 3; C3D: "
+            "POINT:UNITS), or export it again."
         )
 
 
 def _spread(markers: Array) -> float:
     """Median over the frames of the largest extent of the markers along an axis, m.
 
-    Of the middle eight tenths of them, for a reflex that the cameras took for a marker may be
+    Only the middle 80 % count, because a reflection that the cameras took for a marker may be
     anywhere.
     """
     seen = np.flatnonzero(np.isfinite(markers).all(axis=2).sum(axis=1) >= 3)
@@ -149,7 +150,7 @@ def _spread(markers: Array) -> float:
 
 
 def _unit_hint(spread: float) -> str:
-    """Which wrong unit makes a person's markers spread over this many metres, in words."""
+    """The unit error that makes a person's markers spread over this many metres, in words."""
     for factor, what in _CONFUSED.items():
         if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
             return f" (it looks like {what})"
@@ -168,7 +169,7 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
         raise RecordError(
             f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
             f"({recording.source}): the rate of the forces must be a whole multiple of the "
-            f"markers', here it is {ratio:.4g}. Resample the forces to "
+            f"markers', but the ratio is {ratio:.4g}. Resample the forces to "
             f"{max(per_frame, 1) * recording.marker_rate:.6g} Hz and export again."
         )
     rate = per_frame * recording.marker_rate
@@ -177,10 +178,10 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
     if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LARGEST_MISMATCH_S:
         raise RecordError(
             f"{path}: the forces go from {start:.3f} to {ends[1]:.3f} s, the markers of "
-            f"{recording.source} from {recording.start:.3f} to {ends[0]:.3f} s. Give the forces of "
-            "the same trial, cut alike."
+            f"{recording.source} from {recording.start:.3f} to {ends[0]:.3f} s. Give the forces "
+            "of the same trial, cut to the same time."
         )
-    # Where the forces begin later, the markers lose the frames before them.
+    # If the forces begin later, marker frames before them are dropped.
     skipped = max(0, int(np.ceil((start - recording.start) * recording.marker_rate - 1e-3)))
     begin = recording.start + skipped / recording.marker_rate
     offset = round((begin - start) * rate)
@@ -208,7 +209,7 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
 
 
 def _middle(markers: Array) -> Array:
-    """Mean (T, 3) of the markers of each frame that are near their median: a reflex that the
+    """Mean (T, 3) of each frame's markers that are near their median, because a reflection that the
     cameras took for a marker may be anywhere. NaN where none is seen.
     """
     middle = np.full((len(markers), 3), np.nan)
@@ -217,13 +218,13 @@ def _middle(markers: Array) -> Array:
     median = np.nanmedian(shown, axis=1)
     near = np.linalg.norm(shown - median[:, None], axis=2) < PERSON_SPREAD_M[1]
     total = np.where(near[:, :, None], shown, 0.0).sum(axis=1)
-    with np.errstate(invalid="ignore"):  # two reflexes, and nobody between them
+    with np.errstate(invalid="ignore"):  # two reflections with nobody between them
         middle[some] = total / near.sum(axis=1)[:, None]
     return middle
 
 
 def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
-    """Refuse forces whose points are not under the markers, or that do not push the person up."""
+    """Refuse forces that do not act under the markers, or do not push the person up."""
     points = recording.markers.reshape(-1, 3)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     middle = _middle(recording.markers)
@@ -245,8 +246,8 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
             )
             raise RecordError(
                 f"{path}: plate {plate.name}: the centre of pressure is at "
-                f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside the "
-                f"space of the markers, which goes from {np.round(low, 2).tolist()} to "
+                f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside "
+                f"the space of the markers, which extends from {np.round(low, 2).tolist()} to "
                 f"{np.round(high, 2).tolist()} m; {why}."
             )
         towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
@@ -258,13 +259,13 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
         if cosine < -SMALLEST_COSINE:
             raise RecordError(
                 f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
-                "into the plate: these are forces on the plate, those on the person are needed. "
-                "Reverse the signs of the forces and torques."
+                "into the plate: these are forces on the plate, but those on the person are "
+                "needed. Reverse the signs of the forces and torques."
             )
         if cosine < SMALLEST_COSINE:
             raise RecordError(
                 f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
-                f"person, but {np.degrees(np.arccos(cosine)):.0f}° off: the forces have other axes "
-                "than the markers, or act at the points of the other foot or of another trial. "
-                "Export markers and forces of the trial together."
+                f"person, but {np.degrees(np.arccos(cosine)):.0f}° away: the forces are in other "
+                "axes than the markers, or act at the points of the other foot or of another "
+                "trial. Export markers and forces of the trial together."
             )

@@ -32,8 +32,8 @@ class Plate:
     free_moment : (T, 3) Nm, of the plate on the person about the centre of pressure (along the
         vertical); zero where the plate is not loaded.
     moment : (T, 3) Nm, of the plate on the person about the origin of the axes, also where the
-        plate is not loaded; None where the file gives the centre of pressure only. With it a
-        plate that was not zeroed can be put right, which a centre of pressure does not allow.
+        plate is not loaded; None if the file gives only the centre of pressure. A plate that was
+        not zeroed can be corrected with this moment, but not with a centre of pressure.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Event:
-    """A gait event: time in s (of the recording's clock), side and kind."""
+    """A gait event: time in s (on the recording's clock), side and kind."""
 
     time: float
     side: Side
@@ -135,8 +135,8 @@ class FootForces:
     force : (T, 2, 3) N on the foot; zero where it is in the air.
     centre_of_pressure : (T, 2, 3) m; NaN where it is in the air.
     free_moment : (T, 2, 3) Nm about the centre of pressure.
-    valid : (T, 2) False where the plates do not show this foot's force: it stands beside the
-        plates, on the other foot's plate, or both feet are on one plate.
+    valid : (T, 2) False where the plates do not measure this foot's force: it is beside the plates
+        or on the other foot's plate, or both feet are on one plate.
     """
 
     rate: float

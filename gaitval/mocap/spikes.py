@@ -10,23 +10,24 @@ from gaitval.mocap.findings import Finding, frame_finding, seen_frames
 from gaitval.mocap.recording import Recording
 
 LARGEST_ACCELERATION: Final = 150.0
-"""m/s². No marker of a walking person exceeds it between neighbouring frames: the largest in
-the walks of Rajagopal et al. 2016 (toe, 100 Hz) is 153, of the WBDS at 1.26 m/s 128, in both
-mostly noise, which `JUMP_NOISE` adds to this."""
+"""m/s². No marker of a walking person exceeds this between neighbouring frames: the largest is 153
+in the walks of Rajagopal et al. 2016 (toe, 100 Hz) and 128 in WBDS at 1.26 m/s, both mostly noise,
+for which `JUMP_NOISE` is added."""
 JUMP_NOISE: Final = 0.006
-"""m: what noise of the cameras may add to a second difference (2.4 times its own size)."""
+"""m. What camera noise may add to a second difference (2.4 times the noise itself)."""
 NOISE_MULTIPLE: Final = 4.0
-"""In a noisy trial its own noise counts instead: this many medians of a marker's second
+"""In a noisy trial its own noise is used instead: this many medians of a marker's second
 differences, which is 6 standard deviations of noise in three directions and so never exceeded."""
 LONGEST_SPIKE: Final = 0.05
-"""s. A marker that returns later than this has not spiked; it has been somewhere else."""
+"""s. A marker that returns later than this is not a spike; it was somewhere else."""
 RETURNED: Final = 0.4
-"""Share of a spike's size within which the marker comes back to where its velocity before it
-leads; in the time of a spike velocity changes, so that nothing much smaller can be asked."""
+"""After a spike the marker returns to where its earlier velocity would have taken it, to within
+this fraction of the spike's size. Velocity changes during a spike, so much less cannot be
+required."""
 
 
 def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
-    """Farthest that a marker is from where its velocity would take it in some frames, m."""
+    """Largest distance of a marker from where its velocity would take it in some frames, m."""
     usual = surprise_of(path)
     usual = usual[usual > 0.0]
     noise = NOISE_MULTIPLE * float(np.median(usual)) if len(usual) else 0.0
@@ -34,7 +35,7 @@ def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
 
 
 def surprise_of(path: Array) -> Array:
-    """(T,) m: distance of each frame from where the velocity before it leads; 0 where unknown."""
+    """(T,) m: distance of each frame from where the velocity before it points; 0 if unknown."""
     distance = np.zeros(len(path))
     if len(path) > 2:
         distance[2:] = np.linalg.norm(path[2:] - 2.0 * path[1:-1] + path[:-2], axis=1)
@@ -42,7 +43,7 @@ def surprise_of(path: Array) -> Array:
 
 
 def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
-    """Make gaps of frames in which a marker is away from its path for a moment, in place."""
+    """Turn frames in which a marker briefly leaves its path into gaps, in place."""
     rate = recording.marker_rate
     findings = []
     spiked = np.zeros(markers.shape[:2], dtype=bool)
@@ -51,7 +52,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
         for begin, end, away in _spikes(path, rate):
             path[begin:end] = np.nan
             spiked[begin:end, column] = True
-            action = f"up to {1000 * away:.0f} mm off its path; taken out"
+            action = f"up to {1000 * away:.0f} mm off its path; removed"
             findings.append(frame_finding(recording, "spike", [name], begin, end - 1, action))
         surprise = surprise_of(path)
         jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
@@ -68,11 +69,11 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
 def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     """First frame, frame after the last, and largest distance from the path (m) of each spike."""
     longest = max(1, round(LONGEST_SPIKE * rate))
-    # by the number of frames that a velocity is carried on
+    # by the number of frames over which a velocity is extrapolated
     allowed = [jump_tolerance(path, rate, frames) for frames in range(longest + 2)]
     path = path.copy()
     found = []
-    # forwards, then backwards for spikes that the beginning of the trial or of a block hides
+    # forwards, then backwards for spikes that the start of the trial or of a block hides
     for reverse in (False, True):
         view = path[::-1] if reverse else path
         for frame in np.flatnonzero(surprise_of(view) > allowed[1]):
@@ -85,7 +86,7 @@ def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
 
 
 def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, int, float] | None:
-    """The shortest spike that begins at a frame where the marker has jumped."""
+    """The shortest spike that begins at a frame in which the marker jumped."""
     seen = seen_frames(path[frame - 2 : frame + len(allowed)])
     if not seen[:3].all():
         return None  # a spike that ended here has become a gap
@@ -102,6 +103,6 @@ def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, i
 
 
 def _distance(away: Array, base: Array, velocity: Array) -> float:
-    """Largest distance of some frames from a path that goes on as before, m."""
+    """Largest distance of some frames from a path that continues as before, m."""
     steps = np.arange(1, len(away) + 1)[:, None]
     return float(np.linalg.norm(away - base - steps * velocity, axis=1).max())

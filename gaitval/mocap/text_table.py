@@ -18,22 +18,24 @@ XYZ: Final = "xyz"
 
 def _not_text(path: Path) -> RecordError:
     return RecordError(
-        f"{path}: not a text file. If it is a C3D file, its name must end in .c3d; else export the "
-        "trial again."
+        f"{path}: not a text file. If it is a C3D file, its name must end in .c3d; otherwise "
+        "export the trial again."
     )
 
 
 def text_lines(path: Path) -> list[str]:
-    """Lines of a text file in UTF-8 or the code page of Windows; refuses an empty or binary one."""
+    """Lines of a text file in UTF-8 or Windows' code page; refuses an empty or binary one."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
     except OSError as error:
-        raise RecordError(f"{path}: cannot be opened ({error.strerror}).") from None
+        raise RecordError(
+            f"{path}: cannot be opened ({error.strerror}). Check the path and permissions."
+        ) from None
     except UnicodeDecodeError:
         try:
-            # Motion Analysis and Vicon write the folder's name in the code page of Windows.
+            # Motion Analysis and Vicon write the folder's name in Windows' code page.
             text = path.read_text(encoding="cp1252")
         except UnicodeDecodeError:
             raise _not_text(path) from None
@@ -60,8 +62,8 @@ def numbers_of(
             fields.pop()
         if len(fields) != width:
             raise RecordError(
-                f"{path}: line {first_line + i} has {len(fields)} fields, {width} are expected by "
-                "the header: the file is truncated or damaged. Export it again."
+                f"{path}: line {first_line + i} has {len(fields)} fields, but the header has "
+                f"{width}: the file is truncated or damaged. Export it again."
             )
         try:
             table[i] = [_number(field) for field in fields]
@@ -71,14 +73,14 @@ def numbers_of(
                 "It has a decimal comma: set the program, or the region of Windows, to a decimal "
                 "point and export the file again"
                 if re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", wrong, flags=re.IGNORECASE)
-                else "Mend it or export the file again"
+                else "Correct it or export the file again"
             )
             raise RecordError(
                 f"{path}: line {first_line + i}: {wrong!r} is not a number. {mend}."
             ) from None
     if np.isinf(table).any():
         line = first_line + int(np.flatnonzero(np.isinf(table).any(axis=1))[0])
-        raise RecordError(f"{path}: line {line}: an infinite value. Export the file again.")
+        raise RecordError(f"{path}: line {line}: a value is infinite. Export the file again.")
     return table
 
 
@@ -93,25 +95,25 @@ def _is_number(field: str) -> bool:
 def sample_rate(path: Path, time: Array) -> float:
     """Rate of uniform samples, Hz, from times that may be rounded.
 
-    The rate is that of the straight line through all times; a whole number of Hz is taken where
-    it explains the times as well (WBDS: 0.007, 0.013, 0.020 s are 150 Hz).
+    The rate is that of the straight line through all times; a whole number of Hz is preferred if it
+    explains the times as well (WBDS: 0.007, 0.013, 0.020 s are 150 Hz).
 
     Raises
     ------
     RecordError
-        Times that do not increase, or are not evenly spaced.
+        The times do not increase, or are not evenly spaced.
     """
     if not np.isfinite(time).all():
         raise RecordError(f"{path}: a time is missing or not a number. Export the file again.")
     if len(time) < 2:
-        raise RecordError(f"{path}: one sample only has no rate. Export the whole trial.")
+        raise RecordError(f"{path}: a single sample has no rate. Export the whole trial.")
     steps = np.diff(time)
     if (steps <= 0).any():
         row = int(np.flatnonzero(steps <= 0)[0])
         raise RecordError(
             f"{path}: the time goes from {time[row]:g} s to {time[row + 1]:g} s in sample "
-            f"{row + 2} instead of increasing: two trials in one file, or times rounded too much. "
-            "Export it again."
+            f"{row + 2} instead of increasing: the file contains two trials, or the times are "
+            "rounded too much. Export it again."
         )
     index = np.arange(len(time), dtype=float)
     step, first = np.polyfit(index, time, 1)
@@ -119,15 +121,15 @@ def sample_rate(path: Path, time: Array) -> float:
     if spread > 0.3 * step:
         row = int(np.argmax(np.abs(time - first - step * index)))
         raise RecordError(
-            f"{path}: the times are not evenly spaced: around sample {row + 1} "
-            f"(t = {time[row]:g} s) they are {spread / step:.1f} steps of {step:.4g} s off. "
-            "Samples are missing; export the trial whole, with gaps left empty."
+            f"{path}: the times are not evenly spaced: around sample {row + 1} (t = {time[row]:g} "
+            f"s) they are off by {spread / step:.1f} steps of {step:.4g} s. Samples are missing; "
+            "export the whole trial, with gaps left empty."
         )
     rate = 1.0 / float(step)
     if rate < SLOWEST_RATE:
         raise RecordError(
             f"{path}: the times go in steps of {step:.4g} s, {rate:.3g} Hz: they look like "
-            "milliseconds or numbers of frames. Write the time in seconds and export again."
+            "milliseconds or frame numbers. Write the time in seconds and export again."
         )
     whole = round(rate)
     if whole:
@@ -138,6 +140,6 @@ def sample_rate(path: Path, time: Array) -> float:
 
 
 def with_gaps(markers: Array) -> Array:
-    """NaN where a marker has not all three coordinates, or is exactly at the origin."""
+    """NaN where a marker lacks a coordinate, or is exactly at the origin."""
     hidden = np.isnan(markers).any(axis=2) | (markers == 0).all(axis=2)
     return np.where(hidden[:, :, None], np.nan, markers)

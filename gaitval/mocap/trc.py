@@ -20,8 +20,8 @@ def read_trc(path: Path) -> Recording:
     Raises
     ------
     RecordError
-        Not a TRC file, truncated, header and columns or rate and times disagree, unit missing
-        or unknown.
+        The file is not TRC or is truncated; header and columns, or rate and times, disagree; the
+        unit is missing or unknown.
     """
     path = Path(path)
     lines = text_lines(path)
@@ -41,7 +41,7 @@ def read_trc(path: Path) -> Recording:
     time = table[:, 1]
     if frames > 1:
         seen = sample_rate(path, time)
-        # A rate of 119.88 Hz may be written as 120 and the other way round.
+        # A rate of 119.88 Hz may be written as 120, and the other way round.
         if abs(seen - rate) > 0.005 * rate:
             raise RecordError(
                 f"{path}: DataRate is {rate:g} Hz, but the times go in steps of {1 / seen:.5g} s "
@@ -63,8 +63,8 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
     """Rate in Hz, number of frames, names of the markers, and metres in the file's unit."""
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise RecordError(
-            f"{path}: not a TRC file: the first line must begin with PathFileType and five lines "
-            "of header must follow. Export it again."
+            f"{path}: not a TRC file: the first line must begin with PathFileType, and there must "
+            "be five header lines. Export it again."
         )
     if not all("\t" in line for line in lines[1:4]):
         raise RecordError(
@@ -81,8 +81,8 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
             )
     if header["Units"].lower() not in METRES:
         raise RecordError(
-            f"{path}: Units is {header['Units']!r} in line 3, which is not known. Known are "
-            f"{', '.join(METRES)}: write the right one there."
+            f"{path}: Units is {header['Units']!r} in line 3, which is not a known unit. Write "
+            f"one of these there: {', '.join(METRES)}."
         )
     try:
         rate, frames, count = (
@@ -95,8 +95,8 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
     if not 0 < rate < np.inf:
         raise RecordError(
             f"{path}: line 3: DataRate, NumFrames and NumMarkers are {header['DataRate']}, "
-            f"{header['NumFrames']}, {header['NumMarkers']}; a rate above 0 Hz and whole numbers "
-            "are needed. Correct them."
+            f"{header['NumFrames']}, {header['NumMarkers']}; but the rate must be above 0 Hz and "
+            "the counts whole numbers. Correct them."
         )
     cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
     names = [cell for cell in cells if cell]
@@ -109,10 +109,10 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
 
 
 def write_trc(path: Path, recording: Recording) -> None:
-    """Write markers as TRC in mm, in the axes that they are in; gaps are NaN.
+    """Write markers as TRC in mm, in the axes they are in; gaps are NaN.
 
-    OpenSim expects y up: turn the recording first. It refuses a row that ends in empty cells, so
-    gaps are not left empty. Written whole or not at all.
+    OpenSim expects y up: turn the recording first. OpenSim refuses a row that ends in empty cells,
+    so gaps are not left empty. The file is written whole or not at all.
     """
     frames, count = recording.markers.shape[:2]
     rate = f"{recording.marker_rate:.12g}"

@@ -18,9 +18,10 @@ def unit_factor(path: Path, text: str, units: Mapping[str, float], what: str) ->
     """Factor to SI of a unit as a file writes it."""
     plain = re.sub(r"[\s.*·]", "", text).lower()
     if plain not in units:
-        seen = f"is {text.strip()!r}, which is not known" if plain else "is missing"
+        seen = f"is {text.strip()!r}, which is not a known unit" if plain else "is missing"
         raise RecordError(
-            f"{path}: {what} {seen}, so the numbers have no meaning. Known are "
-            f"{', '.join(units)}: write the right one into the file with the program that made it."
+            f"{path}: {what} {seen}, so the numbers have no meaning. Known units are "
+            f"{', '.join(units)}: set the right one in the program that made the file, and export "
+            "again."
         )
     return units[plain]

@@ -18,15 +18,17 @@ from gaitval.mocap.units import METRES
 
 WBDS_MARKER_RATE: Final = 150.0
 WBDS_FORCE_RATE: Final = 300.0
-"""Hz; the force files of WBDS have a sample's index for its time."""
+"""Hz; the force files of WBDS give the sample index instead of the time."""
 
 
 def _tabbed(path: Path) -> tuple[list[str], Array]:
-    """Header and numbers of a file of WBDS."""
+    """Header and numbers of a WBDS file."""
     lines = [line for line in text_lines(path) if line.strip()]
     header = [name.strip() for name in lines[0].split("\t")]
     if len(lines) < 2:
-        raise RecordError(f"{path}: no rows below the header: truncated. Download it again.")
+        raise RecordError(
+            f"{path}: no rows below the header: the file is truncated. Download it again."
+        )
     return header, numbers_of(path, lines[1:], 2, len(header), separator="\t")
 
 
@@ -36,7 +38,7 @@ def read_wbds_markers(path: Path) -> Recording:
     Raises
     ------
     RecordError
-        Other columns, truncated, times not evenly spaced.
+        The columns differ, the file is truncated, or the times are not evenly spaced.
     """
     path = Path(path)
     header, table = _tabbed(path)
@@ -48,8 +50,8 @@ def read_wbds_markers(path: Path) -> Recording:
             header[-1],
         )
         raise RecordError(
-            f"{path}: not a marker file of WBDS: Time and then X, Y, Z of each marker are "
-            f"expected; column {wrong!r} breaks this. Download it again or give a .trc or .c3d."
+            f"{path}: not a marker file of WBDS: the columns must be Time and then X, Y, Z of "
+            f"each marker, but column {wrong!r} is not. Download it again or give a .trc or .c3d."
         )
     rate = sample_rate(path, table[:, 0]) if len(table) > 1 else WBDS_MARKER_RATE
     return Recording(
@@ -65,9 +67,9 @@ def read_wbds_markers(path: Path) -> Recording:
 def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     """Read a `…grf.txt` file of WBDS.
 
-    `Time` is the sample's index at 300 Hz; each plate has Fx, Fy, Fz (N), COPx, COPy, COPz (mm)
-    and Ty (Nmm), with the plate's number behind. On the treadmill plate 1 is the left one. The
-    treadmill's plates are not zeroed, and the file does not allow to mend that: prefer the C3D.
+    `Time` is the sample's index at 300 Hz; each plate has Fx, Fy, Fz (N), COPx, COPy, COPz (mm) and
+    Ty (Nmm), followed by the plate's number. On the treadmill, plate 1 is the left one. The
+    treadmill's plates are not zeroed, which cannot be corrected from this file: prefer the C3D.
 
     Returns
     -------
@@ -77,22 +79,22 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     Raises
     ------
     RecordError
-        Other columns, truncated, not a whole number of plates.
+        The columns differ, the file is truncated, or a plate is incomplete.
     """
     path = Path(path)
     header, table = _tabbed(path)
     if not header[0].strip().lower().startswith("time"):
         raise RecordError(
-            f"{path}: not a force file of WBDS: the first column is {header[0]!r}, Time is "
-            "expected. Download it again."
+            f"{path}: not a force file of WBDS: the first column must be Time, but is "
+            f"{header[0]!r}. Download it again."
         )
     columns: dict[str, dict[str, int]] = {}
     for i, column in enumerate(header[1:], start=1):
         found = re.fullmatch(r"(F|COP|T)([xyz])_?(\d*)", column, flags=re.IGNORECASE)
         if found is None:
             raise RecordError(
-                f"{path}: column {column!r} is not one of Fx, Fy, Fz, COPx, COPy, COPz, Ty with "
-                "the plate's number behind. Download it again or give OpenSim's .mot."
+                f"{path}: column {column!r} is not one of Fx, Fy, Fz, COPx, COPy, COPz, Ty "
+                "followed by the plate's number. Download it again or give OpenSim's .mot."
             )
         quantity = found[1].upper() + found[2].lower()
         columns.setdefault(found[3] or "1", {})[quantity] = i
@@ -102,7 +104,8 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         missing = [quantity for quantity in wanted if quantity not in places]
         if missing:
             raise RecordError(
-                f"{path}: plate {name} lacks {', '.join(missing)}: truncated. Download it again."
+                f"{path}: plate {name} lacks {', '.join(missing)}: the file is truncated. "
+                "Download it again."
             )
         force = table[:, [places[f"F{axis}"] for axis in XYZ]]
         point = table[:, [places[f"COP{axis}"] for axis in XYZ]] * METRES["mm"]

@@ -1,6 +1,6 @@
 """The body model: fourteen rigid segments, their joints and the contact spheres of the feet.
 
-This is the type that scaling hands to every later stage. It is stored as a URDF file.
+Scaling passes this type to every later stage. It is stored as a URDF file.
 """
 
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ JOINT_COORDINATES = {
 
 @dataclass(frozen=True)
 class Segment:
-    """One rigid segment. Its frame is at the joint to its parent, axes as the world's
+    """One rigid segment. Its frame is at the joint to its parent; its axes are the world's
     (REP-103: x forward, y left, z up) when all coordinates are zero.
 
     Attributes
@@ -92,8 +92,8 @@ class ContactSphere:
 
 @dataclass(frozen=True)
 class BodyModel:
-    """A person's body: segments in the order of `SEGMENTS` and twelve foot spheres
-    (six a foot, right foot first).
+    """A person's body: segments in the order of `SEGMENTS`, and twelve foot spheres (six per foot,
+    right foot first).
     """
 
     name: str

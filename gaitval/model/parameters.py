@@ -1,4 +1,4 @@
-"""The 14 body parameters mu: what is randomised in training and identified from a record."""
+"""The 14 body parameters mu, which are randomised in training and identified from a record."""
 
 from dataclasses import replace
 from typing import Final
@@ -36,9 +36,9 @@ PARAMETERS: Final = (
 | ..._length | 1 | factor on the length of the segment as scaled, both legs |
 | ankle, hip, knee | m | added to the joint's position in the frame of its parent segment |
 
-Offsets are forward, to the left and up in the neutral pose for the right leg; y is mirrored
-for the left leg. A factor on the thigh or shank stretches it downwards from its upper joint,
-one on the foot stretches foot and toes forwards and backwards from the ankle. Masses stay.
+Offsets are forward, to the left and up in the neutral pose for the right leg; y is mirrored for the
+left leg. A factor on the thigh or shank stretches it downwards from its upper joint; one on the
+foot stretches foot and toes forwards and backwards from the ankle. Masses do not change.
 """
 
 NOMINAL_DAMPING: Final = 0.1
@@ -56,7 +56,7 @@ _INDEX = {name: index for index, name in enumerate(SEGMENTS)}
 
 
 def nominal_parameters() -> NDArray[np.float64]:
-    """mu of the model as scaled, shape (14,): published damping and friction, lengths times
+    """mu of the model as scaled, shape (14,): published damping and friction, length factors of
     one, no offsets.
     """
     mu = np.zeros(len(PARAMETERS))
@@ -79,8 +79,8 @@ def apply_parameters(model: BodyModel, mu: NDArray[np.float64]) -> BodyModel:
     Parameters
     ----------
     model : the model as scaled.
-    mu : (14,) body parameters, see `PARAMETERS`. Damping and friction are no part of the
-        model: contact and joints take them from mu.
+    mu : (14,) body parameters, see `PARAMETERS`. Damping and friction are not part of the model:
+        contact and joints take them from mu.
 
     Raises
     ------
@@ -88,12 +88,12 @@ def apply_parameters(model: BodyModel, mu: NDArray[np.float64]) -> BodyModel:
 
     Notes
     -----
-    A stretched segment keeps its mass: positions along its long axis, and the second moments
-    of its mass, are multiplied as if every point of it moved with the stretch.
+    A stretched segment keeps its mass; positions along its long axis, and its second moments of
+    mass, change as if every point moved with the stretch.
     """
     mu = np.asarray(mu, dtype=np.float64)
     if mu.shape != (len(PARAMETERS),):
-        raise ModelError(f"mu must have shape ({len(PARAMETERS)},), but it has {mu.shape}.")
+        raise ModelError(f"mu must have shape ({len(PARAMETERS)},), but its shape is {mu.shape}.")
     if not np.isfinite(mu).all() or mu[2:5].min() <= 0:
         raise ModelError(f"mu must be finite with positive lengths, but it is {mu}.")
     segments = list(model.segments)

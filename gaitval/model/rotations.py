@@ -7,7 +7,7 @@ from gaitval.arrays import Array
 
 
 def pelvis_rotation(tilt: Array, list_right: Array, rotation_right: Array) -> Array:
-    """Pelvis orientation (N, 3, 3), pelvis to world, of its Cardan angles in rad: anterior tilt,
+    """Pelvis orientation (N, 3, 3), pelvis to world, from its Cardan angles in rad: anterior tilt,
     right side up, right side forward, in this order (the record's).
     """
     angles = np.column_stack([tilt, -list_right, rotation_right])

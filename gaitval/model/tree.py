@@ -1,8 +1,8 @@
 """The body model as plain arrays, and its forward kinematics compiled with numba.
 
-Root convention: positions (rotation vector, origin of the pelvis) and velocities (angular,
-linear) in world axes, as dartpy's FreeJoint has them; a generalised root force is the moment
-about the pelvis origin and the force, in world axes.
+Root convention: positions (rotation vector, origin of the pelvis) and velocities (angular, linear)
+in world axes, as in dartpy's FreeJoint; a generalised root force is the moment about the pelvis
+origin, then the force, in world axes.
 """
 
 from typing import NamedTuple
@@ -28,7 +28,7 @@ _AXES = np.vstack([np.zeros((ROOT_DOFS, 3)), [AXES[name] for name in ACTUATED]])
 _COLUMN: Index = np.argmax(np.abs(_AXES), axis=1)
 """Every actuated coordinate turns about x, y or z of its frame (0, 1, 2) ..."""
 _SIGN: Array = _AXES.sum(axis=1)
-"""... or, with -1, the other way about it."""
+"""... in the positive or, with -1, the negative direction."""
 
 
 class Tree(NamedTuple):
@@ -55,7 +55,7 @@ class Tree(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """Where all segments are and how they move; what `forward` and `velocities` fill.
+    """Poses and velocities of all segments, as filled by `forward` and `velocities`.
 
     Attributes
     ----------
@@ -99,7 +99,9 @@ def tree_arrays(model: BodyModel) -> Tree:
 
 @njit_borrowing
 def _enter_rotation(vector: Array, matrix: Array) -> None:
-    """Rotation matrix (3, 3) out of a rotation vector (3, …), by Rodrigues' formula."""
+    """Write the rotation matrix (3, 3) of a rotation vector (3, …) into `matrix`, by Rodrigues'
+    formula.
+    """
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     if angle < 1e-7:
         a, b = 1.0 - angle**2 / 6.0, 0.5 - angle**2 / 24.0
@@ -141,10 +143,10 @@ def rotation_vector(matrix: Array) -> Array:
 
 @njit_borrowing
 def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
-    """Turn by an angular velocity for a while: R ← exp(step ω) R.
+    """Rotate with an angular velocity for a time step: R ← exp(step ω) R.
 
-    Through quaternions, so that it is exact for angles up to 180 degrees, where the vector is
-    unique; the result is no longer than π.
+    It uses quaternions, so it is exact for angles up to 180 degrees, where the vector is unique;
+    the result is no longer than π.
 
     Parameters
     ----------
@@ -191,7 +193,7 @@ def forward(
     rotation : (14, 3, 3) out, segment to world.
     origin : (14, 3) out, m, joint of each segment to its parent, world.
     axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
-    segments : how many, counted from the pelvis (9 are pelvis and legs).
+    segments : number of segments, counted from the pelvis (9 are pelvis and legs).
     """
     _enter_rotation(q, rotation[0])
     origin[0, 0], origin[0, 1], origin[0, 2] = q[3], q[4], q[5]
@@ -208,7 +210,7 @@ def forward(
             for j in range(3):
                 frame[i, j] = rotation[p, i, j]
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
-            # The axis is a signed column of the frame: the other two turn about it.
+            # The axis is a signed column of the frame: the other two columns turn about it.
             k, sign = _COLUMN[d], _SIGN[d]
             i, j = (k + 1) % 3, (k + 2) % 3
             cosine, sine = np.cos(q[d]), sign * np.sin(q[d])

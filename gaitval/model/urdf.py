@@ -1,8 +1,8 @@
 """The body model as a URDF file: written from the Xacro template, read back exactly.
 
-A URDF joint has one axis, so a joint of two or three coordinates is a chain of revolute
-joints through massless links, each named after its coordinate. Numbers are written with all
-their digits: a model survives writing and reading bit for bit.
+A URDF joint has one axis, so a joint of two or three coordinates is a chain of revolute joints
+through massless links, each named after its coordinate. Numbers are written with all their digits,
+so a model is written and read bit for bit.
 """
 
 import hashlib
@@ -48,7 +48,7 @@ def template_folder() -> Path:
             return folder
     raise ModelError(
         f"the template {TEMPLATE} is neither in the installed package ({package}) nor in a "
-        "checkout beside it: install gaitval again."
+        "checkout beside it. Install gaitval again."
     )
 
 
@@ -70,7 +70,7 @@ def write_urdf(model: BodyModel, path: Path) -> None:
         document = xacro.process_file(
             str(template_folder() / TEMPLATE), mappings={"name": model.name, "body": str(body)}
         )
-    # The document also holds xacro's banner, which names a folder of this machine.
+    # The document also contains xacro's banner, which names a folder of this machine.
     text = document.documentElement.toprettyxml(indent="  ")
     write_text(Path(path), '<?xml version="1.0" encoding="utf-8"?>\n' + text)
 
@@ -82,8 +82,8 @@ def read_urdf(path: Path) -> BodyModel:
 
     Raises
     ------
-    ModelError : no such file, not URDF, or not this humanoid; the message names every
-        link, joint or number that is wrong.
+    ModelError : there is no such file, it is not URDF, or not this humanoid; the message names
+        every link, joint or number that is wrong.
     """
     robot = _parse(Path(path))
     try:
@@ -95,8 +95,8 @@ def read_urdf(path: Path) -> BodyModel:
 def model_hash(model: BodyModel) -> str:
     """SHA-256 of all numbers of the model, hexadecimal; its name does not count.
 
-    The numbers are rounded to 1e-10 (SI units) first, so that the last bits, in which
-    processors differ, do not count either.
+    The numbers are first rounded to 1e-10 (SI units), so that the last bits, which differ between
+    processors, do not count either.
     """
     digest = hashlib.sha256()
     for segment in model.segments:
@@ -182,14 +182,19 @@ def _parse(path: Path) -> yourdfpy.Robot:
     except OSError as error:
         raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
     if len(content) > LARGEST_FILE:
-        raise ModelError(f"{path}: {len(content)} bytes; a body model has about 40,000.")
+        raise ModelError(
+            f"{path}: {len(content)} bytes, but a body model has about 40,000. Write it again "
+            "with `gaitval scale`."
+        )
     _check_xml(path, content)
     try:
         return yourdfpy.URDF.load(
             io.BytesIO(content), build_scene_graph=False, load_meshes=False
         ).robot
     except Exception as error:  # yourdfpy raises whatever its parsing hits first
-        raise ModelError(f"{path}: not readable as URDF ({error!r}).") from None
+        raise ModelError(
+            f"{path}: cannot be read as URDF ({error!r}). Write it again with `gaitval scale`."
+        ) from None
 
 
 def _check_xml(path: Path, content: bytes) -> None:
@@ -200,11 +205,16 @@ def _check_xml(path: Path, content: bytes) -> None:
         if not tags and tag != "robot":
             raise ModelError(f"{path}: the outermost element is <{tag}>, not <robot>.")
         if tag == "mesh":
-            raise ModelError(f"{path}: refers to a mesh file; a body model has none.")
+            raise ModelError(
+                f"{path}: refers to a mesh file, but a body model has none. Write it again with "
+                "`gaitval scale`."
+            )
         tags.add(tag)
 
     def doctype(*_: Any) -> None:
-        raise ModelError(f"{path}: has a document type; a URDF needs none, and it is refused.")
+        raise ModelError(
+            f"{path}: has a document type, which is refused because a URDF needs none. Remove it."
+        )
 
     parser = expat.ParserCreate()
     parser.StartElementHandler = start
@@ -268,13 +278,13 @@ def _check_structure(
         if joint.axis is None or not np.array_equal(joint.axis, AXES[joint.name]):
             problems.append(f"joint {joint.name}: axis {joint.axis}, not {AXES[joint.name]}")
         if not _unturned(joint.origin):
-            problems.append(f"joint {joint.name}: turned by rpy; all frames are parallel")
+            problems.append(f"joint {joint.name}: rotated by rpy, but all frames must be parallel")
     for name, link in links.items():
         if name in SEGMENTS:
             if link.inertial is None or link.inertial.mass is None or link.inertial.inertia is None:
                 problems.append(f"link {name}: no mass or no inertia")
             elif not _unturned(link.inertial.origin):
-                problems.append(f"link {name}: inertia turned by rpy")
+                problems.append(f"link {name}: inertia rotated by rpy")
         elif name not in between:
             problems.append(f"link {name}: unknown")
         elif link.inertial is None or link.inertial.mass or np.any(link.inertial.inertia):
@@ -307,7 +317,7 @@ def _spheres_of(segment: str, collisions: Sequence[yourdfpy.Collision]) -> Itera
     for collision in collisions:
         sphere = collision.geometry.sphere
         if sphere is None or collision.name is None:
-            raise ModelError(f"link {segment}: a <collision> that is no named sphere.")
+            raise ModelError(f"link {segment}: a <collision> that is not a named sphere.")
         yield ContactSphere(
             collision.name, segment, _translation(collision.origin), float(sphere.radius)
         )
@@ -323,7 +333,10 @@ def _bad_numbers(segments: Sequence[Segment]) -> Iterator[str]:
         else:
             moments = np.linalg.eigvalsh(segment.inertia)
             if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-9):
-                yield f"link {segment.name}: principal moments {moments} of no rigid body"
+                yield (
+                    f"link {segment.name}: principal moments {moments} are impossible for a rigid "
+                    "body"
+                )
 
 
 def _bad_spheres(spheres: Sequence[ContactSphere]) -> Iterator[str]:
@@ -335,4 +348,7 @@ def _bad_spheres(spheres: Sequence[ContactSphere]) -> Iterator[str]:
         if sphere.segment.split("_")[0] not in ("foot", "toes"):
             yield f"link {sphere.segment}: the contact sphere {sphere.name} is not on a foot"
         if not (np.isfinite(sphere.position).all() and 0 < sphere.radius < 1):
-            yield f"contact sphere {sphere.name}: position or radius ({sphere.radius} m) not usable"
+            yield (
+                f"contact sphere {sphere.name}: position or radius ({sphere.radius} m) is not "
+                "usable"
+            )

@@ -1,9 +1,9 @@
-"""OpenSim's axes, coordinates and generalised forces, and the project's in them.
+"""Convert between the project's and OpenSim's axes, coordinates and generalised forces.
 
-OpenSim's axes are X forward, Y up, Z to the right; the project's (REP-103) x forward, y left,
-z up. The 25 joint coordinates are the same in both, name, axis and sign (`gaitval.coordinates`).
-The root is not: the project has a rotation vector, OpenSim's models three Cardan angles about Z,
-then X, then Y:
+OpenSim's axes are X forward, Y up, Z to the right; the project's (REP-103) x forward, y left, z up.
+The 25 joint coordinates are the same in both, with the same names, axes and signs
+(`gaitval.coordinates`). The root differs: the project has a rotation vector, OpenSim's models have
+three Cardan angles about Z, then X, then Y:
 
 | OpenSim's           | turns about | positive              | in `reference.motion`   |
 |---------------------|-------------|-----------------------|-----------------------------|
@@ -37,7 +37,7 @@ OPENSIM_COORDINATES: Final[tuple[str, ...]] = (*PELVIS_ANGLES, *PELVIS_TRANSLATI
 
 
 def vectors_to_opensim(vectors: Array) -> Array:
-    """Vectors (…, 3) of the project's axes in OpenSim's."""
+    """Vectors (…, 3) from the project's axes to OpenSim's."""
     return np.asarray(vectors @ TO_OPENSIM.T)
 
 
@@ -50,8 +50,8 @@ def to_opensim(positions: Array) -> Array:
 
     Returns
     -------
-    (T, 31) rad and m, in the order of `OPENSIM_COORDINATES`; the pelvis angles run on without
-    jumps of a whole turn. At ±90° of list the other two angles are not determined.
+    (T, 31) rad and m, in the order of `OPENSIM_COORDINATES`; the pelvis angles are continuous,
+    without jumps of a whole turn. At ±90° of list the other two angles are not determined.
     """
     values = np.array(positions, dtype=float)
     world = TO_OPENSIM @ Rotation.from_rotvec(values[:, :3]).as_matrix() @ TO_OPENSIM.T
@@ -75,8 +75,8 @@ def from_opensim(values: Array) -> Array:
 def forces_to_opensim(positions: Array, forces: Array) -> Array:
     """Generalised forces paired with OpenSim's coordinates.
 
-    A pelvis angle turns the pelvis about an axis that the angles before it have turned; its
-    generalised force is the root moment along that axis, so that the power is the same.
+    A pelvis angle rotates the pelvis about an axis that depends on the angles before it; its
+    generalised force is the root moment about that axis, so that the power is the same.
 
     Parameters
     ----------

@@ -63,14 +63,14 @@ def read_motion(path: Path) -> tuple[Array, Array]:
 
     Raises
     ------
-    RecordError : not a storage file, or coordinates of the model are missing in it: then it is
-        of another model.
+    RecordError : it is not a storage file, or it lacks coordinates of the model and so is for
+        another model.
     """
     table = read_storage(path)
     missing = [name for name in OPENSIM_COORDINATES if name not in table.columns]
     if missing:
         raise RecordError(
-            f"{path}: no motion of a model that gaitval wrote: the coordinates "
+            f"{path}: not a motion of a model that gaitval wrote: the coordinates "
             f"{', '.join(missing)} are missing. Run OpenSim's inverse kinematics with the .osim "
             "file of this subject."
         )
@@ -81,12 +81,12 @@ def read_motion(path: Path) -> tuple[Array, Array]:
 
 
 def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> None:
-    """Write joint moments and the pelvis's residuals (`.sto`, Nm and N), by the names of
+    """Write joint moments and the residuals on the pelvis (`.sto`, Nm and N), under the names of
     OpenSim's inverse dynamics: `hip_flexion_r_moment`, `pelvis_tx_force`, …
 
     Parameters
     ----------
-    positions : (T, 31) rad and m, of the motion that `dynamics` is of.
+    positions : (T, 31) rad and m, the motion that `dynamics` was computed for.
     """
     forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, dynamics.moments])
     names = tuple(
@@ -101,11 +101,11 @@ def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> No
 def write_ground_reaction(path: Path, forces: FootForces) -> None:
     """Write the ground reaction on both feet (`.mot`, N, m, Nm in OpenSim's axes).
 
-    A foot in the air has no force; its centre of pressure then moves from where it was last to
-    where it is next, because OpenSim interpolates and cannot read a missing value (of version
-    4.6, NaN gives wrong moments without a warning). For the same reason the zero force of a
-    foot that the plates did not show (`FootForces.valid` false) is not marked: give OpenSim's
-    tools a time range in which both feet are shown.
+    A foot in the air has no force; its centre of pressure then moves from its last to its next
+    position, because OpenSim interpolates and cannot read missing values (in version 4.6, NaN gives
+    wrong moments without a warning). For the same reason the zero force of a foot that the plates
+    did not show (`FootForces.valid` false) is not marked: give OpenSim's tools a time range in
+    which both feet are shown.
     """
     time = forces.time
     names: list[str] = []
@@ -133,8 +133,8 @@ def write_external_loads(path: Path, ground_reaction: Path | str) -> None:
 
     Parameters
     ----------
-    ground_reaction : the file, as it is to stand in the XML: relative to the folder of `path`.
-        OpenSim looks for it in its current folder first, and takes a file of this name there.
+    ground_reaction : the file, as written in the XML: relative to the folder of `path`. OpenSim
+        first looks in its current folder, and uses a file of this name there.
     """
     document = ElementTree.Element("OpenSimDocument", Version=DOCUMENT_VERSION)
     loads = ElementTree.SubElement(document, "ExternalLoads", name="ground_reaction")

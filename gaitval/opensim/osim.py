@@ -46,7 +46,7 @@ from gaitval.opensim.coordinates import (
 Element = ElementTree.Element
 
 DOCUMENT_VERSION = "40600"
-"""Of the file format: OpenSim 4.6 takes the document as it is."""
+"""Of the file format: OpenSim 4.6 reads the document as it is."""
 
 
 def _both_sides(names: Mapping[str, str]) -> dict[str, str]:
@@ -79,7 +79,7 @@ JOINTS = {"pelvis": "ground_pelvis", "torso": "back"} | _both_sides(
 
 FLOOR = "floor"
 COMPONENT_NAME = re.compile(r"[^\s/\\*+]+")
-"""Names that OpenSim takes for a component."""
+"""Names that OpenSim accepts for a component."""
 
 BONE, CLOTH = (0.93, 0.89, 0.78), (0.45, 0.55, 0.70)
 
@@ -97,17 +97,17 @@ def write_osim(
 
     Parameters
     ----------
-    model : its name may have any character; OpenSim's has underscores where it takes none.
+    model : its name may have any character; those that OpenSim does not accept become underscores.
     markers : attached to the model, in the order of the file's MarkerSet.
     contact : constants of the contact spheres.
     friction : static friction coefficient (the body parameter sigma).
-    held : values (rad) of coordinates that OpenSim's inverse kinematics shall not change, because
-        no marker determines them (as `mtp_angle_r` in most marker sets).
+    held : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because no
+        marker determines them (such as `mtp_angle_r` in most marker sets).
 
     Raises
     ------
-    ModelError : a marker name that OpenSim cannot read, two markers of one name, a marker on an
-        unknown segment, a held coordinate that the model does not have.
+    ModelError : OpenSim cannot read a marker name, two markers have one name, a marker is on an
+        unknown segment, or the model does not have a held coordinate.
     """
     held = held or {}
     _check(markers, held)
@@ -130,28 +130,28 @@ def write_osim(
 def _check(markers: Sequence[ModelMarker], held: Mapping[str, float]) -> None:
     names = [marker.name for marker in markers]
     problems = [
-        f"marker {name!r}: OpenSim takes no name that is empty or has a space or one of / \\ * +; "
-        "give it another one through an alias of the marker set"
+        f"marker {name!r}: OpenSim accepts no name that is empty or contains a space or one of / "
+        "\\ * +; give it another name through an alias in the marker set"
         for name in names
         if not (COMPONENT_NAME.fullmatch(name) and name.isprintable())
     ]
     problems += [
-        f"marker {name}: is there {names.count(name)} times; a marker has one place"
+        f"marker {name}: appears {names.count(name)} times, but a marker has one place"
         for name in sorted({name for name in names if names.count(name) > 1})
     ]
     problems += [
-        f"marker {marker.name}: on the unknown segment {marker.segment}; there are "
+        f"marker {marker.name}: on the unknown segment {marker.segment}; the segments are "
         f"{', '.join(SEGMENTS)}"
         for marker in markers
         if marker.segment not in SEGMENTS
     ]
     problems += [
-        f"held coordinate {name}: unknown; there are {', '.join(ACTUATED)}"
+        f"held coordinate {name}: unknown; the coordinates are {', '.join(ACTUATED)}"
         for name in held
         if name not in ACTUATED
     ]
     if problems:
-        raise ModelError("no OpenSim model can be written:\n  " + "\n  ".join(problems))
+        raise ModelError("the OpenSim model cannot be written:\n  " + "\n  ".join(problems))
 
 
 # ---- XML. ----
@@ -179,7 +179,7 @@ def _named(parent: Element, tag: str, name: str) -> Element:
 
 
 def _set(parent: Element, tag: str) -> Element:
-    """A named set of components, and in it the element that holds them."""
+    """Add a named set of components; returns the element that contains them."""
     return ElementTree.SubElement(_named(parent, tag, tag.lower()), "objects")
 
 
@@ -217,7 +217,7 @@ def _foot_box(model: BodyModel, segment: str, ahead: float, above: float) -> _Sh
 
 
 def _shapes(model: BodyModel) -> dict[str, tuple[_Shape, ...]]:
-    """What is drawn for every segment: it has the right lengths, its girth is a convention."""
+    """What is drawn for every segment: its lengths are right, its girth is a convention."""
     joint = {segment.name: segment.joint_position for segment in model.segments}
     hip, lumbar, shoulder = abs(joint["thigh_r"][1]), joint["torso"], joint["upper_arm_r"]
     neck = np.array([0.0, 0.0, shoulder[2]])
@@ -316,10 +316,10 @@ def _coordinate(
 
 
 def _transform(joint: Element, rotations: Mapping[str, Array], translations: Sequence[str]) -> None:
-    """The joint's motion: rotations one after the other, and translations along X, Y, Z."""
+    """The joint's motion: successive rotations, and translations along X, Y, Z."""
     transform = ElementTree.SubElement(joint, "SpatialTransform")
     axes = list(rotations.values())
-    # The rotations that are not there need axes too, which are not those of the others.
+    # Unused rotations need axes too, different from those of the others.
     axes += [axis for axis in np.eye(3) if not any(abs(axis @ used) > 0.5 for used in axes)]
     names = [*rotations, *[""] * (3 - len(rotations))]
     for number, (name, axis) in enumerate(zip(names, axes, strict=True), start=1):
@@ -354,7 +354,7 @@ def _contact_geometry(set_: Element, model: BodyModel) -> None:
     floor = _named(set_, "ContactHalfSpace", FLOOR)
     _text(floor, "socket_frame", "/ground")
     _vector(floor, "location", np.zeros(3))
-    # A half-space is where its own X is positive: downward.
+    # A half-space is where its own X is positive: downwards.
     _vector(floor, "orientation", (0.0, 0.0, -np.pi / 2))
     for sphere in model.spheres:
         element = _named(set_, "ContactSphere", sphere.name)

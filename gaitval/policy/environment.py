@@ -1,8 +1,8 @@
 """The walking task as a Gymnasium environment.
 
-State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions
-of docs/decisions.md: bounded reward kernels (`reward`), an `extended` observation beside the
-paper's 71 numbers (`observation`), early termination on the pelvis's height, rotation and drift.
+State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions of
+docs/decisions.md: bounded reward kernels (`reward`), an `extended` observation as well as the
+paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkingTask
 
 
 def action_size(constants: EnvironmentSettings) -> int:
-    """Numbers in an action: one a joint, and the pace where it is the policy's."""
+    """Size of an action: one number per joint, and the pace if the policy chooses it."""
     return len(ACTUATED) + (constants.pace_scale > 0.0)
 
 
@@ -39,9 +39,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     """Walk like the reference.
 
     Action: 25 numbers; times `action_scale` they are the offsets (rad) of the joint targets from
-    the reference. Unless `pace_scale` is 0 there is a 26th; times that it is added to the pace of
-    1 at which the walker goes through the recorded cycle. Observation: see
-    `EnvironmentSettings.observation`. `info` of every step holds `errors` (11,), `reward_terms`
+    the reference. Unless `pace_scale` is 0 there is a 26th; times `pace_scale` it is added to the
+    pace of 1 at which the walker moves through the recorded cycle. Observation: see
+    `EnvironmentSettings.observation`. `info` of every step contains `errors` (11,), `reward_terms`
     (9,) and `cycles`, the gait cycles walked since the start.
 
     Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
@@ -51,14 +51,14 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     Parameters
     ----------
-    engine : of the physics, see `Walker`.
+    engine : physics engine, see `Walker`.
 
     Attributes
     ----------
-    difficulty : 0 to 1, share of the ranges of mu and of the largest push that is drawn from;
-        the training raises it.
-    tolerance_share : of the tolerances of height, rotation and drift, at which a walk ends; the
-        training begins with less than 1.
+    difficulty : 0 to 1, the fraction of the ranges of mu and pushes that values are drawn from; the
+        training raises it.
+    tolerance_share : fraction of the tolerances of height, rotation and drift at which an episode
+        ends; the training begins with less than 1.
     walker : the simulated body.
     """
 
@@ -117,7 +117,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start at a state of the reference; see the class for `options`."""
+        """Start in a state of the reference; see the class for `options`."""
         super().reset(seed=seed)
         options = options or {}
         phase = options["phase"] if "phase" in options else self.np_random.uniform()
@@ -153,11 +153,13 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return self._seen(), {}
 
     def _pace(self) -> float:
-        """Of the last action."""
+        """Pace of the last action."""
         return float(1.0 + self.constants.pace_scale * self._action[-1])
 
     def _is_mirrored(self) -> bool:
-        """Whether the policy acts as in a mirror now: in the second half of the right cycle."""
+        """Whether observations and actions are mirrored now: in the second half of the right
+        cycle.
+        """
         return self._mirrors and self.walker.phase % 1.0 >= 0.5
 
     def _seen(self) -> NDArray[np.float32]:
@@ -168,7 +170,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return observation.astype(np.float32)
 
     def _leg_extension(self) -> float:
-        """How much higher the pelvis is over the ankles than in the nominal body, m."""
+        """How much higher the pelvis is above the ankles than in the nominal body, m."""
         legs = [SEGMENTS.index(name) for name in ("thigh_r", "shank_r", "foot_r")]
         nominal = sum(self.task.model.segments[i].joint_position[2] for i in legs)
         return float(nominal - self.walker.tree.joint_position[legs, 2].sum())
@@ -206,7 +208,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if self._push_left == 0.0 and self.walker.phase >= start:
             self._push_left = self.constants.push_seconds
         if self._push_left > 0.0:
-            # Force x time is exact whatever the length of an action.
+            # Force x time is exact whatever the duration of an action.
             share = min(1.0, self._push_left / self.walker.action_seconds)
             self._root_force[3] = share * force * np.cos(direction)
             self._root_force[4] = share * force * np.sin(direction)
@@ -238,7 +240,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
                 and self._errors[9] < share * self.constants.rotation_tolerance
                 and self._errors[10] < share * self.constants.drift_tolerance
             )
-        else:  # it blew up, perhaps to no number at all: the last observation stands
+        else:  # the simulation diverged, perhaps to NaN: keep the last observation
             self._terms[:] = 0.0
             reward, fell = 0.0, True
         info = {

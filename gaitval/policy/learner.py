@@ -1,8 +1,8 @@
-"""Proximal policy optimisation from whole rollouts: stable-baselines3's PPO, with less to wait for.
+"""Proximal policy optimisation from whole rollouts: stable-baselines3's PPO with less waiting.
 
-Network, advantages, losses and optimiser are stable-baselines3's. What differs is that a rollout
-comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are computed
-for all of it at once, and that actor and critic, which share no weights, learn in two threads.
+Network, advantages, losses and optimiser are stable-baselines3's. There are two differences. A
+rollout comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are
+computed for all of it at once. And actor and critic, which share no weights, learn in two threads.
 """
 
 import time
@@ -33,7 +33,7 @@ _REWARD_CLIP = 10.0
 
 
 class WalkingPPO(PPO):
-    """PPO whose update computes the same as stable-baselines3's in less time (tested)."""
+    """PPO whose update gives the same result as stable-baselines3's in less time (tested)."""
 
     policy: ActorCriticPolicy
 
@@ -85,7 +85,7 @@ class WalkingPPO(PPO):
 
 
 def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
-    """PPO with the network and settings of a configuration, without environments of its own."""
+    """PPO with the network and settings of a configuration, without its own environments."""
     training = configuration.training
     layers = [training.hidden_units, training.hidden_units]
     ppo = WalkingPPO(
@@ -126,8 +126,8 @@ class Learner:
     """Network, optimiser and running statistics, and the episodes under way.
 
     The statistics normalise observations and rewards as stable-baselines3's VecNormalize does, but
-    change only between rollouts. Those of mu stay as its bounds say: a running variance would be
-    almost zero while mu is nominal at the beginning of a training, and throw the policy off when
+    change only between rollouts. Those of mu are fixed by its bounds: a running variance would be
+    almost zero while mu is nominal at the beginning of a training, and would upset the policy when
     the randomisation of mu begins.
 
     Attributes
@@ -158,7 +158,7 @@ class Learner:
         self._observations.var[PARAMETERS_OBSERVED] = variance
 
     def begin(self, seed: int) -> None:
-        """Seed all random numbers; an episode begins everywhere."""
+        """Seed all random numbers and begin an episode in every environment."""
         self.ppo.set_random_seed(seed)
         self._random = np.random.default_rng(seed)
         self._starts[:] = True
@@ -166,7 +166,7 @@ class Learner:
             array[:] = 0
 
     def actor(self) -> dict[str, NDArray[Any]]:
-        """Tensors of the policy as it stands, as `storage.Policy` takes them."""
+        """Tensors of the current policy, as `storage.Policy` takes them."""
         tensors = {
             name: value.cpu().numpy() for name, value in self.ppo.policy.state_dict().items()
         }
@@ -195,7 +195,7 @@ class Learner:
     def learn(
         self, experience: RolloutBuffer, *, learning_rate: float
     ) -> list[tuple[int, float, float]]:
-        """Update from a rollout that was walked with `actor` and `noise` as they stand.
+        """Update from a rollout made with the current `actor` and `noise`.
 
         Returns
         -------
@@ -248,7 +248,9 @@ class Learner:
         buffer.values[:] = values.cpu().numpy().reshape(steps, count)
         buffer.log_probs[:] = log_prob.cpu().numpy().reshape(steps, count)
         buffer.rewards[:] = self._normalised_rewards(experience)
-        cut_off = experience.ended & ~experience.fell  # it would have gone on: so its value counts
+        cut_off = (
+            experience.ended & ~experience.fell
+        )  # it would have continued, so its value counts
         if cut_off.any():
             with torch.no_grad():
                 final = ppo.policy.predict_values(
@@ -288,11 +290,11 @@ class Learner:
         return tensors
 
     def restore(self, tensors: dict[str, torch.Tensor]) -> None:
-        """Put back what `tensors` gave, the optimiser's state only where it is there.
+        """Restore what `tensors` gave; the optimiser's state only if present.
 
         Raises
         ------
-        KeyError, RuntimeError : they are of another network.
+        KeyError, RuntimeError : the tensors are of another network.
         """
         policy = self.ppo.policy
         policy.load_state_dict({name: tensors[name].float() for name in policy.state_dict()})
@@ -314,7 +316,7 @@ class Learner:
 
 
 def update_seconds(configuration: Configuration, device: str) -> float:
-    """Time of one update on a device, of made-up experience."""
+    """Time of one update on a device, with made-up data."""
     learner = Learner(configuration, device=device)
     learner.ppo.set_logger(configure(None, []))
     learner.begin(0)
@@ -343,19 +345,19 @@ def update_seconds(configuration: Configuration, device: str) -> float:
 
 
 def choose_device(configuration: Configuration) -> str:
-    """`cpu` or `cuda`, as `training.device` says; `auto` is what takes less time for an update.
+    """`cpu` or `cuda`, as `training.device` says; `auto` chooses whichever updates faster.
 
     Raises
     ------
-    ConfigurationError : `cuda` where there is none.
+    ConfigurationError : `cuda` is set, but there is none.
     """
     wanted = configuration.training.device
     if wanted == "cpu" or (wanted == "auto" and not torch.cuda.is_available()):
         return "cpu"
     if not torch.cuda.is_available():
         raise ConfigurationError(
-            "training.device: cuda is asked for, but PyTorch finds no CUDA device here. Set it to "
-            "auto or cpu, or install a build of PyTorch for the device's driver."
+            "training.device: it is cuda, but PyTorch finds no CUDA device here. Set it to auto "
+            "or cpu, or install a build of PyTorch for the device's driver."
         )
     if wanted == "cuda":
         return "cuda"

@@ -1,7 +1,7 @@
-"""What is observed of a walking body, and how far it is from the reference.
+"""Observations of a walking body, and how far it is from the reference.
 
 The paper's 71 numbers (section III-A), or an `extended` observation (docs/decisions.md), and its
-mirror image at the sagittal plane.
+mirror image in the sagittal plane.
 """
 
 from typing import NamedTuple
@@ -27,24 +27,25 @@ from gaitval.simulation.servo import closed_cycle
 OBSERVATION_SIZES = {"paper": 71, "extended": 125}
 
 PARAMETERS_OBSERVED = slice(57, 71)
-"""Where mu is in both observations; in the extended one it is scaled to -1 ... 1."""
+"""Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
 
 _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
 
 _FORCE_WEIGHTS = np.array([2.0, 3.0, 1.0])
-"""Of forward, sideways and vertical ground reaction in the reward."""
+"""Weights of forward, sideways and vertical ground reaction in the reward."""
 
 _VELOCITY_SCALE = 0.1
-"""Joint velocities are observed in tens of rad/s, so that they weigh like the angles."""
+"""Joint velocities are observed in tens of rad/s, so that they have the same scale as the
+angles."""
 
 _LARGEST_STATE = 1e3
-"""rad, m, rad/s, m/s: a number beyond it is no movement, and would spoil the running statistics
-of a whole training."""
+"""rad, m, rad/s, m/s: a number beyond this is not a movement, and would spoil the running
+statistics of the whole training."""
 
 
 def _mirror() -> tuple[Index, Array]:
-    """Order (125,) and signs (125,) that turn an extended observation into its mirror image at
-    the sagittal plane. The last 26 are the mirror of an action.
+    """Order (125,) and signs (125,) that turn an extended observation into its mirror image in the
+    sagittal plane. The last 26 mirror an action.
     """
     joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
     joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
@@ -83,8 +84,8 @@ ACTION_SIGNS = MIRROR_SIGNS[-26:]
 
 
 class Targets(NamedTuple):
-    """Reference over one cycle for observation and reward, first sample repeated at the end;
-    without the forward travel.
+    """Reference over one cycle for observation and reward, without the forward travel; the first
+    sample is repeated at the end.
     """
 
     positions: Array  # (N + 1, 31)
@@ -98,7 +99,7 @@ class Targets(NamedTuple):
 
 
 def targets_of(reference: ReferenceMotion, mass: float) -> Targets:
-    """What `measure` compares a body of `mass` kg with."""
+    """The targets that `measure` compares a body of `mass` kg with."""
     stride = reference.speed * reference.stride_time
     travel = stride * reference.phase
     positions = reference.positions.copy()
@@ -125,7 +126,7 @@ def targets_of(reference: ReferenceMotion, mass: float) -> Targets:
 
 @njit_borrowing
 def read_table(table: Array, phase: float, out: Array) -> None:
-    """Row of a table (N + 1, K) of one cycle at a phase, linear between its rows, into `out`."""
+    """Row of a table (N + 1, K) over one cycle at a phase, linearly interpolated, into `out`."""
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -164,22 +165,23 @@ def measure(
 ) -> bool:
     """Observation and squared errors of one state.
 
-    Returns False, and leaves both as they were, where the state is no movement any more.
+    Returns False, and leaves both unchanged, if the simulation has diverged.
 
-    It is long because both are made of the same differences from the reference, and it runs at
-    every action: two functions would hand twelve arrays over.
+    It is long because both use the same differences from the reference and it runs at every action:
+    two functions would have to pass twelve arrays.
 
     Parameters
     ----------
     pace : of the last action.
     lift : m, added to the reference's heights for the leg length of the body.
-    half_action : phase of half an action: means over the action are compared with its middle.
-    mass, weight : kg and N, of the nominal body.
+    half_action : phase of half an action: means over the action are compared with the reference at
+        its middle.
+    mass, weight : of the nominal body, kg and N.
     ground : (2, 3) N, mean over the action.
     moments : (25,) Nm, mean over the action.
-    action : (26,) the last one.
-    parameters : (14,) the mu that is observed.
-    half_cycle : the sines and cosines of the phase are of its half of the cycle, 0 to 0.5.
+    action : (26,) the last action.
+    parameters : (14,) the observed mu.
+    half_cycle : the sines and cosines are of the phase within its half of the cycle, 0 to 0.5.
     observation : (71,) or (125,) out.
     errors : (11,) out: squared errors of the first eight `REWARD_TERMS`, then height m,
         rotation rad and drift m of the pelvis, for termination.
@@ -215,7 +217,7 @@ def measure(
     for e in range(4):
         for i in range(3):
             effector[3 * e + i] = frames.origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
-        # Where the pelvis is, is an error of its own.
+        # The position of the pelvis is a separate error.
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
     middle = phase - pace * half_action
@@ -247,7 +249,7 @@ def measure(
     observation[50:53] = motion[1]
     observation[53:56] = motion[2]
     seen = phase - np.floor(phase)
-    # The phase tells which leg is which even where the policy sees half cycles: a person's two
+    # The phase says which leg is which even if the policy sees half cycles, because a person's two
     # sides are not the same.
     observation[56] = seen
     if half_cycle and seen >= 0.5:

@@ -1,4 +1,4 @@
-"""The reward of a step: bounded kernels of squared errors, and what the joint moments cost.
+"""The reward of a step: bounded kernels of squared errors, and a cost of the joint moments.
 
 As in the paper (section III-A, equations 1 and 2) with the decisions of docs/decisions.md.
 """
@@ -26,9 +26,9 @@ REWARD_TERMS = (
 def weighted_reward(
     weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array
 ) -> float:
-    """Terms (9,) of the reward, in the order of `REWARD_TERMS`, and their sum: weights (9,) over
-    the sum of the first eight times exp(-sharpness (8,) x squared error); the last is the torque
-    cost.
+    """Terms (9,) of the reward, in the order of `REWARD_TERMS`, and their sum. The first eight are
+    weight / (sum of the first eight weights) x exp(-sharpness (8,) x squared error); the last is
+    the torque cost.
     """
     total, reward = 0.0, 0.0
     for i in range(8):

@@ -1,8 +1,8 @@
-"""Experience of many walking environments in a few processes, one message a rollout.
+"""Rollouts of many walking environments in a few processes, one message per rollout.
 
-Each worker process walks its share of the environments with the policy that it is sent: an action
-needs no message, so the processes never wait for each other within a rollout. What happened lies
-in shared memory. An environment does the same whatever process it is in.
+Each worker process runs its share of the environments with the policy that it is sent: an action
+needs no message, so the processes never wait for each other within a rollout. The results are in
+shared memory. An environment gives the same result in any process.
 """
 
 import contextlib
@@ -34,10 +34,10 @@ class RolloutBuffer(NamedTuple):
     Attributes
     ----------
     observations : (T + 1, E, size) before each action, and after the last one.
-    actions : (T, E, A) the policy's and noise.
+    actions : (T, E, A) the policy's actions plus noise.
     rewards : (T, E).
-    fell, ended : (T, E) the episode ended by a fall; ended by that or by its length.
-    final_observations : (T, E, size) of the episodes that ended, where they did.
+    fell, ended : (T, E) the episode ended in a fall; it ended in a fall or reached its full length.
+    final_observations : (T, E, size) last observation of each episode, where it ended.
     cycles : (T, E) gait cycles of the episode so far.
     terms : (T, E, 9) reward terms.
     """
@@ -53,7 +53,7 @@ class RolloutBuffer(NamedTuple):
 
 
 def _shapes(steps: int, count: int, constants: EnvironmentSettings) -> _Shapes:
-    """Shapes and types of an `RolloutBuffer`."""
+    """Shapes and types of a `RolloutBuffer`."""
     size = OBSERVATION_SIZES[constants.observation]
     return {
         "observations": ((steps + 1, count, size), np.float32),
@@ -82,7 +82,7 @@ def _views(memory: SharedMemory, shapes: _Shapes) -> RolloutBuffer:
 
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
-    """Processes that start meanwhile use one thread: a worker's arrays are tiny."""
+    """Processes that start in this block use one thread, because a worker's arrays are tiny."""
     name = "OMP_NUM_THREADS"
     before = os.environ.get(name)
     os.environ[name] = "1"
@@ -102,7 +102,7 @@ def _walk(
     experience: RolloutBuffer,
     i: int,
 ) -> NDArray[np.float32]:
-    """Walk one environment through a rollout; `actions` hold the noise before."""
+    """Run one environment through a rollout; before the call `actions` contains the noise."""
     for t, action in enumerate(experience.actions[:, i]):
         experience.observations[t, i] = observation
         action += policy.act(observation)
@@ -129,7 +129,7 @@ def _work(
     """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed),
     ("walk", tensors).
 
-    Answers None, or the traceback of what went wrong.
+    Answers None, or the traceback of an error.
     """
     memory = SharedMemory(memory_name)
     experience = _views(memory, shapes)
@@ -149,7 +149,7 @@ def _work(
                     observations[i] = _walk(environment, observations[i], policy, experience, i)
             pipe.send(None)
     except (EOFError, ConnectionError, KeyboardInterrupt):
-        pass  # the trainer has closed its end or was interrupted, which it reports itself
+        pass  # the trainer closed its end or was interrupted, which it reports itself
     except Exception:
         pipe.send(traceback.format_exc())
     finally:
@@ -160,7 +160,7 @@ def _work(
 class WalkingWorkers:
     """`count` walking environments over `workers` processes; use as a context manager.
 
-    Environment i is of `tasks[i % len(tasks)]`, which differ by body and reference alone.
+    Environment i uses `tasks[i % len(tasks)]`; the tasks differ only in body and reference.
     """
 
     def __init__(
@@ -214,11 +214,11 @@ class WalkingWorkers:
         self._tell("curriculum", (difficulty, tolerance_share))
 
     def begin(self, seed: int) -> None:
-        """Begin an episode everywhere, environment i seeded with seed + i."""
+        """Begin an episode in every environment; environment i is seeded with seed + i."""
         self._tell("begin", seed)
 
     def walk(self, tensors: dict[str, NDArray[Any]], noise: NDArray[np.float32]) -> RolloutBuffer:
-        """Walk on with a policy of these `tensors`.
+        """Continue the walks with a policy of these `tensors`.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Walks of a policy: deterministic, without pushes unless asked for, recorded or only scored."""
+"""Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored."""
 
 import multiprocessing as mp
 from collections.abc import Callable, Sequence
@@ -22,13 +22,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Score:
-    """How well a walk went.
+    """Score of a rollout.
 
     Attributes
     ----------
     reward : mean reward of a planned step; steps after a fall count as zero.
     cycles : gait cycles walked.
-    fell : the walk ended early.
+    fell : the rollout ended early.
     """
 
     reward: float
@@ -45,7 +45,7 @@ def score_rollout(
     seconds: float,
     push: tuple[float, float, float] | None = None,
 ) -> Score:
-    """Walk for `seconds` without keeping the trajectory.
+    """Simulate `seconds` of walking without keeping the trajectory.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def record_rollout(
     cycles: float,
     push: tuple[float, float, float] | None = None,
 ) -> Rollout:
-    """Simulate a walk of the deterministic policy and keep everything.
+    """Simulate a rollout of the deterministic policy and keep everything.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def roll_out(
     push: tuple[float, float, float] | None = None,
     engine: Engine = "dart",
 ) -> Rollout:
-    """`record_rollout` in an environment of its own, with the engine of results."""
+    """`record_rollout` in a new environment, with the engine that is used for results."""
     return record_rollout(
         WalkingEnvironment(task, engine=engine),
         policy,
@@ -155,7 +155,7 @@ _environment: WalkingEnvironment | None = None
 
 
 def _begin(task: WalkingTask, engine: Engine) -> None:
-    global _environment  # one environment a worker process, for it is slow to build
+    global _environment  # one environment per worker process, because it is slow to build
     _environment = WalkingEnvironment(task, engine=engine)
 
 

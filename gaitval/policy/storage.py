@@ -1,6 +1,7 @@
-"""Trained policies: a small network with the statistics that normalise its observations.
+"""Store trained policies: a small network, with the statistics that normalise its observations.
 
-Stored as `policy.safetensors` (numbers) and `policy.json` (what they are for), never pickled.
+They are stored as `policy.safetensors` (the numbers) and `policy.json` (what they are for), never
+pickled.
 """
 
 from collections.abc import Mapping
@@ -29,9 +30,9 @@ NETWORK = (
 """Tensors of the action network, first layer first (stable-baselines3's names)."""
 NORMALISATION = ("observation_mean", "observation_variance")
 MEANING = ("observation", "mirror", "action_scale", "action_limit", "pace_scale")
-"""Settings of the environment that say what a policy's numbers mean."""
+"""Settings of the environment that define what a policy's numbers mean."""
 OBSERVATION_CLIP = 10.0
-"""Normalised observations are clipped at this, in training and after."""
+"""Normalised observations are clipped at this, during and after training."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Policy:
 
     Attributes
     ----------
-    tensors : every number of the network (with the critic, so that training can go on), the
+    tensors : all numbers of the network (including the critic, so that training can continue), the
         observation mean and variance, and the variance of returns.
     about : what the policy was trained for: `subject` and `model_hash`, or `general`; and
         `observation`, `action_scale`, `samples`, `seed`, `device`, `configuration`, `versions`.
@@ -84,14 +85,14 @@ def load_policy(
 
     Raises
     ------
-    PolicyError : missing, damaged, of another subject's model, or general.
+    PolicyError : the policy is missing, damaged, for another subject's model, or general.
     """
     policy = _read(Path(folder))
     about = policy.about
     if about.get("general"):
         raise PolicyError(
-            f"{folder}: this is a general policy of several people, for a training to start from. "
-            "Train a policy for this body from it."
+            f"{folder}: this is a general policy, which was trained on several people and is only "
+            "a start for a training. Train a policy for this body from it."
         )
     if model_hash is not None and about.get("model_hash") != model_hash:
         raise PolicyError(
@@ -116,39 +117,41 @@ def load_start(
     Parameters
     ----------
     environment : refuse a policy that was trained to observe or act otherwise.
-    model_hash : of the body to train for; only a general policy is taken when not given.
-    hidden_units : refuse a policy of another network.
+    model_hash : of the body to train for; if not given, only a general policy is accepted.
+    hidden_units : refuse a policy with another network.
 
     Raises
     ------
-    PolicyError : missing, damaged, of another network, or neither general nor of this body.
+    PolicyError : the policy is missing, damaged, has another network, or is neither general nor for
+        this body.
     """
     policy = _read(Path(folder))
     about = policy.about
     if not about.get("general") and (model_hash is None or about.get("model_hash") != model_hash):
         raise PolicyError(
             f"{folder}: this policy was trained for {about.get('subject', 'another subject')} "
-            f"alone (body model {str(about.get('model_hash'))[:12]}). Start from a general policy, "
-            "from one of the same body, or from nothing (--scratch)."
+            f"only (body model {str(about.get('model_hash'))[:12]}). Start from a general policy, "
+            "from one for the same body, or from nothing (--scratch)."
         )
     if hidden_units is not None and policy.hidden_units != hidden_units:
         raise PolicyError(
-            f"{folder} has {policy.hidden_units} hidden units, training.hidden_units asks for "
-            f"{hidden_units}. Set it to what the policy has, or start from nothing (--scratch)."
+            f"{folder}: this policy has {policy.hidden_units} hidden units, but "
+            f"training.hidden_units is {hidden_units}. Set it to the policy's number, or start "
+            "from nothing (--scratch)."
         )
     _check_meaning(policy, environment, folder)
     return policy
 
 
 def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Path) -> None:
-    """Refuse a policy whose numbers mean something else than `environment` says."""
+    """Refuse a policy whose numbers mean something other than `environment` says."""
     trained = policy.about.get("configuration", {}).get("environment", {})
     for name in MEANING:
         seen, wanted = trained.get(name), getattr(environment, name)
         if seen != wanted:
             raise PolicyError(
-                f"{folder}: this policy was trained with environment.{name} = {seen!r}, but "
-                f"the configuration asks for {wanted!r}. Set it to what the policy was trained "
+                f"{folder}: this policy was trained with environment.{name} = {seen!r}, but the "
+                f"configuration has {wanted!r}. Set it to the value that the policy was trained "
                 "with, or train a policy with --scratch."
             )
 
@@ -170,8 +173,8 @@ def _read(folder: Path) -> Policy:
         tensors = load_file(path)
     except (safetensors.SafetensorError, OSError) as error:
         raise PolicyError(
-            f"{path}: not readable as safetensors ({error}); it is truncated or damaged. "
-            "Train the policy again."
+            f"{path}: cannot be read as safetensors ({error}); it is truncated or damaged. Train "
+            "the policy again."
         ) from None
     missing = [name for name in (*NETWORK, *NORMALISATION) if name not in tensors]
     if missing:

@@ -1,7 +1,5 @@
-"""Training of a walking policy: schedules, checkpoints, log."""
+"""Train a walking policy: schedules, checkpoints, log."""
 
-import csv
-import io
 import json
 import time
 from collections import deque
@@ -16,7 +14,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
 
-from gaitval.artefacts import replacing, versions, write_text
+from gaitval.artefacts import replacing, versions
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.model.urdf import model_hash
@@ -24,22 +22,11 @@ from gaitval.policy.learner import Learner, choose_device
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy
+from gaitval.policy.training_log import read_log, write_log
 from gaitval.simulation.walker import WalkingTask
 
 Progress = Callable[[dict[str, float]], None]
 
-LOG_COLUMNS = (
-    "samples",
-    "wall_seconds",
-    "episode_length",
-    "episode_reward",
-    "cycles",
-    "learning_rate",
-    "log_std",
-    "approx_kl",
-    "difficulty",
-    *REWARD_TERMS,
-)
 _CHECKPOINT = "checkpoint.safetensors"
 
 
@@ -50,7 +37,7 @@ def _learning_rate(training: TrainingSettings, samples: int, total: int, warm: b
 
 
 def _difficulty(training: TrainingSettings, samples: int, total: int, warm: bool) -> float:
-    """Share of the randomisation at this point of a training: 0, then a ramp, then 1."""
+    """Fraction of the randomisation at this point of a training: 0, then a ramp, then 1."""
     if warm:
         return 1.0
     start, end = training.difficulty_ramp
@@ -58,7 +45,7 @@ def _difficulty(training: TrainingSettings, samples: int, total: int, warm: bool
 
 
 def _tolerance_share(training: TrainingSettings, difficulty: float) -> float:
-    """Share of what is a fall at which episodes end at this point of a training."""
+    """Fraction of the fall tolerances at which episodes end at this point of a training."""
     first, last = training.tolerance_shares
     return first + difficulty * (last - first)
 
@@ -74,11 +61,11 @@ def _log_std(training: TrainingSettings, samples: int, total: int, warm: bool) -
 
 @dataclass
 class _Log:
-    """What a training has to tell so far.
+    """What a training has logged so far.
 
     Attributes
     ----------
-    rows : of `training.csv`, one an update.
+    rows : of `training.csv`, one per update.
     episodes : length, return and gait cycles of the last episodes.
     """
 
@@ -90,20 +77,6 @@ class _Log:
         return float(self.rows[-1]["wall_seconds"]) if self.rows else 0.0
 
 
-def _write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, LOG_COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
-
-
-def _read_rows(path: Path, samples: int) -> list[dict[str, Any]]:
-    """Rows of a training log up to a checkpoint."""
-    with path.open(newline="") as file:
-        return [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
-
-
 @dataclass(frozen=True)
 class _Checkpoint:
     samples: int
@@ -113,10 +86,10 @@ class _Checkpoint:
 
 
 def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None:
-    """One file, so that a kill leaves the old checkpoint or the new one; the log before it, of
-    which the rows after a checkpoint do not count.
+    """The checkpoint is one file, so a kill leaves the old one or the new one. The log is written
+    before it; its rows after a checkpoint do not count.
     """
-    _write_rows(folder / "training.csv", checkpoint.log.rows)
+    write_log(folder / "training.csv", checkpoint.log.rows)
     state = {
         "samples": checkpoint.samples,
         "device": checkpoint.device,
@@ -128,14 +101,14 @@ def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None
 
 
 def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
-    """The checkpoint of a training of `total` samples; None where there is none to go on from."""
+    """The checkpoint of a training of `total` samples; None if there is none to resume from."""
     try:
         with safe_open(folder / _CHECKPOINT, "pt") as file:
             state = json.loads(file.metadata()["state"])
             if state["total"] != total:
                 return None
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        log = _Log(_read_rows(folder / "training.csv", state["samples"]))
+        log = _Log(read_log(folder / "training.csv", state["samples"]))
     except (OSError, SafetensorError, KeyError, TypeError, ValueError):
         return None
     log.episodes.extend(tuple(episode) for episode in state["episodes"])
@@ -145,7 +118,7 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
 def _row(
     learner: Learner, log: _Log, experience: RolloutBuffer, difficulty: float, wall_seconds: float
 ) -> dict[str, Any]:
-    """Row of `training.csv` of an update."""
+    """Row of `training.csv` for an update."""
     lengths, returns, cycles = np.array(log.episodes or [(0, 0.0, 0.0)]).T
     logged = learner.ppo.logger.name_to_value
     terms = experience.terms.mean(axis=(0, 1), dtype=float)
@@ -166,7 +139,9 @@ def _row(
 def _learner(
     configuration: Configuration, checkpoint: _Checkpoint | None, start: Policy | None
 ) -> Learner:
-    """As it was at the checkpoint and on its device, or with the numbers of `start`, or new."""
+    """The learner as it was at the checkpoint and on its device, or with the numbers of `start`, or
+    new.
+    """
     if checkpoint is not None:
         learner = Learner(configuration, device=checkpoint.device)
         tensors = checkpoint.tensors
@@ -181,7 +156,8 @@ def _learner(
         origin = "The policy to start from" if checkpoint is None else "The checkpoint"
         raise PolicyError(
             f"{origin} does not fit this task ({error}). It was trained with another observation "
-            "or network size; set them alike, or start from scratch (--scratch, or another --out)."
+            "or network size. Set them to the same values, or start from scratch (--scratch, or "
+            "another --out)."
         ) from None
     learner.ppo.num_timesteps = 0 if checkpoint is None else checkpoint.samples
     return learner
@@ -196,28 +172,28 @@ def train(
     subject: str = "",
     on_progress: Progress | None = None,
 ) -> Policy:
-    """Train a policy, or go on from the checkpoint in `folder` of a training that was cut off.
+    """Train a policy, or resume an interrupted training from its checkpoint in `folder`.
 
-    At a checkpoint all episodes and random numbers begin anew, seeded by the configuration's
-    seed and the samples so far. So a training that was cut off at any moment and goes on gives
-    bit for bit the policy, and the `training.csv` but for its times, of one that was not. The
+    At a checkpoint all episodes and random numbers restart, seeded by the configuration's seed and
+    the samples so far. So a training that was interrupted at any moment and resumed gives bit for
+    bit the same policy, and the same `training.csv` except for the times, as one that was not. The
     number of workers makes no difference either.
 
-    The checkpoint stays when training is done, so a caller that is killed before it has stored
-    the policy loses nothing; empty `folder` to train anew.
+    The checkpoint stays when training is done, so a caller that is killed before it has stored the
+    policy loses nothing; empty `folder` to train again.
 
     Parameters
     ----------
     folder : receives `training.csv`, TensorBoard logs and checkpoints.
     samples : environment steps in all.
-    start : policy whose weights are taken over (a warm start: full randomisation and a smaller
-        learning rate from the beginning), of the same body or general.
+    start : policy whose weights are used (a warm start: full randomisation and a smaller learning
+        rate from the beginning), for the same body or general.
     on_progress : called after each update with samples, total, reward and cycles.
 
     Raises
     ------
-    PolicyError : `start` observes something else than this task.
-    ConfigurationError : the device that is asked for is not there.
+    PolicyError : `start` has other observations than this task.
+    ConfigurationError : the configured device does not exist.
     """
     learner = _train([task], Path(folder), samples, start, on_progress)
     about = {"subject": subject, "model_hash": model_hash(task.model)}
@@ -234,12 +210,12 @@ def train_general(
 ) -> Policy:
     """Train one policy on the bodies of several people, for trainings of each to start from.
 
-    What is observed is relative to the reference, so it means the same for everybody. The
-    environments are shared out over the tasks in turn. Otherwise as `train`.
+    Observations are relative to the reference, so they mean the same for everybody. The
+    environments are assigned to the tasks in turn. Otherwise as `train`.
 
     Parameters
     ----------
-    tasks : of one configuration.
+    tasks : all with the same configuration.
 
     Raises
     ------
@@ -249,12 +225,14 @@ def train_general(
     configuration = tasks[0].configuration
     if any(task.configuration != configuration for task in tasks):
         raise ConfigurationError(
-            "A general policy is trained with one configuration, but those of the tasks differ."
+            "A general policy is trained with one configuration, but the tasks' configurations "
+            "differ. Use the same one for all."
         )
     if configuration.training.environments < len(tasks):
         raise ConfigurationError(
-            f"training.environments: {configuration.training.environments} are fewer than the "
-            f"{len(tasks)} tasks of a general policy. Set it to a multiple of {len(tasks)}."
+            f"training.environments: {configuration.training.environments} environments are fewer "
+            f"than the {len(tasks)} tasks of a general policy. Set it to a multiple of "
+            f"{len(tasks)}."
         )
     learner = _train(tasks, Path(folder), samples, start, on_progress)
     return _policy(configuration, learner, {"general": True})
@@ -270,7 +248,7 @@ def _train(
     folder.mkdir(parents=True, exist_ok=True)
     configuration = tasks[0].configuration
     training, warm = configuration.training, start is not None
-    torch.set_num_threads(1)  # more threads in one operation wait longer than they compute
+    torch.set_num_threads(1)  # more threads per operation wait longer than they compute
     checkpoint = _read_checkpoint(folder, samples)
     learner = _learner(configuration, checkpoint, start)
     done = learner.ppo.num_timesteps

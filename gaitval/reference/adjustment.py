@@ -14,7 +14,7 @@ from gaitval.reference.motion import ReferenceMotion, moved
 
 _LEGS = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 JOINTS = (*(f"{name}_{side}" for name in _LEGS for side in "rl"), *LUMBAR)
-"""Coordinates that are changed. The trunk's were not recorded, but its lean is felt in the hips'
+"""Coordinates that are changed. Those of the trunk were not recorded, but its lean affects the hip
 moments."""
 
 
@@ -54,7 +54,7 @@ class Adjustment:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], origin: str) -> "Adjustment":
-        """What `as_dict` gave; ArtefactError, which names `origin`, where it is something else."""
+        """Read what `as_dict` gave; anything else raises ArtefactError, which names `origin`."""
         try:
             harmonics, height = np.array(values["harmonics"], dtype=float), float(values["height"])
             fits = values["joints"] == list(JOINTS) and harmonics.shape[1] % 2 == 1
@@ -63,8 +63,9 @@ class Adjustment:
             fits = False
         if not fits or not np.isfinite([*harmonics.ravel(), height]).all():
             raise ArtefactError(
-                f"{origin}: no correction of the {len(JOINTS)} angles that this version of gaitval "
-                "corrects. It is damaged or of another version; run `gaitval correct` again."
+                f"{origin}: not a correction of the {len(JOINTS)} angles that this version "
+                "corrects. It is damaged or from another version of gaitval; run `gaitval "
+                "correct` again."
             )
         return cls(harmonics, height)
 
@@ -72,7 +73,7 @@ class Adjustment:
 def adjusted(
     reference: ReferenceMotion, model: BodyModel, correction: Adjustment
 ) -> ReferenceMotion:
-    """The reference with its angles and height changed; forces and moments stay."""
+    """The reference with its angles and height changed; forces and moments are unchanged."""
     change, slope = correction.angles(reference.phase)
     positions, velocities = reference.positions.copy(), reference.velocities.copy()
     columns = [COORDINATES.index(name) for name in JOINTS]

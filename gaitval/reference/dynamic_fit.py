@@ -1,18 +1,18 @@
-"""Reference motion that obeys Newton's laws and stays close to all that was recorded.
+"""A reference motion that obeys Newton's laws and stays close to everything recorded.
 
-A motion with exactly the recorded angles needs other forces and moments than the recorded ones:
-the model is not the body, the mean recorded vertical force is not one body weight, and a force
-plate that stands two centimetres off changes the moments of its leg by 0.2 Nm/kg (those of the
-built-in records seem to stand 3.6 cm apart, docs/decisions.md). No policy can meet a record that
-contradicts itself. This fit finds the best compromise beforehand: among the periodic motions
-without a residual force on the pelvis, whose feet neither slide nor sink, the one whose departures
-from the recorded angles, moments and ground reaction, each over the accuracy that is asked for
-(`Accuracy`), have the smallest sum of squares. What is left of them is what no policy can do
-better; the comparison with the record is always with the record as it is.
+A motion with exactly the recorded angles needs other forces and moments than the recorded ones: the
+model is not the body, the mean recorded vertical force is not one body weight, and a force plate
+that is two centimetres out of place changes the moments of its leg by 0.2 Nm/kg (those of the
+built-in records seem to be 3.6 cm out, docs/decisions.md). No policy can follow a record that
+contradicts itself. This fit finds the best compromise beforehand. Of the periodic motions without a
+residual force on the pelvis, and whose feet neither slide nor sink, it is the one whose deviations
+from the recorded angles, moments and ground reaction, each divided by the required accuracy
+(`Accuracy`), have the smallest sum of squares. No policy can do better than the remaining
+deviations. The walk is always compared with the unchanged record.
 
-Unknown are the first harmonics of all 31 coordinates and, at every instant of stance, each foot's
-ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it, with the laws
-and their derivatives from `walking_laws`.
+The unknowns are the first harmonics of all 31 coordinates and, at every instant of stance, each
+foot's ground reaction: force, centre of pressure and free moment. Gauss-Newton solves it, with the
+laws and their derivatives from `walking_laws`.
 """
 
 from dataclasses import replace
@@ -42,7 +42,7 @@ from gaitval.reference.motion import (
 from gaitval.reference.walking_laws import FOOT, FORCES, INPUTS, OUTPUTS, TRUNK, walking_laws
 
 INSTANTS = 100
-"""Instants of the cycle at which the laws hold: Newton's equation at 1 % of the cycle apart."""
+"""Instants of the cycle at which Newton's equations must hold, 1 % of the cycle apart."""
 
 HARMONICS = 8
 """Harmonics of the change of every coordinate."""
@@ -50,15 +50,12 @@ HARMONICS = 8
 MOST_STEPS = 15
 
 SMALLEST_GAIN = 1e-3
-"""Share of the sum of squares that the last Gauss-Newton step still took away."""
+"""Relative decrease of the sum of squares at which the Gauss-Newton steps end."""
 
 
-class Accuracy(NamedTuple):
-    """Departures that weigh the same, rad, m, s, Nm/kg, body weights (BW).
-
-    The first group is two fifths to three quarters of the accuracy that the project aims at; the
-    second says how well the laws of motion and of contact hold; the third keeps what was not
-    recorded near its convention.
+class RecordAccuracy(NamedTuple):
+    """Departures from the record, rad, Nm/kg, body weights (BW): two fifths to three quarters of
+    the accuracy that the project aims at.
     """
 
     sagittal: float = np.deg2rad(1.5)
@@ -71,50 +68,73 @@ class Accuracy(NamedTuple):
     sideways_force: float = 0.015
     vertical_force: float = 0.020
 
+
+class LawAccuracy(NamedTuple):
+    """How well the laws of motion and of contact hold."""
+
     residual: float = 0.002
-    """BW and BW m, force and moment on the pelvis that nothing exerts."""
+    """BW and BW m; residual force and moment on the pelvis, which nothing exerts."""
     sliding: float = 0.03
     """m/s, of the part of the sole that is on the ground."""
     pivoting: float = 0.3
     """rad/s, of a foot on the ground about the vertical."""
     depth: float = 0.0015
-    """m, of the lowest point of the sole against what carries the vertical force."""
+    """m, of the lowest point of the sole, relative to the height that carries the vertical
+    force."""
     landing: float = 0.0004
-    """m, likewise in the first `_LANDING` of the cycle: the sole comes down 3 mm in 1 % of the
-    cycle, and a strike that is 1 % late is an error of 3 degrees of the knee in late swing."""
+    """m, likewise in the first `_LANDING` of the cycle: the sole descends 3 mm in 1 % of the cycle,
+    and a strike that is 1 % late is a knee angle error of 3 degrees in late swing."""
     clearance: float = 0.002
     """m, by which the swinging foot misses `SWING_CLEARANCE`."""
-    pressure_forward: float = 0.015
-    pressure_sideways: float = 0.008
+
+
+class PressureAccuracy(NamedTuple):
+    """How well the ground reaction stays under the sole and without jumps."""
+
+    forward: float = 0.015
+    sideways: float = 0.008
     """m, from the centre of pressure to the middle of the part of the sole on the ground."""
+    change: float = 0.004
+    """m, second difference of the centre of pressure."""
     force_change: float = 0.025
     """BW from one instant to the next, of the departure from the recorded force."""
-    pressure_change: float = 0.004
-    """m, second difference of the centre of pressure."""
+
+
+class ConventionAccuracy(NamedTuple):
+    """Departures from its convention of what was not recorded, rad, m, BW m."""
 
     subtalar: float = np.deg2rad(3.0)
     toes: float = np.deg2rad(5.0)
     arms: float = np.deg2rad(8.0)
     trunk: float = np.deg2rad(3.0)
-    """Of the trunk's turn against the upright."""
+    """Of the trunk's rotation from upright."""
     lumbar: float = np.deg2rad(10.0)
     translation: float = 0.03
     free_moment: float = 0.005
-    """BW m."""
+
+
+class Accuracy(NamedTuple):
+    """Departures that weigh the same."""
+
+    record: RecordAccuracy = RecordAccuracy()
+    laws: LawAccuracy = LawAccuracy()
+    pressure: PressureAccuracy = PressureAccuracy()
+    convention: ConventionAccuracy = ConventionAccuracy()
 
 
 SWING_CLEARANCE = 0.012
-"""m under the lowest point of a swinging sole; people leave about 13 mm (Winter 1992, from
-memory), and a policy that is given less lifts its feet by itself, which delays the heel strike."""
+"""m below the lowest point of a swinging sole; people have about 13 mm (Winter 1992, from memory),
+and a policy that is given less lifts its feet more than the reference, which delays heel strike."""
 
 _SHARING_SPHERES = 3
-"""Spheres that share a foot's vertical force, for the depth it presses them in."""
+"""Number of spheres that share a foot's vertical force, for computing how deep they are pressed
+in."""
 
 _LANDING = 0.05
-"""Share of the cycle."""
+"""Fraction of the cycle."""
 
 _STANCE_EDGE = 0.04
-"""Share of the cycle at both ends of stance in which the foot may still slide."""
+"""Fraction of the cycle at both ends of stance in which the foot may still slide."""
 
 
 class _Problem(NamedTuple):
@@ -130,9 +150,9 @@ class _Problem(NamedTuple):
     unknown : (T, 12) bool, where `force` may change: in stance.
     target, weight : (T, 46) of the numbers of `walking_laws`.
     swinging : (T, 2) bool, the foot must clear the ground.
-    clearance_weight : weight of its miss.
-    penalty, miss : (R, U), (R,): the residuals that are linear in the U unknowns are
-        penalty @ unknowns + miss.
+    clearance_weight : weight of missing it.
+    penalty, miss : (R, U), (R,): the residuals that are linear in the U unknowns are penalty @
+        unknowns + miss.
     """
 
     tree: Tree
@@ -171,20 +191,22 @@ def _resampled(values: Array, count: int) -> Array:
 
 
 def _coordinate_accuracy(accuracy: Accuracy) -> Array:
-    """Accuracy (31,) of every coordinate; infinite for the lumbar ones, whose trunk is held."""
+    """Accuracy (31,) of every coordinate; infinite for the lumbar ones, because the trunk is
+    constrained instead.
+    """
     kinds = {
-        "hip_flexion": accuracy.sagittal,
-        "knee_angle": accuracy.sagittal,
-        "ankle_angle": accuracy.sagittal,
-        "hip_adduction": accuracy.frontal,
-        "hip_rotation": accuracy.frontal,
-        "subtalar_angle": accuracy.subtalar,
-        "mtp_angle": accuracy.toes,
+        "hip_flexion": accuracy.record.sagittal,
+        "knee_angle": accuracy.record.sagittal,
+        "ankle_angle": accuracy.record.sagittal,
+        "hip_adduction": accuracy.record.frontal,
+        "hip_rotation": accuracy.record.frontal,
+        "subtalar_angle": accuracy.convention.subtalar,
+        "mtp_angle": accuracy.convention.toes,
     }
-    scales = [accuracy.pelvis] * 3 + [accuracy.translation] * 3
+    scales = [accuracy.record.pelvis] * 3 + [accuracy.convention.translation] * 3
     for name in ACTUATED:
         joint = name.rpartition("_")[0]
-        scales.append(np.inf if name in LUMBAR else kinds.get(joint, accuracy.arms))
+        scales.append(np.inf if name in LUMBAR else kinds.get(joint, accuracy.convention.arms))
     return np.array(scales)
 
 
@@ -192,12 +214,12 @@ def _penalties(
     accuracy: Accuracy, departure: Array, series: Array, force: Array, scale: Array,
     unknown: Flags,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Rows (R, U) and constants (R,) of the residuals that are linear in the unknowns: departures
+    """Rows (R, U) and constants (R,) of the residuals that are linear in the unknowns: deviations
     of the coordinates and of the recorded forces, and roughness of the forces over time.
 
     Parameters
     ----------
-    departure : (T, 31) of the motion to change from the record.
+    departure : (T, 31) deviation of the initial motion from the record.
     """
     instants, terms = series.shape
     count = terms * len(COORDINATES)
@@ -214,13 +236,14 @@ def _penalties(
             constants.append(departure[:, k] / wanted * norm)
         else:
             row = np.zeros((terms, total))
-            row[:, block] = np.eye(terms) / accuracy.lumbar
+            row[:, block] = np.eye(terms) / accuracy.convention.lumbar
             constants.append(np.zeros(terms))
         rows.append(row)
-    sizes = [accuracy.forward_force, accuracy.sideways_force, accuracy.vertical_force]
-    close = np.array([*sizes, np.inf, np.inf, accuracy.free_moment])
-    smooth = np.array([accuracy.force_change] * 3 + [accuracy.pressure_change] * 2)
-    smooth = np.append(smooth, accuracy.free_moment)
+    record = accuracy.record
+    sizes = [record.forward_force, record.sideways_force, record.vertical_force]
+    close = np.array([*sizes, np.inf, np.inf, accuracy.convention.free_moment])
+    smooth = np.array([accuracy.pressure.force_change] * 3 + [accuracy.pressure.change] * 2)
+    smooth = np.append(smooth, accuracy.convention.free_moment)
     weights = np.concatenate([scale[:3] / scale[0], scale[3:5], scale[5:6] / scale[0]])
     for t in range(instants):
         after, before = (t + 1) % instants, t - 1
@@ -269,7 +292,7 @@ def _problem(
     series = _series(phase, time)
     offsets = np.concatenate([np.zeros(ROOT_DOFS), reference.offsets])
 
-    # Rounded, so that an instant at the edge of stance counts alike on both sides.
+    # Rounded, so that an instant at the edge of stance is treated the same on both sides.
     own = np.column_stack([np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES])
     ends = np.array([record.stance_fraction[side] for side in SIDES])
     stance = own <= ends
@@ -282,24 +305,28 @@ def _problem(
 
     target = np.zeros((INSTANTS, OUTPUTS))
     weights = np.zeros((INSTANTS, OUTPUTS))
-    weights[:, :ROOT_DOFS] = 1.0 / (accuracy.residual * weight)
-    weights[:, TRUNK] = 1.0 / accuracy.trunk
+    weights[:, :ROOT_DOFS] = 1.0 / (accuracy.laws.residual * weight)
+    weights[:, TRUNK] = 1.0 / accuracy.convention.trunk
     for i, side in enumerate(SIDES):
         for name in FEED_FORWARD:
             place = COORDINATES.index(f"{name}_{side[0]}")
-            wanted = accuracy.adduction_moment if name == "hip_adduction" else accuracy.moment
+            wanted = (
+                accuracy.record.adduction_moment
+                if name == "hip_adduction"
+                else accuracy.record.moment
+            )
             weights[:, place] = 1.0 / (wanted * model.mass)
             target[:, place] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
         first = FOOT + 6 * i
-        weights[:, first : first + 2] = sliding[:, i, None] / accuracy.sliding
-        weights[:, first + 2] = sliding[:, i] / accuracy.pivoting
-        weights[:, first + 3] = stance[:, i] / accuracy.depth
-        weights[stance[:, i] & (own[:, i] < _LANDING), first + 3] = 1.0 / accuracy.landing
+        weights[:, first : first + 2] = sliding[:, i, None] / accuracy.laws.sliding
+        weights[:, first + 2] = sliding[:, i] / accuracy.laws.pivoting
+        weights[:, first + 3] = stance[:, i] / accuracy.laws.depth
+        weights[stance[:, i] & (own[:, i] < _LANDING), first + 3] = 1.0 / accuracy.laws.landing
         target[:, first + 3] = -depth[:, i]
-        weights[:, first + 4] = stance[:, i] / accuracy.pressure_forward
-        weights[:, first + 5] = stance[:, i] / accuracy.pressure_sideways
+        weights[:, first + 4] = stance[:, i] / accuracy.pressure.forward
+        weights[:, first + 5] = stance[:, i] / accuracy.pressure.sideways
 
-    # The first guess of the centre of pressure is the middle of the sole on the ground.
+    # The initial guess of the centre of pressure is the middle of the sole on the ground.
     inputs = np.hstack([*path, force.reshape(INSTANTS, 12)])
     out = walking_laws(tree, inputs)
     for i in range(2):
@@ -322,7 +349,7 @@ def _problem(
         target=target,
         weight=weights * norm,
         swinging=(own > ends + _STANCE_EDGE) & (own < 1.0 - _STANCE_EDGE),
-        clearance_weight=norm / accuracy.clearance,
+        clearance_weight=norm / accuracy.laws.clearance,
         penalty=penalty,
         miss=miss,
     )
@@ -385,7 +412,7 @@ def _cost(problem: _Problem, unknowns: Array) -> float:
 
 
 def _solve(problem: _Problem) -> Array:
-    """Unknowns (U,) of the least sum of squares, by damped Gauss-Newton steps."""
+    """Unknowns (U,) with the least sum of squares, by damped Gauss-Newton steps."""
     unknowns = np.zeros(problem.penalty.shape[1])
     cost, damping = _cost(problem, unknowns), 1e-6
     for _ in range(MOST_STEPS):
@@ -407,7 +434,7 @@ def _solve(problem: _Problem) -> Array:
 
 
 def _periodic_coordinates(reference: ReferenceMotion) -> Array:
-    """Coordinates (N, 31) with the pelvis's Cardan angles first, without the forward travel."""
+    """Coordinates (N, 31) with the pelvis' Cardan angles first, without the forward travel."""
     coordinates = cardan_coordinates(reference.positions)
     coordinates[:, 3] -= reference.speed * reference.stride_time * reference.phase
     return coordinates
@@ -422,15 +449,15 @@ def fitted(
 ) -> ReferenceMotion:
     """The motion near `reference` that obeys the laws of motion and of contact.
 
-    Its `moments` are the net joint moments that it needs, of all joints, the toes' from their
-    share of the ground reaction; its `ground_reaction` is that of the fit, zero in swing, and
-    has a mean of one body weight.
+    Its `moments` are the net joint moments that it needs, for all joints (the toes' from their
+    share of the ground reaction). Its `ground_reaction` is that of the fit, zero in swing, with a
+    mean of one body weight.
 
     Parameters
     ----------
     reference : of `reference.motion.build_reference`, from `record`.
-    contact : law that sets how deep the feet press in.
-    accuracy : departures that weigh the same.
+    contact : law that sets how deep the feet press into the ground.
+    accuracy : deviations of equal weight.
     """
     problem = _problem(reference, record, model, contact, accuracy or Accuracy())
     unknowns = _solve(problem)

@@ -4,17 +4,17 @@ Lower-limb joints and pelvis orientation come from the record; the rest is deriv
 convention of this project, because the record has no markers above the pelvis or on the toes:
 
 * hips, knees and ankles: the record, plus small constant offsets (2-3°, kept in the motion) that
-  make the motion fit the ground and the recorded forces: both feet are on the ground together in
-  double support (without, the leading heel of a model scaled from markers comes down 3-5 % of the
-  cycle after the recorded force does), and the flat foot is so far to the side that the recorded
-  force on it points to the centre of mass (without, the steps are too narrow for that force). The
-  comparison with the record is always with the record as it is;
-* pelvis translation: the centre of mass moves as the recorded ground reaction says (Newton's
-  second law, integrated as a periodic series), the pelvis follows from the model's centre of
+  make the motion fit the ground and the recorded forces: both feet are on the ground in double
+  support (otherwise the leading heel of a model scaled from markers touches down 3-5 % of the cycle
+  later than the recorded force), and the flat foot is far enough to the side that the recorded
+  force on it points to the centre of mass (otherwise the steps are too narrow for that force). The
+  walk is always compared with the unchanged record;
+* pelvis translation: the centre of mass moves as the recorded ground reaction requires (Newton's
+  second law, integrated as a periodic series), and the pelvis follows from the model's centre of
   mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
-* trunk: upright and facing forward in the world, so the lumbar joint undoes the pelvis's turn;
-* arms: swing opposite to the leg of their side (convention, `ARM_SWING`);
-* toes: stay flat on the ground while the heel rises in late stance, straight otherwise.
+* trunk: upright and facing forward in the world, so the lumbar joint cancels the pelvis' rotation;
+* arms: swing opposite to the leg on the same side (convention, `ARM_SWING`);
+* toes: flat on the ground while the heel rises in late stance, straight otherwise.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -49,8 +49,8 @@ ARM_ABDUCTION = np.deg2rad(8.0)
 TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
 """Largest toe extension of the reference in late stance; convention."""
 TOE_ROLL = 1.3
-"""Toe extension over the pitch of the foot as the heel rises: above 1, so that the ball and not
-the tip of the toes is pressed deepest; convention."""
+"""Toe extension / pitch of the foot as the heel rises: above 1, so that the ball of the foot, not
+the toe tip, is pressed in deepest; convention."""
 TOE_EXTENSION_SWING = np.deg2rad(30.0)
 """Toe extension of the reference in swing, for clearance; convention."""
 
@@ -58,38 +58,38 @@ TRANSLATION_HARMONICS = 8
 OFFSET_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
 """Coordinates that may be offset."""
 OFFSET_SCALE = np.deg2rad(1.5)
-"""Offset that weighs as much as a gap of `GAP_SCALE`: marker-based angles have this error."""
+"""Offset with the same weight as a gap of `GAP_SCALE`: marker-based angles have this error."""
 GAP_SCALE = 0.002
-"""m, between the soles of both feet in double support, or across the sole of the flat foot."""
+"""m, height difference between the soles of both feet in double support, or across the sole of the
+flat foot."""
 BALANCE_SCALE = 0.010
 """m, between the middle of the flat foot and where the recorded force line through the centre of
-mass meets the ground; the centre of pressure may well be this far from the middle."""
+mass meets the ground; the centre of pressure can easily be this far from the middle."""
 FLAT_FOOT = (0.15, 0.40)
 """Phases of a side's own cycle between which its foot is flat on the ground."""
 ACCELERATION_SCALE = 0.3
-"""m/s²: error of the centre of mass's acceleration that weighs as much as ..."""
+"""m/s²: error in the acceleration of the centre of mass with the same weight as ..."""
 SLIDING_SCALE = 0.05
 """m/s: this much sliding of the flat foot."""
 
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-"""Coordinates whose recorded moment is fed forward, and kept close to by `dynamic_fit`."""
+"""Coordinates whose recorded moment is fed forward, and is a target of `dynamic_fit`."""
 
 
 @dataclass(frozen=True)
 class ReferenceMotion:
-    """One right gait cycle, sampled at N phases 0, 1/N, …; everything but the forward travel
-    is periodic. Axes REP-103, SI units, radians; root convention as in `model.tree`.
+    """One right gait cycle, sampled at N phases 0, 1/N, …; everything except the forward travel is
+    periodic. Axes REP-103, SI units, radians; root convention as in `model.tree`.
 
     Attributes
     ----------
     phase : (N,).
     positions, velocities : (N, 31) q̂ and q̂̇ (per second).
-    moments : (N, 25) Nm, the record's joint moments where it has them (mean of both sides),
-        else zero.
+    moments : (N, 25) Nm, the record's joint moments if it has them (mean of both sides), else zero.
     ground_reaction : (N, 2, 3) body weights, recorded, right and left foot.
     centre_of_mass : (N, 3) m, ĉ.
     end_effectors : (N, 4, 3) m, ê: joint origin of feet and forearms, world.
-    offsets : (25,) rad, what `positions` has been given beyond the record.
+    offsets : (25,) rad, offsets of `positions` from the record.
     stride_time : s.  speed : m/s.
     """
 
@@ -110,7 +110,7 @@ class ReferenceMotion:
 
     @classmethod
     def load(cls, path: Path) -> "ReferenceMotion":
-        """Read what `save` wrote. Raises ArtefactError where the file is missing or damaged."""
+        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
         arrays = read_arrays(path, tuple(f.name for f in fields(cls)))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
         return cls(**arrays, stride_time=stride_time, speed=speed)
@@ -156,8 +156,9 @@ def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
 def _toe_extension(
     record: GaitRecord, side: Side, phase: Array, offsets: dict[str, float]
 ) -> PeriodicCurve:
-    """Toes flat on the ground while the heel is up in stance (pitch of the foot negative), then
-    lowered through early swing to `TOE_EXTENSION_SWING` and to zero at the heel strike.
+    """Toe extension: flat on the ground while the heel is up in stance (pitch of the foot
+    negative), then decreasing through early swing to `TOE_EXTENSION_SWING`, and to zero at heel
+    strike.
     """
     suffix = side[0]
     pitch = (
@@ -181,7 +182,7 @@ def _toe_extension(
 def _joint_curves(
     record: GaitRecord, phase: Array, offsets: dict[str, float]
 ) -> tuple[Array, Array]:
-    """Actuated coordinates but the lumbar ones (N, 25) and their rates per unit phase."""
+    """Actuated coordinates without the lumbar ones (N, 25) and their rates per unit phase."""
     value, rate = np.zeros((len(phase), len(ACTUATED))), np.zeros((len(phase), len(ACTUATED)))
 
     def put(name: str, curve: PeriodicCurve, at: Array) -> None:
@@ -228,7 +229,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     """
     tree = tree_arrays(model)
     phase = np.arange(100) / 100
-    # Rounded, so that a sample at the edge of stance counts alike on both sides.
+    # Rounded, so that a sample at the edge of stance is treated the same on both sides.
     own = {side: np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
     both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
     flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
@@ -238,7 +239,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
     names_of_spheres = [sphere.name for sphere in model.spheres]
-    slope = {}  # sideways over vertical force on the flat foot
+    slope = {}  # sideways / vertical force on the flat foot
     for side in SIDES:
         force = record.ground_reaction(side, own[side][flat[side]])
         slope[side] = force[:, 1] / force[:, 2]
@@ -302,8 +303,8 @@ def _pelvis_translation(
     """Periodic part of the pelvis position (N, 3), mean zero.
 
     Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
-    say (their mean scaled to what periodic motion needs) and the flat foot stands still (on
-    the belt: it moves with the mean speed backwards relative to the walker).
+    require (with their mean scaled to what periodic motion needs), and the flat foot is stationary
+    (on a belt it moves backwards at the mean speed relative to the walker).
 
     Parameters
     ----------
@@ -359,8 +360,8 @@ def build_reference(
 
     Parameters
     ----------
-    contact : law that sets how deep the feet press in, so that the mean contact force of the
-        reference is one body weight; the default configuration's when not given.
+    contact : law that sets how deep the feet press into the ground, so that the mean contact force
+        of the reference is one body weight; the default configuration's if not given.
     """
     contact = contact or ContactSettings()
     tree = tree_arrays(model)
@@ -424,8 +425,8 @@ def build_reference(
 def moved(
     reference: ReferenceMotion, model: BodyModel, positions: Array, velocities: Array
 ) -> ReferenceMotion:
-    """The reference with other positions and velocities (N, 31), and all that follows from them;
-    forces and moments stay.
+    """The reference with other positions and velocities (N, 31), and everything that follows from
+    them; forces and moments are unchanged.
     """
     frames = segment_frames(model, positions)
     return replace(

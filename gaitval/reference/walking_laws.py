@@ -1,7 +1,7 @@
-"""What the laws of motion and of contact say of one instant of a walk (compiled).
+"""The laws of motion and contact at one instant of a walk (compiled).
 
-What an instant adds depends on the coordinates, their first two rates and the forces of that
-instant alone, so its derivatives are found instant by instant, by central differences.
+The terms of an instant depend only on the coordinates, their first two rates and the forces at that
+instant, so the derivatives are computed separately for each instant, by central differences.
 """
 
 from typing import NamedTuple
@@ -12,12 +12,12 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
-from gaitval.inverse.newton_euler import newton_euler
+from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import Tree, rotation_vector
 
 _SOLE_DEPTH = 0.004
-"""m: spheres this much higher than the lowest one count 1/e of it as part of the sole on the
+"""m: a sphere this much higher than the lowest one counts 1/e as much as part of the sole on the
 ground."""
 
 _LOWEST_DEPTH = 0.002
@@ -49,13 +49,7 @@ _TOE_DOFS = np.array([COORDINATES.index("mtp_angle_r"), COORDINATES.index("mtp_a
 class _Work(NamedTuple):
     """Arrays that one instant needs."""
 
-    rotation: Array
-    origin: Array
-    axes: Array
-    angular: Array
-    linear: Array
-    turning: Array
-    wrench: Array
+    segments: SegmentDynamics
     generalised: Array
     state: Array
     force: Array
@@ -64,15 +58,9 @@ class _Work(NamedTuple):
 
 
 def _work() -> _Work:
-    segments, dofs = len(SEGMENTS), len(COORDINATES)
+    dofs = len(COORDINATES)
     return _Work(
-        np.empty((segments, 3, 3)),
-        np.empty((segments, 3)),
-        np.zeros((dofs, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 3)),
-        np.empty((segments, 2, 3)),
-        np.empty((segments, 2, 3)),
+        empty_dynamics(),
         np.empty(dofs),
         np.empty((3, dofs)),
         np.empty((2, 3)),
@@ -83,17 +71,17 @@ def _work() -> _Work:
 
 @njit
 def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
-    """What one instant adds to the laws.
+    """The terms of the laws at one instant.
 
     Parameters
     ----------
-    x : (105,) coordinates (31) with the pelvis's Cardan angles first, their rates, their second
+    x : (105,) coordinates (31) with the pelvis' Cardan angles first, their rates, their second
         rates; then of the right and the left foot force (3) N, centre of pressure (2) m and
         free moment Nm.
-    out : (46,) generalised forces (31) that must act beside the ground's; rotation vector of the
-        trunk; then of each foot the velocity of its sole on the ground (2) m/s, rate of turn
-        about the vertical rad/s, height of its lowest point m, and centre of pressure less the
-        middle of the sole on the ground (2) m.
+    out : (46,) generalised forces (31) that must act in addition to the ground's; rotation vector
+        of the trunk; then for each foot the velocity of its sole on the ground (2) m/s, angular
+        velocity about the vertical rad/s, height of its lowest point m, and centre of pressure
+        minus the middle of the sole on the ground (2) m.
     """
     q, qd, qdd = work.state[0], work.state[1], work.state[2]
     root_state(x[0:3], x[31:34], x[62:65], q[:3], qd[:3], qdd[:3])
@@ -116,18 +104,12 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
         work.force,
         work.point,
         work.free_moment,
-        work.rotation,
-        work.origin,
-        work.axes,
-        work.angular,
-        work.linear,
-        work.turning,
-        work.wrench,
+        work.segments,
         work.generalised,
     )
     for i in range(31):
         out[i] = work.generalised[i]
-    out[TRUNK] = rotation_vector(work.rotation[_TORSO])
+    out[TRUNK] = rotation_vector(work.segments.frames.rotation[_TORSO])
     for side in range(2):
         _sole(tree, side, work, out)
 
@@ -135,8 +117,7 @@ def _instant(tree: Tree, x: Array, work: _Work, out: Array) -> None:
 @njit
 def _sole(tree: Tree, side: int, work: _Work, out: Array) -> None:
     """What one foot adds to `out` of `_instant`, where `work` has the frames and the forces."""
-    rotation, origin, axes = work.rotation, work.origin, work.axes
-    angular, linear = work.angular, work.linear
+    rotation, origin, axes, angular, linear = work.segments.frames
     spheres = tree.sphere_segment.shape[0] // 2
     arm = np.empty((spheres, 3))
     height = np.empty(spheres)
@@ -173,7 +154,7 @@ def _sole(tree: Tree, side: int, work: _Work, out: Array) -> None:
         out[first + 4 + i] = work.point[side, i] - middle[i] / share
     out[first + 2] = angular[_FEET[side], 2]
     out[first + 3] = lowest - _LOWEST_DEPTH * np.log(deep)
-    # `newton_euler` lets the whole force act on the foot: the toes carry their share of it.
+    # `newton_euler` applies the whole force to the foot, but the toes carry their share of it.
     axis, force = axes[_TOE_DOFS[side]], work.force[side]
     moment = np.cross(toes, force) / share
     out[_TOE_DOFS[side]] -= axis[0] * moment[0] + axis[1] * moment[1] + axis[2] * moment[2]
@@ -204,16 +185,16 @@ def _instants(
 
 
 def walking_laws(tree: Tree, inputs: Array, slope: Array | None = None) -> Array:
-    """What the laws say of every instant of a walk.
+    """The terms of the laws at every instant of a walk.
 
     Parameters
     ----------
-    inputs : (T, 105) coordinates, rates, second rates and forces, as `_instant` has them.
-    slope : (T, 46, 105) out, derivatives of the result by the inputs; not wanted if left out.
+    inputs : (T, 105) coordinates, rates, second rates and forces, as for `_instant`.
+    slope : (T, 46, 105) out, derivatives of the result by the inputs; not computed if left out.
 
     Returns
     -------
-    (T, 46) generalised forces, `TRUNK` and of each foot six numbers from `FOOT` on.
+    (T, 46) generalised forces, `TRUNK`, and six numbers for each foot from `FOOT` on.
     """
     found = np.zeros((len(inputs), OUTPUTS))
     wanted = np.zeros((0, 0, 0)) if slope is None else slope

@@ -1,1 +1,1 @@
-"""Pages and figures of a study and of a session."""
+"""Reports and figures of a study and of a session."""

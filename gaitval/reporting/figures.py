@@ -1,8 +1,8 @@
 """Figures of the report, as SVG text.
 
 Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
-that ships with matplotlib. Colours are of Okabe and Ito's set, told apart by colour-blind readers;
-the right side is blue, the left one orange, the record black on grey.
+that ships with matplotlib. Colours are from Okabe and Ito's set, which colour-blind readers can
+distinguish; the right side is blue, the left one orange, the record black on grey.
 """
 
 import io
@@ -63,7 +63,7 @@ SETTINGS: Final[Any] = {
 
 PERCENT = np.arange(101)
 WIDTH = 7.1
-"""Inches: the text width of an A4 page."""
+"""Inches; the text width of an A4 page."""
 
 
 def svg(figure: Figure, name: str) -> str:
@@ -140,7 +140,7 @@ def _plain(values: Sequence[float | None]) -> Array:
 
 
 def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) -> str:
-    """Simulated mean ± SD against the record: a row a side, a column a curve.
+    """Simulated mean ± SD and the record: one row per side, one column per curve.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
 
 
 def torque_loop(metrics: Json) -> str:
-    """Hip moment against hip angle over one gait cycle, 0, 50 and 100 % marked."""
+    """Hip moment against hip angle over one gait cycle, with 0, 50 and 100 % marked."""
     with matplotlib.rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -281,7 +281,7 @@ def error_bars(metrics: Json) -> str:
 # --- feet and pushes ---------------------------------------------------------------------
 
 _MARKED = (10, 50, 90)
-"""% of stance that the path of the centre of pressure is marked at."""
+"""% of stance at which the path of the centre of pressure is marked."""
 
 
 def pressure_path(metrics: Json) -> str:
@@ -362,7 +362,7 @@ def _footprint(axes: Axes, contact: Json, side: Side) -> None:
 
 
 def stability_regions(pushes: Json) -> str:
-    """Largest push survived by direction, a polar panel a phase; straight ahead is up.
+    """Largest push survived by direction, one polar panel per phase; straight ahead is up.
 
     Parameters
     ----------
@@ -415,12 +415,12 @@ _PHASE_COLOURS: Final = ("#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", 
 
 
 def push_velocity(traces: Sequence[Json]) -> str:
-    """How a push changes the velocity of the centre of mass: forward after one ahead, leftward
-    after one to the left; against the same phase of the gait cycle before the push.
+    """Change of the centre of mass velocity after a push: the forward one after a push ahead, the
+    leftward one after a push to the left, relative to the same phase of the cycle before the push.
 
     Parameters
     ----------
-    traces : `push_recovery.Trace.as_dict` of each push; walks that fell before it are left out.
+    traces : `push_recovery.Trace.as_dict` of each push; those with a fall before it are left out.
     """
     shown = (
         (0.0, 0, "Pushed ahead: change of the forward velocity, m/s"),

@@ -1,4 +1,4 @@
-"""One page, as self-contained HTML and as PDF from the same template."""
+"""Write a report as self-contained HTML and as PDF from the same template."""
 
 import base64
 import os
@@ -27,7 +27,7 @@ _FONTS: Final = {
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """Fixed-point text with a true minus sign; a dash for what was not measured."""
+    """Fixed-point text with a true minus sign; a dash for a value that was not measured."""
     if value is None or not np.isfinite(value):
         return "–"
     text = f"{value:.{digits}f}"
@@ -37,11 +37,10 @@ def number(value: float | None, digits: int = 2) -> str:
 def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> None:
     """Write `name`.html and `name`.pdf into a folder.
 
-    Equal contexts give equal bytes, whenever they are written; only the variable
-    SOURCE_DATE_EPOCH, with which builds are dated, changes the date in the fonts of the PDF.
+    Equal contexts give equal bytes whenever they are written; only the variable SOURCE_DATE_EPOCH,
+    which sets build dates, changes the date in the PDF's fonts.
 
-    The HTML needs no other file and no script. Text in `context` is escaped; only what is `Markup`
-    stands in the page as it is.
+    The HTML needs no other file and no script. Text in `context` is escaped, except `Markup`.
 
     Parameters
     ----------
@@ -55,7 +54,7 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
     page = environment.from_string(_resource(template))
     values = {**context, "css": Markup(_resource("report.css"))}
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
-    # nothing but what the page carries: no file and no network, whatever the inputs say
+    # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
     fonts = FontConfiguration()
     document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
@@ -66,9 +65,9 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
 
 @contextmanager
 def _fixed_clock() -> Iterator[None]:
-    """The fonts that a PDF carries say when they were cut to what it needs; fontTools takes
-    SOURCE_DATE_EPOCH (s since 1970) for that, if it is set, instead of the clock. A report
-    is of its results and not of a time, so a date is given that says nothing.
+    """A PDF's embedded fonts contain the time at which they were subset; if SOURCE_DATE_EPOCH (s
+    since 1970) is set, fontTools uses it instead of the clock. A report must depend only on its
+    results, so a fixed date is set.
     """
     name = "SOURCE_DATE_EPOCH"
     if name in os.environ:

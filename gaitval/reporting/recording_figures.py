@@ -1,7 +1,7 @@
-"""Figures of the page of an import, in the style of `gaitval.reporting.figures`.
+"""Figures of the report of an import, in the style of `gaitval.reporting.figures`.
 
-No text from outside (names of markers or files) is drawn here: it belongs into the page, where it
-is escaped.
+No text from outside (names of markers or files) is drawn here: it belongs on the page, where it is
+escaped.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ _PANEL_HEIGHT: Final = 1.75
 """Inches."""
 _SUFFIX: Final[Mapping[str, Side]] = {"_r": "right", "_l": "left"}
 _BINS: Final = 500
-"""Columns of a drawn time series, about two a printed dot of 0.3 mm."""
+"""Columns of a drawn time series, about two per printed dot of 0.3 mm."""
 _LIMIT_STYLE: Final = {"color": "#a8200d", "linewidth": 0.7, "linestyle": (0, (4, 2))}
 
 
@@ -49,13 +49,13 @@ def cycle_curves(
     figure_name: str,
     factor: float = 1.0,
 ) -> str:
-    """Mean ± SD over the gait cycle: a panel a curve, right and left in each.
+    """Mean ± SD over the gait cycle: one panel per curve, with right and left in each.
 
     Parameters
     ----------
     curves : mean (101,) and standard deviation (101,), NaN where not measured, by name with "_r"
         or "_l"; a name without a side is drawn in black.
-    stance_fraction : toe-off of each side as a share of its gait cycle; NaN where not known.
+    stance_fraction : toe-off of each side as a fraction of its gait cycle; NaN if not known.
     label : quantity and unit of the drawn values, which are those of `curves` times `factor`.
     """
     names = curve_names(curves)
@@ -137,7 +137,7 @@ def residuals(
     ----------
     time : (T,) s.
     force, moment : (T, 3) N and Nm, axes forward, left, up; NaN where not measured.
-    force_limit, moment_limit : of the largest magnitude, N and Nm; NaN draws none.
+    force_limit, moment_limit : limits of the largest magnitude, N and Nm; NaN draws none.
     """
     with matplotlib.rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
@@ -163,13 +163,15 @@ def residuals(
 
 
 def _series(axes: Axes, time: Array, values: Array) -> None:
-    """A time series; a long one as its range within each column, so that no peak is lost."""
+    """A time series; a long one is drawn as its range within each column, so that no peak is
+    lost.
+    """
     if len(time) <= 2 * _BINS:
         axes.plot(time, values, color=RECORD_COLOUR, linewidth=0.6)
         return
     edges = np.linspace(0, len(time), _BINS + 1).astype(int)
     spans = [values[begin:end] for begin, end in pairwise(edges)]
-    # fmin and fmax pass over NaN where there is a number beside it
+    # fmin and fmax ignore NaN if there is a number beside it
     lowest = np.array([np.fmin.reduce(span) for span in spans])
     highest = np.array([np.fmax.reduce(span) for span in spans])
     middle = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])

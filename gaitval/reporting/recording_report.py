@@ -1,13 +1,13 @@
-"""The page of an import: what was recorded, what was made of it, how far it can be trusted.
+"""The report of an import: what was recorded, what was computed from it, how far it can be trusted.
 
-`RecordingSummary` holds all that the page says, in SI units, radians and the project's axes; the
+`RecordingSummary` contains everything on the page, in SI units, radians and the project's axes; the
 page shows degrees, centimetres and per cent of body weight.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -19,17 +19,16 @@ from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 
 PANELS: Final = 9
-"""Curves in one figure: three rows, as many as an A4 page holds with its caption."""
+"""Curves in one figure: three rows, as many as fit on an A4 page with the caption."""
 BAR_HEADROOM: Final = 1.25
-"""Length of the scale of the marker errors over the largest of limit and error."""
+"""Length of the marker error scale / the larger of limit and largest error."""
 LEFT_OUT_SHOWN: Final = 40
-"""Gait cycles that the table of those left out lists; their number is always given."""
+"""Largest number of omitted gait cycles in the table; their total number is always given."""
 
 NAN: Final = float("nan")
 
 
-@dataclass(frozen=True)
-class InputFile:
+class InputFile(NamedTuple):
     """A file that the import read: its role ("static", "trial"), name, SHA-256 and bytes."""
 
     role: str
@@ -38,21 +37,19 @@ class InputFile:
     size: int
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """Something that gaitval decided or was told: the step, and what from what in a sentence."""
 
     name: str
     decided: str
 
 
-@dataclass(frozen=True)
-class GateRow:
+class GateRow(NamedTuple):
     """A published limit, and whether the import keeps it.
 
     Attributes
     ----------
-    value : measured, in `unit`; NaN or None where it could not be.
+    value : measured value, in `unit`; NaN or None if it could not be measured.
     limit : largest accepted value, in `unit`.
     source : who published the limit.
     """
@@ -65,14 +62,13 @@ class GateRow:
     source: str
 
 
-@dataclass(frozen=True)
-class MarkerError:
+class MarkerError(NamedTuple):
     """Distance of one marker from its place on the model after inverse kinematics.
 
     Attributes
     ----------
     rms, largest : m, over the frames that show it.
-    seen : share of the frames that show it, 0 to 1.
+    seen : fraction of the frames that show it, 0 to 1.
     """
 
     name: str
@@ -81,15 +77,14 @@ class MarkerError:
     seen: float = 1.0
 
 
-@dataclass(frozen=True)
-class ScalingMethod:
+class ScalingMethod(NamedTuple):
     """Marker errors of one way to scale the model, m; NaN where not measured.
 
     Attributes
     ----------
     static_rms, static_largest : in the standing trial.
     trial_rms, trial_largest : in the walking trial.
-    chosen : True for the one that the model is of.
+    chosen : True for the one that the model uses.
     """
 
     name: str
@@ -100,8 +95,7 @@ class ScalingMethod:
     chosen: bool = False
 
 
-@dataclass(frozen=True)
-class ScaledSegment:
+class ScaledSegment(NamedTuple):
     """A segment of the model: length m, mass kg, factor over the generic one, what gave it."""
 
     name: str
@@ -111,11 +105,10 @@ class ScaledSegment:
     source: str
 
 
-@dataclass(frozen=True)
-class SpatiotemporalRow:
+class SpatiotemporalRow(NamedTuple):
     """A parameter of gait as mean and SD over its cycles or steps, in `unit`.
 
-    One of right and left, or `both` for what has no side; None where it was not measured.
+    It has values for right and left, or `both` for what has no side; None if not measured.
     """
 
     name: str
@@ -126,8 +119,7 @@ class SpatiotemporalRow:
     digits: int = 2
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """A gait cycle that is not part of the means: when it began (s) and why it was left out."""
 
     side: Side
@@ -137,7 +129,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class ResidualCurves:
-    """What inverse dynamics leaves at the pelvis, which nothing holds in reality.
+    """Residuals of inverse dynamics on the pelvis, which nothing exerts in reality.
 
     Attributes
     ----------
@@ -153,8 +145,7 @@ class ResidualCurves:
     moment_limit: float = NAN
 
 
-@dataclass(frozen=True)
-class ConsistencyChange:
+class ConsistencyChange(NamedTuple):
     """What `--consistent` changed or reached: a quantity before and after, in `unit`."""
 
     name: str
@@ -165,7 +156,7 @@ class ConsistencyChange:
 
 @dataclass(frozen=True)
 class RecordingSummary:
-    """All that the page of an import tells.
+    """Everything that the report of an import shows.
 
     Attributes
     ----------
@@ -177,15 +168,15 @@ class RecordingSummary:
     marker_rate, force_rate : Hz; force_rate 0 without force plates.
     walking_speed : m/s; NaN where not known.
     cycles : gait cycles in the means, by side.
-    stance_fraction : mean toe-off as a share of the cycle, by side; NaN where not known.
+    stance_fraction : mean toe-off as a fraction of the cycle, by side; NaN if not known.
     angles : rad; moments : Nm/kg; forces : body weights. Mean (101,) and SD (101,) by name with
         "_r" or "_l" (`gaitval.coordinates`; forces "forward", "medial", "vertical").
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    findings : what cleaning found and did, a sentence each.
-    left_out : empty where every cycle is in the means.
-    versions : of gaitval and what the results depend on.
+    findings : what cleaning found and did, one sentence each.
+    left_out : empty if every cycle is in the means.
+    versions : of gaitval and the libraries that the results depend on.
     """
 
     identifier: str
@@ -225,7 +216,7 @@ def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
 
     Raises
     ------
-    ValueError : a curve does not have 101 points, or residuals are not of one length.
+    ValueError : a curve does not have 101 points, or the residuals differ in length.
     """
     _check(summary)
     folder.mkdir(parents=True, exist_ok=True)
@@ -246,7 +237,7 @@ def _check(summary: RecordingSummary) -> None:
         for name, (mean, deviation) in curves.items():
             if np.shape(mean) != (101,) or np.shape(deviation) != (101,):
                 raise ValueError(
-                    f"{name} must have 101 points in mean and SD, however they have shapes "
+                    f"{name} must have 101 points in mean and SD, but they have shapes "
                     f"{np.shape(mean)} and {np.shape(deviation)}"
                 )
     left = summary.residuals
@@ -254,7 +245,7 @@ def _check(summary: RecordingSummary) -> None:
         expected = (len(left.time), 3)
         if np.shape(left.force) != expected or np.shape(left.moment) != expected:
             raise ValueError(
-                f"residual force and moment must have the shape {expected}, however they have "
+                f"residual force and moment must have the shape {expected}, but they have "
                 f"{np.shape(left.force)} and {np.shape(left.moment)}"
             )
 
@@ -287,7 +278,7 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
 
 
 def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
-    """Different texts with how often each occurs, the most frequent first."""
+    """The different texts with the count of each, the most frequent first."""
     counts = {text: texts.count(text) for text in dict.fromkeys(texts)}
     return sorted(counts.items(), key=lambda pair: -pair[1])
 
@@ -306,7 +297,7 @@ def _drawings(summary: RecordingSummary) -> dict[str, list[Markup]]:
         for begin in range(0, len(names), PANELS):
             chosen = names[begin : begin + PANELS]
             part = {key: one for key, one in curves.items() if figures.side_of(key)[0] in chosen}
-            # figures hold no text from outside, so their markup is ours
+            # figures contain no text from outside, so their markup is safe
             drawings[kind].append(
                 Markup(
                     figures.cycle_curves(

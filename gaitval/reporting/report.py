@@ -15,9 +15,11 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
+from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import write_page
@@ -29,18 +31,7 @@ PICTURE_FRAMES = 33
 """Frames of one gait cycle in the walking figure, the last one equal to the first."""
 
 FAILED_SHOWN = 6
-"""Failed targets that the tolerance table names; all of them are in the table of errors."""
-
-_TRAINING_COLUMNS = (
-    "samples",
-    "wall_seconds",
-    "episode_length",
-    "episode_reward",
-    "cycles",
-    "learning_rate",
-    "log_std",
-    "approx_kl",
-)
+"""Number of failed targets that the tolerance table names; all are in the table of errors."""
 
 _SPATIOTEMPORAL = {
     "walking_speed": "Walking speed",
@@ -57,7 +48,7 @@ _SPATIOTEMPORAL = {
 
 
 def _unit(unit: str) -> str:
-    """A unit as it follows a number."""
+    """A unit as written after a number."""
     return {"deg": "°", "1": ""}.get(unit, f" {unit}")
 
 
@@ -70,7 +61,7 @@ def _limit(row: Json, bound: float | None) -> str:
 
 
 def _worst(rows: Sequence[Json]) -> Json:
-    """The row that is furthest on the wrong side of its tolerance; one not measured, if any."""
+    """The row that misses its tolerance by most; one that was not measured, if any."""
     unmeasured = [row for row in rows if row["value"] is None]
     if unmeasured:
         return unmeasured[0]
@@ -87,7 +78,7 @@ def _target(target: str) -> str:
 
 
 def _failed_text(rows: Sequence[Json]) -> str:
-    """The failed targets with their values, the first ones of many."""
+    """The failed targets with their values; only the first ones if there are many."""
     failed = [
         f"{_target(row['target'])}: "
         + ("not measured" if row["value"] is None else f"{row['value']:.3g}")
@@ -99,7 +90,9 @@ def _failed_text(rows: Sequence[Json]) -> str:
 
 
 def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
-    """One entry a tolerance, failed ones first, with how many targets passed and the worst one."""
+    """One entry per tolerance, failed ones first, with the number of targets passed and the worst
+    one.
+    """
     entries = []
     for _, group in groupby(metrics["tolerances"], key=lambda row: str(row["id"])):
         rows = list(group)
@@ -127,25 +120,32 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
 
 
 def _error_table(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of every curve and side; the RMSE before identification and correction beside them."""
+    """Rows of every curve and side, beside the RMSE before identification and correction, and that
+    of a prediction without a model with the skill against it.
+    """
     groups = (
         ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
         ("moments", JOINT_MOMENTS, 2),
         ("forces", FORCES, 1),
     )
     walks = metrics["walks"]
+    guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
     tables = []
     for kind, names, digits in groups:
         rows = []
         for name in names:
             for side in ("right", "left"):
                 key = f"{name}_{side[0]}"
+                error = walks[metrics["final"]]["errors"][kind][key]
+                guess = guesses[0][kind][key] if guesses else None
                 rows.append(
                     {
                         "name": figures.NAMES[name],
                         "side": side,
-                        "error": walks[metrics["final"]]["errors"][kind][key],
+                        "error": error,
                         "before": walks["nominal"]["errors"][kind][key],
+                        "guess": guess,
+                        "skill": skill(None if error is None else error["rmse"], guess),
                     }
                 )
         tables.append(
@@ -154,8 +154,22 @@ def _error_table(metrics: Json) -> list[dict[str, Any]]:
     return tables
 
 
+def _torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
+    """Rows of each coordinate and side with the parts of its moment."""
+    if values is None:
+        return None
+    return [
+        {
+            "name": joint.removesuffix("_r").removesuffix("_l").replace("_", " "),
+            "side": {"_r": "right", "_l": "left"}.get(joint[-2:], ""),
+            "parts": parts,
+        }
+        for joint, parts in values.items()
+    ]
+
+
 def _correction(values: Json | None) -> dict[str, Any] | None:
-    """What the correction of the reference changes, in degrees, and what it brings."""
+    """What the correction of the reference changes, in degrees, and its effect."""
     if values is None:
         return None
     found = Adjustment.from_dict(values, "metrics.json")
@@ -178,7 +192,7 @@ def _correction(values: Json | None) -> dict[str, Any] | None:
 
 
 def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of mu, with places between the bounds as percentages for the drawing."""
+    """Rows of mu, with positions between the bounds as percentages for the drawing."""
     if identification is None:
         return None
     rows = []
@@ -206,7 +220,7 @@ def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
 
 
 def _csv(path: Path) -> list[dict[str, str]] | None:
-    """Rows of a table as text; None where there is no such file."""
+    """Rows of a table as text; None if there is no such file."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             return [
@@ -217,7 +231,7 @@ def _csv(path: Path) -> list[dict[str, str]] | None:
         return None
     except (UnicodeDecodeError, csv.Error) as error:
         raise ArtefactError(
-            f"{path}: not readable as CSV ({error}). Delete it and run its stage again."
+            f"{path}: cannot be read as CSV ({error}). Delete it and run its stage again."
         ) from None
 
 
@@ -247,7 +261,7 @@ def _training(path: Path) -> dict[str, Array] | None:
     rows = _csv(path)
     if not rows:
         return None
-    missing = [name for name in _TRAINING_COLUMNS if name not in rows[0]]
+    missing = [name for name in LEARNING_CURVES if name not in rows[0]]
     if missing:
         raise ArtefactError(
             f"{path}: the columns {', '.join(missing)} are missing. "
@@ -255,12 +269,14 @@ def _training(path: Path) -> dict[str, Array] | None:
         )
     return {
         name: np.array([_number_or_none(row[name]) for row in rows], dtype=float)
-        for name in _TRAINING_COLUMNS
+        for name in LEARNING_CURVES
     }
 
 
 def _last_cycle(path: Path) -> Array | None:
-    """Positions (PICTURE_FRAMES, 31) of the last whole cycle of a walk by its reference phase."""
+    """Positions (PICTURE_FRAMES, 31) of the last whole cycle of a rollout by its reference
+    phase.
+    """
     walk = Rollout.load(path)
     start = np.floor(walk.phase[-1]) - 1.0
     if start < walk.phase[0]:
@@ -270,7 +286,9 @@ def _last_cycle(path: Path) -> Array | None:
 
 
 def _on_the_spot(positions: Array) -> Array:
-    """The cycle as on a treadmill: without its travel, middle of the pelvis's path at zero."""
+    """The cycle as on a treadmill: without forward travel, with the middle of the pelvis' path at
+    zero.
+    """
     still = positions.copy()
     for axis in (3, 4):
         still[:, axis] -= np.linspace(0, still[-1, axis] - still[0, axis], len(still))
@@ -316,12 +334,14 @@ def _provenance(folder: Path) -> dict[str, Any] | None:
         return None
     found = read_json(path)
     if not isinstance(found, dict):
-        raise ArtefactError(f"{path}: not an object. Delete it and run `gaitval subject` again.")
+        raise ArtefactError(
+            f"{path}: not a JSON object. Delete it and run `gaitval subject` again."
+        )
     return found
 
 
 def _traces(path: Path) -> list[Json] | None:
-    """Velocities around pushes; None where none were tested."""
+    """Velocities around pushes; None if none were tested."""
     if not path.exists():
         return None
     found = read_json(path)
@@ -331,7 +351,7 @@ def _traces(path: Path) -> list[Json] | None:
 
 
 def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of the table of pushes, a phase each."""
+    """Rows of the table of pushes, one per phase."""
     if pushes is None:
         return None
     rows = []
@@ -356,7 +376,7 @@ def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
 def _drawings(
     metrics: Json, training: Mapping[str, Array] | None, traces: list[Json] | None
 ) -> dict[str, Markup]:
-    # figures hold no text from outside, so their markup is ours
+    # figures contain no text from outside, so their markup is safe
     drawings = {
         "sagittal_angles": figures.curves(
             metrics,
@@ -393,7 +413,7 @@ def _drawings(
 
 
 def _context(folder: Path) -> dict[str, Any]:
-    """Everything the template tells, read from the run folder."""
+    """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
     metrics = read_json(folder / "metrics.json")
     check_metrics(metrics, str(folder / "metrics.json"))
@@ -410,6 +430,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "identification": metrics["identification"],
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
+        "prediction": next(iter(metrics["predictions"]), None),
+        "torque_shares": _torque_shares(metrics.get("torque_shares")),
         "error_tables": _error_table(metrics),
         "parameters": _parameters(metrics["identification"]),
         "correction": _correction(metrics["correction"]),

@@ -1,4 +1,4 @@
-"""The walker as lines between its joints: moving, and frames beside each other."""
+"""The walker as lines between its joints: animated, and as frames side by side."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
@@ -20,7 +20,7 @@ _LINES: Final = {
     "trunk": ("pelvis", "torso", "shoulders", "head"),
 }
 _HEAD_HEIGHT = 0.24
-"""m from the shoulders to the middle of the head, in the picture only."""
+"""m, from the shoulders to the middle of the head, in the picture only."""
 _HEAD_RADIUS = 0.1
 
 
@@ -48,7 +48,8 @@ def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
             extreme = spheres[int(end([s.position[0] for s in spheres]))]
             sole = extreme.position - np.array([0.0, extreme.position[1], extreme.radius])
             points[f"{name}_{side}"] = fixed(segment + f"_{side}", sole)
-        # the fingertips are about twice as far from the elbow as the mass of forearm and hand
+        # the fingertips are about twice as far from the elbow as the centre of mass of forearm and
+        # hand
         forearm = f"forearm_{side}"
         points[f"hand_{side}"] = fixed(forearm, 2.0 * model[forearm].centre_of_mass)
     points["shoulders"] = 0.5 * (points["upper_arm_r"] + points["upper_arm_l"])
@@ -126,7 +127,7 @@ def _animated_head(
 
 
 def still_walk(figures: Mapping[str, Mapping[str, Array]], phases: Array) -> str:
-    """Frames of the walk beside each other, from the right; arguments as `animated_walk`.
+    """Frames of the walk side by side, from the right; arguments as `animated_walk`.
 
     Parameters
     ----------

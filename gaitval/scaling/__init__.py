@@ -1,1 +1,1 @@
-"""From measurements to lengths and masses: markers, pairs, tape, stature."""
+"""From measurements to lengths and masses: by markers, marker pairs, tape or stature."""

@@ -27,10 +27,10 @@ class Proportions:
     length : mean length between the end points, m.
     mass : fraction of body mass.
     centre_of_mass : distance from the first end point, fraction of the length.
-    sagittal, transverse, longitudinal : radii of gyration about axes through the centre of
-        mass, fraction of the length. The sagittal axis runs from back to front and the
-        transverse axis from side to side (the trunk, wider than deep, has the larger radius
-        about the sagittal one); the longitudinal axis joins the end points.
+    sagittal, transverse, longitudinal : radii of gyration about axes through the centre of mass,
+        fraction of the length. The sagittal axis runs from back to front and the transverse axis
+        from side to side (the trunk is wider than deep, so its radius about the sagittal axis is
+        the larger one); the longitudinal axis joins the end points.
     """
 
     length: float
@@ -72,7 +72,7 @@ OMPH-MIDH, upper arm SJC-EJC, forearm EJC-WJC, hand WJC-MET3, thigh HJC-KJC, sha
 foot HEEL-TTIP (de Leva's names)."""
 
 PAIRED: Final = ("upper arm", "forearm", "hand", "thigh", "shank", "foot")
-"""Segments that a body has two of."""
+"""Segments that occur on both sides."""
 
 SHOULDER_HEIGHT: Final[dict[Sex, float]] = {"F": 0.4979, "M": 0.5155}
 """Mean height of the shoulder joints above the hip joints, MIDS-MIDH, m (de Leva, Table 4)."""
@@ -93,7 +93,7 @@ SHOULDER_HALF_WIDTH: Final = 0.100
 Rajagopal et al. (2016)."""
 
 TOES_MASS: Final = 0.138
-"""Share of the foot's mass in the toes: 0.2166 of 1.5666 kg in Rajagopal et al. (2016)."""
+"""Fraction of the foot's mass in the toes: 0.2166 of 1.5666 kg in Rajagopal et al. (2016)."""
 
 
 def mass_fractions(sex: Sex) -> dict[str, float]:
@@ -118,15 +118,15 @@ def inertia_tensor(
 ) -> NDArray[np.float64]:
     """Inertia about the centre of mass, kg m², shape (3, 3), diagonal in the segment's axes.
 
-    `axes` names the anatomical axis that lies along x, y and z: by default that of a segment
-    whose long axis is vertical.
+    `axes` names the anatomical axis along x, y and z; the default is for a segment whose long axis
+    is vertical.
     """
     radii = np.array([getattr(proportions, axis) for axis in axes])
     return np.asarray(np.diag(mass * (radii * length) ** 2))
 
 
 def shifted_inertia(mass: float, offset: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What a mass (kg) at `offset` (3,) m from a point adds to the inertia about that point
-    (parallel axis theorem), kg m², shape (3, 3).
+    """Inertia, kg m², shape (3, 3), that a mass (kg) at `offset` (3,) m from a point adds about
+    that point (parallel axis theorem).
     """
     return np.asarray(mass * (offset @ offset * np.eye(3) - np.outer(offset, offset)))

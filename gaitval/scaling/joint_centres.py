@@ -1,10 +1,10 @@
 """Joint centres and segment lengths from the markers of a standing trial.
 
-Axes REP-103 (x forward, y left, z up), metres, floor at z = 0. Points go by anatomical landmark
-(`LANDMARK_NAMES`), which a marker set gives its markers; the markers of the WBDS dataset are
-named after them.
+Axes REP-103 (x forward, y left, z up), metres, floor at z = 0. Points are named by anatomical
+landmark (`LANDMARK_NAMES`); a marker set says which marker is on which landmark. The markers of the
+WBDS dataset have the landmarks' names.
 
-What a marker set lacks is found as follows.
+Landmarks that a marker set lacks are found as follows.
 
 | lacking | found from | after |
 |---|---|---|
@@ -39,27 +39,27 @@ MARKER_OFFSET = 0.010
 """Assumed distance of a marker's centre from the skin, m."""
 
 ACROMION_TO_SHOULDER = 0.17
-"""Shoulder joint below the acromion, over the distance between the acromia (Rab et al. 2002,
-Gait Posture 15:113-119). In the model of Rajagopal et al. (2016) it is 0.16."""
+"""Distance of the shoulder joint below the acromion, divided by the distance between the acromia
+(Rab et al. 2002, Gait Posture 15:113-119). In the model of Rajagopal et al. (2016) it is 0.16."""
 
 LARGEST_ELEVATION = 45.0
-"""Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are;
-above it the girdle moves upwards and inwards."""
+"""Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
+it the shoulder girdle moves up and in."""
 
 FOOT_SHAPE = {
     ("MT1", "MT5"): (1.0324, 0.4835, 0.0610),
     ("MT1", "MT2"): (1.0033, 0.1487, 0.0220),
     ("MT5", "MT2"): (0.8528, -0.2548, -0.0323),
 }
-"""A metatarsal head from the heel and another head: along the line from the heel marker to the
-other one, to the medial side of it, and above the other one, in lengths of that line in the plane
-of the floor. Means of the 20 feet of the ten built-in subjects (WBDS); 1 SD of the length is
-3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
+"""Position of a metatarsal head relative to the heel and another head: along the line from the heel
+marker to the other head, medial of it, and above the other head, as fractions of that line's length
+in the plane of the floor. Means over the 20 feet of the ten built-in subjects (WBDS); 1 SD of the
+length is 3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
 
 
 def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
-    """Right hip joint centre from the middle of the ASIS, m, in the pelvis axes (x forward,
-    y left, z up), shape (3,); mirror y for the left one.
+    """Right hip joint centre from the middle of the ASIS, m, in the pelvis axes (x forward, y left,
+    z up), shape (3,); mirror y for the left one.
 
     Parameters
     ----------
@@ -93,15 +93,15 @@ def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Arr
 def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float) -> Array:
     """Joint centre from a lateral marker and the half width of the joint, m, shape (3,).
 
-    The centre lies in the plane of the three points, on the other side of the line from
-    `proximal` to `lateral` than `wand`, at `half_width` from `lateral`, and sees both at a right
-    angle.
+    The centre lies in the plane of the three points, on the opposite side of the line from
+    `proximal` to `lateral` from `wand`, and at `half_width` from `lateral`. The lines from the
+    centre to `proximal` and `lateral` are at a right angle.
 
     Parameters
     ----------
     proximal : (3,) m, joint centre above.
     lateral : (3,) m, marker on the lateral epicondyle or malleolus.
-    wand : (3,) m, any point of the plane of the joint's axis on the lateral side.
+    wand : (3,) m, any point on the lateral side in the plane of the joint's axis.
     half_width : from the marker's centre to the joint's, m.
 
     Notes
@@ -136,9 +136,9 @@ def locate(
 
     Returns
     -------
-    dict : the landmarks, those of the metatarsals found where they were lacking, `Mid.PSIS` and
-        `R.` and `L.` `Hip.Centre`, `Knee.Centre`, `Ankle.Centre` and, where markers show them,
-        `Shoulder.Centre`, `Elbow.Centre`, `Wrist.Centre`.
+    dict : the landmarks (metatarsals without a marker are estimated), `Mid.PSIS` and `R.` and `L.`
+        `Hip.Centre`, `Knee.Centre`, `Ankle.Centre` and, where markers show them, `Shoulder.Centre`,
+        `Elbow.Centre`, `Wrist.Centre`.
 
     Raises
     ------
@@ -159,16 +159,15 @@ def measure(
 
     Parameters
     ----------
-    markers : position of each landmark, (3,) m, x forward, y left, z up, floor at z = 0. The
-        person may stand anywhere and face anywhere. Names other than `LANDMARK_NAMES` are not
-        used.
+    markers : position of each landmark, (3,) m, x forward, y left, z up, floor at z = 0. The person
+        may stand anywhere and face anywhere. Other names than `LANDMARK_NAMES` are ignored.
     knee_width, ankle_width, elbow_width : across the epicondyles and malleoli, m; for a side
         without a medial marker.
 
     Raises
     ------
-    ScalingError : markers missing, not finite, in millimetres, upside down or swapped, or a
-        width that is missing or not plausible; all problems of a kind are listed.
+    ScalingError : markers are missing, not finite, in millimetres, upside down or swapped, or a
+        width is missing or implausible; all problems of a kind are listed.
     """
     _, points = _standing(markers, knee_width, ankle_width, elbow_width)
     asis = points["R.ASIS"], points["L.ASIS"]
@@ -188,7 +187,7 @@ def measure(
 
 
 def arms_hang(points: Mapping[str, Array]) -> bool:
-    """Whether both upper arms are within `LARGEST_ELEVATION` of hanging, as far as points show.
+    """Whether both upper arms hang to within `LARGEST_ELEVATION`, as far as the points show.
 
     Parameters
     ----------
@@ -210,7 +209,7 @@ def _standing(
     ankle_width: float | None,
     elbow_width: float | None,
 ) -> tuple[Array, dict[str, Array]]:
-    """Where the person faces, (3, 3) with x, y and z as columns, and all landmarks and joint
+    """The person's axes, (3, 3) with x (facing), y and z as columns, and all landmarks and joint
     centres in these axes.
     """
     check_widths(knee_width, ankle_width, elbow_width)
@@ -270,12 +269,12 @@ def _metatarsals(points: Mapping[str, Array], side: str) -> dict[str, Array]:
 def _hinge(
     points: Mapping[str, Array], side: str, joint: str, above: str, wand: str, width: float | None
 ) -> Array:
-    """Joint centre: midway between the medial and the lateral marker, or by its width."""
+    """Joint centre: midway between the medial and lateral markers, or from the joint's width."""
     lateral = points[f"{side}.{joint}"]
     medial = points.get(f"{side}.{joint}.Medial")
     if medial is not None:
         return np.asarray((lateral + medial) / 2)
-    assert width is not None  # `_needed` has asked for it.
+    assert width is not None  # `_needed` has required it.
     proximal = points[f"{side}.{above}"]
     inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
     # Without a wand the axis is taken across the pelvis.
@@ -283,9 +282,9 @@ def _hinge(
     centre = chord_centre(proximal, lateral, place, width / 2 + MARKER_OFFSET)
     if unit_vector(centre - lateral) @ inwards < 0.5:
         raise ScalingError(
-            f"the wand marker {side}.{wand} does not lie to the side of the {joint.lower()}: the "
-            f"axis of the joint would point more than 60 degrees away from the midline. Place it "
-            "in the frontal plane of the segment, or use a medial marker."
+            f"the wand marker {side}.{wand} is not lateral to the {joint.lower()}: the axis of "
+            "the joint would point more than 60 degrees away from the midline. Place it in the "
+            "frontal plane of the segment, or use a medial marker."
         )
     return centre
 
@@ -318,8 +317,8 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: float | None) -> dict
 
 
 def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, side: str) -> Array:
-    """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis that is
-    perpendicular to upper arm and forearm, so that the elbow is flexed and not extended.
+    """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis
+    perpendicular to upper arm and forearm, such that the elbow is flexed, not extended.
 
     With u from the marker to the centre, u·u = h², u·(shoulder - marker) = h² and
     u·(wrist - marker) = h².
@@ -359,7 +358,7 @@ def _arms(points: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _sources(markers: Mapping[str, Place], widths: Mapping[str, float | None]) -> dict[str, str]:
-    """How the rows of the scaling table were measured, where not by a marker on each landmark."""
+    """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}
     chord = [
         joint

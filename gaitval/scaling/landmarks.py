@@ -1,7 +1,7 @@
-"""Anatomical landmarks of a standing person: which there are, which are needed, what is wrong.
+"""Anatomical landmarks of a standing person: which exist, which are needed, and what is wrong.
 
-Axes REP-103 (x forward, y left, z up), metres, floor at z = 0. `joint_centres` says what takes the
-place of a landmark without a marker.
+Axes REP-103 (x forward, y left, z up), metres, floor at z = 0. `joint_centres` says what replaces a
+landmark without a marker.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,8 +25,8 @@ LANDMARKS = (
     "MT1",
     "MT5",
 )
-"""Landmarks of each side from which the legs are measured: spines of the pelvis, lateral and
-medial femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
+"""Landmarks on each side from which the legs are measured: spines of the pelvis, lateral and medial
+femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
 
 LANDMARK_NAMES = (
     *(f"{side}.{name}" for side in "RL" for name in LANDMARKS),
@@ -42,11 +42,11 @@ LANDMARK_NAMES = (
 )
 """All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
 which lie in the frontal plane of the segment; Toe is any marker beyond the metatarsal heads, and
-Wrist a single marker on the wrist."""
+Wrist is a single marker on the wrist."""
 
 LARGEST_COORDINATE = 20.0
-"""A standing person is within this of the origin of the laboratory, m; beyond it the
-markers are in millimetres."""
+"""A standing person is within this distance of the laboratory's origin, m; beyond it the markers
+are in millimetres."""
 
 WIDTHS = {
     "knee_width": (0.06, 0.17),
@@ -57,7 +57,7 @@ WIDTHS = {
 
 
 def unit_vector(vector: Array) -> Array:
-    """A vector (3,) at length 1."""
+    """A vector (3,) scaled to length 1."""
     return np.asarray(vector / np.linalg.norm(vector))
 
 
@@ -80,19 +80,19 @@ def check_widths(*widths: float | None) -> None:
                 ),
                 "",
             )
-            problems.append(f"{_option(name)} {width:g}, plausible are {low:g} to {high:g} m{hint}")
+            problems.append(f"{_option(name)} {width:g} (plausible: {low:g} to {high:g} m){hint}")
     _fail("implausible width of a joint", problems, "Measure it across the bones, in metres.")
 
 
 def _option(name: str) -> str:
-    """A width as the command line names it."""
+    """The command-line option of a width."""
     return f"--{name.replace('_', '-')}"
 
 
 def landmarks_of(
     markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
 ) -> dict[str, Array]:
-    """The landmarks that have a marker, (3,) m each; refuses a trial that lacks a needed one."""
+    """The landmarks that have a marker, (3,) m each; refuses a trial that lacks a required one."""
     needed = _needed(markers, knee_width, ankle_width)
     missing = [name for name in needed if name not in markers]
     without_medial = [name for name in missing if not name.endswith(".Medial")]
@@ -138,7 +138,7 @@ def landmarks_of(
 def _needed(
     markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
 ) -> list[str]:
-    """Landmarks without which nothing else can take their place."""
+    """Landmarks that nothing else can replace."""
     needed = [f"{side}.{name}" for side in "RL" for name in LANDMARKS]
     replaced: set[str] = set()
     if "Sacrum" in markers:
@@ -157,7 +157,7 @@ def _needed(
 
 
 def check_upright(points: Mapping[str, Array]) -> None:
-    """Refuse a person who does not stand along z."""
+    """Refuse a person who is not upright along z."""
     chain = ("ASIS", "Knee", "Ankle")
     problems = [
         f"{side}.{lower} ({points[f'{side}.{lower}'][2]:.3f} m) not below "
@@ -174,14 +174,16 @@ def check_upright(points: Mapping[str, Array]) -> None:
 
 
 def middle_psis(points: Mapping[str, Array]) -> Array:
-    """Middle of the PSIS, or the sacrum, (3,) m."""
+    """Middle of the PSIS, or the sacrum marker, (3,) m."""
     if "R.PSIS" in points and "L.PSIS" in points:
         return np.asarray((points["R.PSIS"] + points["L.PSIS"]) / 2)
     return points["Sacrum"]
 
 
 def heading_of(points: Mapping[str, Array]) -> Array:
-    """Rotation about z whose x is where the pelvis faces, columns as axes, shape (3, 3)."""
+    """Rotation about z that takes x to where the pelvis faces; its columns are the axes, shape (3,
+    3).
+    """
     forward = points["R.ASIS"] + points["L.ASIS"]
     if "R.PSIS" in points and "L.PSIS" in points:
         forward = forward - points["R.PSIS"] - points["L.PSIS"]
@@ -193,7 +195,7 @@ def heading_of(points: Mapping[str, Array]) -> Array:
 
 
 def check_sides(points: Mapping[str, Array]) -> None:
-    """Refuse exchanged sides, in axes in which the person faces x."""
+    """Refuse swapped sides, in axes in which the person faces x."""
     # Hands may be folded.
     paired = [name[2:] for name in LANDMARK_NAMES if name[:2] == "R." and "Wrist" not in name]
     _fail(
@@ -204,8 +206,8 @@ def check_sides(points: Mapping[str, Array]) -> None:
             if {f"R.{name}", f"L.{name}"} <= points.keys()
             and points[f"L.{name}"][1] <= points[f"R.{name}"][1]
         ],
-        "y must point to the left of the person, forward being from the PSIS to the ASIS; "
-        "check the conversion of the axes and the names of the markers.",
+        "y must point to the left of the person (forward is from the PSIS to the ASIS); check "
+        "the conversion of the axes and the names of the markers.",
     )
     swapped = [
         f"{side}.{medial} and {side}.{lateral}"

@@ -1,8 +1,8 @@
 """Marker sets as data: on which segment a marker sits and which anatomical landmark it marks.
 
-A set is a TOML file (`markersets/*.toml`, or one's own); the keys are explained at the head of
-`markersets/wbds.toml`. Names are compared without regard to capitals, dots, blanks, "_" and "-",
-and without what precedes a colon ("Subject:RASI").
+A set is a TOML file (`markersets/*.toml`, or your own); the keys are explained at the top of
+`markersets/wbds.toml`. Names are compared ignoring capitals, dots, blanks, "_" and "-", and
+anything before a colon ("Subject:RASI").
 """
 
 import difflib
@@ -24,9 +24,9 @@ from gaitval.scaling.landmarks import LANDMARK_NAMES
 _Point = TypeVar("_Point")
 
 RECOGNISED_SHARE: Final = 0.75
-"""Share of a set's markers (without optional ones and those taken off after standing) that a
-recording must have to be of this set. A few may be lost; two sets that use the same names for
-the bony landmarks (WBDS and Rajagopal share 14 of 22) must not pass for each other."""
+"""Fraction of a set's markers (without optional ones and those removed after the standing trial)
+that a recording must have to be recognised as this set. A few may be lost; two sets that use the
+same names for the bony landmarks (WBDS and Rajagopal share 14 of 22) must not be confused."""
 
 EXAMPLE: Final = """title = "My laboratory"
 source = "who defined it"
@@ -43,10 +43,10 @@ class MarkerDefinition(BaseModel):
     ----------
     segment : one of `model.body.SEGMENTS`.
     landmark : one of `joint_centres.LANDMARK_NAMES`, or None for a marker that only tracks.
-    weight : of its squared distance in inverse kinematics, relative to the others.
+    weight : weight of its squared distance in inverse kinematics, relative to the others.
     aliases : other names of the marker.
-    static_only : taken off after the standing trial.
-    optional : a recording without it still is of this set.
+    static_only : removed after the standing trial.
+    optional : a recording without it is still of this set.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -94,16 +94,22 @@ class MarkerSet:
         return {d.landmark: name for name, d in self.markers.items() if d.landmark is not None}
 
     @property
+    def segments(self) -> dict[str, str]:
+        """Segment that each marker is on."""
+        return {name: d.segment for name, d in self.markers.items()}
+
+    @property
     def essential(self) -> tuple[str, ...]:
         """Markers that are on the person in walking and not optional."""
         return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))
 
     def renamed(self, names: Iterable[str]) -> dict[str, str]:
-        """Name in this set of each name of a file that belongs to it; others are left out.
+        """For each name in a file, its name in this set; names of other markers are left out.
 
         Raises
         ------
-        RecordError : two names of the file are the same marker, as when two people were recorded.
+        RecordError : two names in the file are the same marker, for example because two people were
+            recorded.
         """
         known = self._known()
         found: dict[str, str] = {}
@@ -115,7 +121,8 @@ class MarkerSet:
                 other = next(seen for seen, as_ in found.items() if as_ == marker)
                 raise RecordError(
                     f"the markers {other!r} and {name!r} are both {marker} of the marker set "
-                    f"{self.name}. Keep one of them; of a recording of several people, keep one."
+                    f"{self.name}. Keep one of them; if several people were recorded, keep one "
+                    "person."
                 )
             found[name] = marker
         return found
@@ -129,7 +136,7 @@ class MarkerSet:
         }
 
     def present(self, names: Iterable[str]) -> frozenset[str]:
-        """Markers of this set that some of the names stand for."""
+        """Markers of this set that the names refer to."""
         known = self._known()
         return frozenset(known[plain] for plain in map(_plain, names) if plain in known)
 
@@ -140,7 +147,7 @@ class MarkerSet:
         return tuple(name for name in names if name not in found)
 
     def on_landmarks(self, points: Mapping[str, _Point]) -> dict[str, _Point]:
-        """The points, by marker of this set, that lie on landmarks, by landmark."""
+        """The points (given by marker of this set) that are on landmarks, by landmark."""
         return {
             landmark: points[marker]
             for landmark, marker in self.landmarks.items()
@@ -158,7 +165,7 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
 
     Raises
     ------
-    RecordError : no such set or file, or the file's problems (all are listed).
+    RecordError : no such set or file, or the file has problems (all are listed).
     """
     name = str(name_or_path)
     if name in _builtin_names():
@@ -169,7 +176,8 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
         raise RecordError(
             f"{name!r}: no such marker set"
             + (f", did you mean {near[0]}? " if near else ". ")
-            + f"Built in are {', '.join(_builtin_names())}; or give the path of a TOML file."
+            + f"The built-in sets are {', '.join(_builtin_names())}; or give the path of a TOML "
+            "file."
         )
     try:
         text = path.read_text(encoding="utf-8")
@@ -184,14 +192,14 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
 def recognise(names: Iterable[str]) -> MarkerSet:
     """The built-in marker set that a recording's marker names belong to.
 
-    The set with the most markers among the names, of those that have at least
-    `RECOGNISED_SHARE` of their essential markers there.
+    Of the sets with at least `RECOGNISED_SHARE` of their essential markers among the names, it is
+    the one with the most markers there.
 
     Raises
     ------
-    RecordError : two names are the same marker, or no set fits. Lists what was found, what the
-        nearest set misses and which names are close to those, and shows how to write a set of
-        one's own.
+    RecordError : two names are the same marker, or no set fits. The message lists what was found,
+        what the nearest set is missing and which names are close to those, and shows how to write
+        your own set.
     """
     names = tuple(names)
     best: tuple[int, float, MarkerSet] | None = None
@@ -221,16 +229,16 @@ def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
         if close:
             guesses.append(f"{rest[close[0]]} for {marker}")
     lines = [
-        f"the {len(names)} markers are of no known marker set ({', '.join(_builtin_names())}).",
+        f"the {len(names)} markers match no known marker set ({', '.join(_builtin_names())}).",
         f"  found: {', '.join(names) or 'none'}",
-        f"  nearest is {nearest.name} ({nearest.title}), of which are missing: "
+        f"  the nearest is {nearest.name} ({nearest.title}); its markers missing: "
         + ", ".join(missing),
     ]
     if guesses:
         lines.append(f"  perhaps: {', '.join(guesses)}")
     lines += [
-        "Describe your own set in a TOML file and give it with --marker-set FILE; "
-        "a line for each marker, such as",
+        "Describe your own set in a TOML file and give it with --marker-set FILE, with a line "
+        "for each marker, such as",
         *(f"  {line}" for line in EXAMPLE.splitlines()),
         f"Landmarks are {', '.join(LANDMARK_NAMES)}.",
         f"Segments are {', '.join(SEGMENTS)}.",
@@ -260,7 +268,7 @@ def _parsed(text: str, name: str) -> MarkerSet:
     try:
         parsed = _File.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
-        raise RecordError(f"{name}: not valid TOML: {error}. Mend that line.") from None
+        raise RecordError(f"{name}: not valid TOML: {error}. Correct that line.") from None
     except ValidationError as error:
         problems = [_problem(item["loc"], item["type"], item["msg"]) for item in error.errors()]
     else:

@@ -15,7 +15,7 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 
 BALL_TO_FOOT_LENGTH = 0.74
-"""Heel to first metatarsal head over heel to toe tip: mean ball-of-foot length 194.8 mm over
+"""Heel to first metatarsal head, divided by heel to toe tip: mean ball-of-foot length 194.8 mm over
 mean foot length 263.0 mm of the 6,068 men and women of ANSUR II (Gordon et al. 2014)."""
 
 _FITTED = ("hip_forward", "hip_up", "lumbar_forward", "lumbar_up", "shoulder_up")
@@ -41,15 +41,15 @@ _STORED: dict[str, tuple[int, ...]] = {
 
 @dataclass(frozen=True)
 class Leg:
-    """Measured lengths of one leg, m. Points are in the foot's frame: origin at the ankle
-    joint, sole level, x from the heel to the middle of the metatarsal heads, and y towards
-    the midline of the body for both legs, so that left and right compare.
+    """Measured lengths of one leg, m. Points are in the foot's frame: origin at the ankle joint,
+    sole level, x from the heel to the middle of the metatarsal heads, and y towards the midline of
+    the body for both legs, so that left and right are comparable.
 
     Attributes
     ----------
     thigh, shank : distances between joint centres.
     ankle_height : ankle joint above the floor.
-    heel : (3,) rearmost point of the heel, under the marker.
+    heel : (3,) rearmost point of the heel, below the marker.
     metatarsals : (2, 3) markers on the first and fifth metatarsal heads.
     """
 
@@ -75,18 +75,18 @@ class Measurements:
     hip_half_width : hip joint centre to the midline, m.
     hip_height : middle of the hip joint centres above the floor, m.
     pelvic_tilt : forward tilt of the plane of the ASIS and PSIS in standing, rad.
-    upper_arm, forearm : right and left length between joint centres, m; None where not
-        measured (then de Leva's means).
+    upper_arm, forearm : right and left length between joint centres, m; None if not measured (then
+        de Leva's means).
     shoulder_half_width : shoulder joint centre to the midline, m, or None.
     shoulder_height : middle of the shoulder joint centres above that of the hips, m, or None.
-    hip_forward, hip_up : from where the landmarks put the hips in the pelvis to where they are,
-        m, in the pelvis' axes; None for zero. Only a fit to movement shows it.
-    lumbar_forward, lumbar_up : lumbar joint from where the landmarks put the middle of the
-        hips, m, in the pelvis' axes, or None (then above it in standing, as de Leva has it).
-    shoulder_up : shoulder joints above the lumbar joint in the trunk, m, or None; counts more
-        than `shoulder_height`.
-    sources : what was measured (a row of the scaling table) -> how, where it is not
-        "markers".
+    hip_forward, hip_up : offset of the hips from where the landmarks put them in the pelvis, m, in
+        the pelvis' axes; None for zero. Only a fit to movement can find it.
+    lumbar_forward, lumbar_up : position of the lumbar joint relative to where the landmarks put the
+        middle of the hips, m, in the pelvis' axes, or None (then above it in standing, after de
+        Leva).
+    shoulder_up : shoulder joints above the lumbar joint in the trunk, m, or None; overrides
+        `shoulder_height`.
+    sources : what was measured (a row of the scaling table) -> how, if not by "markers".
     """
 
     right: Leg
@@ -106,8 +106,8 @@ class Measurements:
     sources: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, object]:
-        """Numbers, lists of numbers and texts that TOML can hold, m and rad; what was not
-        measured is left out. `from_dict` reads them back.
+        """Numbers, lists of numbers and texts for TOML, m and rad; what was not measured is left
+        out. `from_dict` reads them back.
         """
         stored: dict[str, object] = {}
         for side in ("right", "left"):
@@ -200,30 +200,29 @@ class Measurements:
 def with_fitted_lengths(
     measured: Measurements, fitted: Mapping[str, float], source: str = "fitted to the trials"
 ) -> Measurements:
-    """The measurements with lengths that a fit has found, the same on both sides.
+    """The measurements with the lengths that a fit found, the same on both sides.
 
-    `build_body` of the result has the joints of the fitted model; its trunk fills the stature
+    `build_body` of the result gives the joints of the fitted model; its trunk fills the stature
     above the fitted hips.
 
     Parameters
     ----------
     measured : what the fit began with.
-    fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and of
-        the fields `hip_forward` to `shoulder_up` of `Measurements`
-        (`inverse.segment_lengths.LENGTH_SD`).
+    fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and the fields
+        `hip_forward` to `shoulder_up` of `Measurements` (`inverse.segment_lengths.LENGTH_SD`).
     source : how they were found, for the scaling table.
 
     Raises
     ------
-    ScalingError : a length of another name.
+    ScalingError : a length has another name.
     """
     sides, arms = {"thigh", "shank"}, {"upper_arm"}
     alone = {"hip_half_width", "shoulder_half_width", *_FITTED}
     unknown = [name for name in fitted if name not in sides | arms | alone]
     if unknown:
         raise ScalingError(
-            f"lengths that cannot be fitted: {', '.join(unknown)}. "
-            f"Known are {', '.join(sorted(sides | arms | alone))}."
+            f"lengths that cannot be fitted: {', '.join(unknown)}. The known ones are "
+            f"{', '.join(sorted(sides | arms | alone))}."
         )
     legs: dict[str, Any] = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
     shared: dict[str, Any] = {name: float(fitted[name]) for name in sorted(alone & fitted.keys())}

@@ -1,4 +1,4 @@
-"""What scaling needs to know of a person."""
+"""What scaling needs to know about a person."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -9,11 +9,11 @@ from gaitval.scaling.anthropometry import (
 
 
 class Individual(Protocol):
-    """What scaling needs of a subject whose lengths are given."""
+    """What scaling needs to know about a subject whose lengths are given."""
 
     @property
     def identifier(self) -> str:
-        """Becomes the model's name."""
+        """Used as the model's name."""
 
     @property
     def sex(self) -> Sex:
@@ -29,7 +29,7 @@ class Individual(Protocol):
 
 
 class Person(Individual, Protocol):
-    """What scaling needs of a subject; `gaitval.datasets.subject.Subject` has it."""
+    """What scaling needs to know about a subject; `gaitval.datasets.subject.Subject` has it."""
 
     @property
     def markers(self) -> Mapping[str, Sequence[float]]:
@@ -37,7 +37,7 @@ class Person(Individual, Protocol):
 
 
 class MeasuredPerson(Person, Protocol):
-    """A person with lengths of other sources than markers."""
+    """A person with lengths from other sources than markers."""
 
     @property
     def measurements(self) -> Mapping[str, object]:

@@ -1,8 +1,8 @@
 """Whether two trials show the same person: distances between markers of one segment.
 
-Such distances hardly change from standing to walking in one person with the same markers on (in
-WBDS01 by 0.8 mm in the median, at most 4 mm; in the walk of Rajagopal et al. 2016 by 1.7 mm), and
-differ between people (the other nine built-in subjects against WBDS01: 12 to 36 mm in the median).
+In one person with the same markers, such distances hardly change from standing to walking (median
+0.8 mm, at most 4 mm in WBDS01; median 1.7 mm in the walk of Rajagopal et al. 2016). Between people
+they differ (medians of 12 to 36 mm between WBDS01 and the other nine built-in subjects).
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,17 +17,19 @@ from gaitval.errors import RecordError
 from gaitval.scaling.marker_sets import MarkerSet
 
 LARGEST_MEDIAN: Final = 0.006
-"""m. The largest of one person that was seen is 1.7 mm, the smallest between two 11.6 mm."""
+"""m. The largest median seen within one person is 1.7 mm, the smallest between two people 11.6
+mm."""
 
 LARGEST_CHANGE: Final = 0.025
-"""m. More than skin moves one marker of a segment away from another: 17 mm at most in the walk of
-Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Not of the trunk: shoulders lift by 6 cm."""
+"""m. More than skin can move one marker of a segment relative to another: at most 17 mm in the walk
+of Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Does not apply to the trunk: shoulders
+lift by 6 cm."""
 
 SHORTEST: Final = 0.03
 """m; closer markers say nothing about a person."""
 
 FEWEST: Final = 4
-"""Distances that are needed for a verdict."""
+"""Number of distances needed for a verdict."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +75,8 @@ def marker_distances(
 def displaced(
     distances: Iterable[MarkerDistance], marker_set: MarkerSet
 ) -> tuple[MarkerDistance, ...]:
-    """Distances that change by more than `LARGEST_CHANGE`: one of the two markers was put on
-    again, fell off or has another's name in one of the trials.
+    """Distances that change by more than `LARGEST_CHANGE`: in one of the trials one of the two
+    markers was moved, fell off or has another marker's name.
     """
     return tuple(
         distance
@@ -91,7 +93,7 @@ def check_same_person(
     *,
     names: tuple[str, str] = ("the standing trial", "the walking trial"),
 ) -> tuple[MarkerDistance, ...]:
-    """Refuse a standing trial of another person, or of other markers, than the walking trial's.
+    """Refuse a standing trial whose person or markers are not those of the walking trial.
 
     Parameters
     ----------
@@ -113,9 +115,10 @@ def check_same_person(
         return distances
     worst = sorted(distances, key=lambda d: -abs(d.change))[:5]
     raise RecordError(
-        f"{names[0]} and {names[1]} do not show the same person with the same markers: "
-        f"distances between markers of one segment differ by {1000 * median:.0f} mm in the median "
-        f"(plausible: up to {1000 * LARGEST_MEDIAN:.0f} mm). Most do\n  "
+        f"{names[0]} and {names[1]} do not show the same person with the same markers: the median "
+        f"difference of distances between markers of one segment is {1000 * median:.0f} mm "
+        f"(plausible: up to {1000 * LARGEST_MEDIAN:.0f} mm). The largest are\n"
+        "  "
         + "\n  ".join(
             f"{d.markers[0]} to {d.markers[1]}: {1000 * d.standing:.0f} mm standing, "
             f"{1000 * d.walking:.0f} mm walking"

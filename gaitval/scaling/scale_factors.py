@@ -1,8 +1,8 @@
 """Scale factors from distances between pairs of points, as OpenSim's ScaleTool finds them.
 
-A measurement is a set of pairs. Its factor is the mean over the pairs of the measured over the
-model's distance, where the measured distance is the mean over the frames of the distance in each
-frame (not the distance of the mean positions): `ModelScaler::computeMeasurementScaleFactor` and
+A measurement is a set of pairs. Its factor is the mean over the pairs of measured distance / model
+distance. The measured distance is the mean over the frames of the distance in each frame (not the
+distance between mean positions): `ModelScaler::computeMeasurementScaleFactor` and
 `takeExperimentalMarkerMeasurement` of opensim-core 4.x.
 """
 
@@ -24,7 +24,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class PairFactor:
-    """One pair: mean measured distance and the model's, m; their quotient is the factor."""
+    """One pair: mean measured distance and model distance, m; their quotient is the factor."""
 
     pair: Pair
     measured_m: float
@@ -32,7 +32,7 @@ class PairFactor:
 
     @property
     def factor(self) -> float:
-        """Measured over model."""
+        """Measured distance / model distance."""
         return self.measured_m / self.model_m
 
 
@@ -58,8 +58,8 @@ BODY_PAIRS: Final[dict[str, tuple[Pair, ...]]] = {
     "upper arm": tuple((f"{side}.Shoulder.Centre", f"{side}.Elbow.Centre") for side in "RL"),
     "forearm": tuple((f"{side}.Elbow.Centre", f"{side}.Wrist.Centre") for side in "RL"),
 }
-"""Measurements of our body and the pairs of landmarks and joint centres (`locate`) of each.
-Ankle.Floor is the point of the floor under the ankle joint."""
+"""Measurements of our body model, and the pairs of landmarks and joint centres (`locate`) of each.
+Ankle.Floor is the point on the floor below the ankle joint."""
 
 _SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
 
@@ -67,18 +67,18 @@ _SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
 def scale_factors(
     model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[Pair]
 ) -> tuple[PairFactor, ...]:
-    """Measured and model's distance of each pair of points.
+    """Measured and model distance of each pair of points.
 
     Parameters
     ----------
     model : (3,) m, where each point is in the unscaled model, in one pose.
-    measured : (T, 3) m, each point in T frames; a frame in which one of the two was not seen does
-        not count for their pair.
+    measured : (T, 3) m, each point in T frames; frames in which one of the two was not seen do not
+        count for their pair.
 
     Raises
     ------
-    ScalingError : points missing, never seen together, or of no distance in the model; all are
-        listed.
+    ScalingError : points are missing, never seen together, or at the same place in the model; all
+        are listed.
     """
     needed = {name for pair in pairs for name in pair}
     problems = [
@@ -119,7 +119,7 @@ def scale_by_pairs(
 ) -> tuple[Measurements, tuple[MeasurementFactor, ...]]:
     """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial.
 
-    Both legs are alike. It is the published method to compare a joint fit with; `measure`
+    Both legs are alike. This is the published method that a joint fit is compared with; `measure`
     gives each leg its own lengths and foot.
 
     Parameters
@@ -163,8 +163,8 @@ def _frames(
     whole = np.all([np.isfinite(points).all(axis=-1) for points in used.values()], axis=0)
     if not whole.any():
         raise ScalingError(
-            "no frame of the standing trial shows all its markers: fill the gaps, or take "
-            "another standing trial."
+            "no frame of the standing trial shows all its markers: fill the gaps, or use another "
+            "standing trial."
         )
     found = [
         locate({name: points[frame] for name, points in used.items()}, **widths)
@@ -177,7 +177,7 @@ def _frames(
 
 
 def _neutral_points(body: Measurements) -> dict[str, Array]:
-    """Where the points of `BODY_PAIRS` are in a body that stands straight, arms hanging."""
+    """The points of `BODY_PAIRS` in a body that stands straight with hanging arms."""
     points: dict[str, Array] = {}
     assert body.upper_arm is not None
     assert body.forearm is not None
@@ -204,7 +204,7 @@ def _neutral_points(body: Measurements) -> dict[str, Array]:
 def _scaled(
     generic: Measurements, whole: Measurements, factors: Mapping[str, float]
 ) -> Measurements:
-    """The generic body times the factors; posture and what no pair measures are `whole`'s."""
+    """The generic body times the factors; posture, and what no pair measures, come from `whole`."""
     old = generic.right
     ankle_height = old.ankle_height * factors["ankle height"]
     foot = np.array([factors["foot"], factors["foot"], 1.0])

@@ -5,11 +5,11 @@ de Leva (1996), and what no marker shows (trunk, head, arms) from his mean lengt
 the person. A person without markers is scaled by tape measure and stature (`tape`). The model
 is mirror-symmetric: it takes the mean of the right and the left side.
 
-In the neutral pose (all coordinates zero) the legs are straight and vertical, the soles lie
-flat in the plane z = 0 of the feet, the arms hang with the palms to the thighs, and the
-pelvis is turned so that the plane of the ASIS and PSIS is level, as the pelvis angles of
-clinical gait analysis have it. In standing that plane tilts forward by `pelvic_tilt`, and
-de Leva's trunk is straight above the hips; so the lumbar joint lies behind the hips here.
+In the neutral pose (all coordinates zero) the legs are straight and vertical, the soles lie flat in
+the plane z = 0 of the feet, the arms hang with the palms to the thighs, and the pelvis is turned so
+that the plane of the ASIS and PSIS is level, as the pelvis angles of clinical gait analysis have
+it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is straight above the
+hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,12 +35,12 @@ from gaitval.scaling.segments import Lengths, body_of
 from gaitval.scaling.tape import measure_by_tape
 
 PLAUSIBLE_FACTOR = (0.80, 1.25)
-"""Measured over expected length. Lengths relative to stature have a coefficient of variation
-of 4-6 %, so this is four standard deviations."""
+"""Measured / expected length. Lengths relative to stature have a coefficient of variation of 4-6 %,
+so this is four standard deviations."""
 
 PLAUSIBLE_ANKLE_FACTOR = (0.70, 1.60)
-"""The same for the ankle height: Winter's is that of the lateral malleolus of a cadaver;
-outside, the floor is not at z = 0."""
+"""The same for the ankle height: Winter's is that of the lateral malleolus of cadavers. Outside
+this range the floor is not at z = 0."""
 
 LARGEST_ASYMMETRY = 0.025
 """Largest plausible difference between right and left, m."""
@@ -50,8 +50,8 @@ PLAUSIBLE_TILT = (-15.0, 40.0)
 about 12 +- 6."""
 
 PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
-"""Half the distance between the hip joints, and between the shoulder joints, over stature. The
-built-in subjects' hips have 0.047-0.070; 0.100 is expected of shoulders."""
+"""Half the distance between the hip joints, and between the shoulder joints, divided by stature.
+For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expected."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class SegmentRow:
     right_m, left_m : measured length of each side, m; None where no marker shows it.
     length_m : length in the model, m.
     mass_kg : mass of one such segment, kg; None for a length that carries none.
-    factor : `length_m` over the population's mean for this stature (see `source`).
-    source : where the length, the population's mean and the mass come from.
+    factor : `length_m` / the population mean for this stature (see `source`).
+    source : where the length, the population mean and the mass come from.
     """
 
     segment: str
@@ -92,9 +92,9 @@ class ScaledBody:
 def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     """Scale the body model to a person.
 
-    The lengths are the person's `measurements` where there are any, else those between the
-    `markers` of the standing trial, else those by `tape` measure, with what the stature leads to
-    expect for the ones not measured.
+    The lengths are the person's `measurements` if there are any, else those between the `markers`
+    of the standing trial, else those by `tape` measure, with the lengths expected for the stature
+    in place of those not measured.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
 
     Raises
     ------
-    ScalingError : the markers cannot be used (see `joint_centres.measure`), or the body
-        they give is not plausible; all implausible lengths are listed.
+    ScalingError : the markers cannot be used (see `joint_centres.measure`), or give an implausible
+        body; all implausible lengths are listed.
     """
     stored = getattr(subject, "measurements", None)
     if stored:
@@ -129,7 +129,7 @@ def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
 
     Raises
     ------
-    ScalingError : the lengths give no plausible body; all implausible ones are listed.
+    ScalingError : the lengths give an implausible body; all implausible ones are listed.
     """
     lengths = _lengths(measured, subject)
     table = _table(measured, lengths, subject)
@@ -238,8 +238,8 @@ def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Individ
         low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
         if not low <= row.factor <= high:
             problems.append(
-                f"{row.segment}: {row.length_m:.3f} m is {row.factor:.2f} of what a stature of "
-                f"{subject.height_m:.3f} m leads to expect (plausible: {low:g} to {high:g})"
+                f"{row.segment}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "
+                f"for a stature of {subject.height_m:.3f} m (plausible: {low:g} to {high:g})"
             )
         if row.right_m is not None and row.left_m is not None:
             difference = abs(row.right_m - row.left_m)
@@ -263,7 +263,8 @@ def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Individ
         )
     if problems:
         raise ScalingError(
-            f"the {_origin(measured)} of {subject.identifier} gives no plausible body:\n  "
+            f"the {_origin(measured)} of {subject.identifier} gives an implausible body:\n"
+            "  "
             + "\n  ".join(problems)
             + "\nCheck "
             + (

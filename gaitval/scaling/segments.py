@@ -1,6 +1,6 @@
 """Segments of a body of given lengths: joints, masses, inertias and contact spheres.
 
-Masses and inertias after de Leva (1996); `scaling` says in which pose.
+Masses and inertias are after de Leva (1996); `scaling` describes the pose.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,14 +33,14 @@ SPHERES = {
     "toes_medial": ("toes", 0.1788 + 0.0600, 0.00108 - 0.0188),
     "toes_lateral": ("toes", 0.1788 + 0.0450, 0.00108 + 0.0619),
 }
-"""Segment, and forward and lateral position of each sphere under the published right foot, m,
-from the origin of OpenSim's calcaneus (Falisse et al. 2022; the toes' joint of Rajagopal et
-al. 2016 is at 0.1788, 0.00108)."""
+"""Segment, and forward and lateral position, of each sphere under the published right foot, m, from
+the origin of OpenSim's calcaneus (Falisse et al. 2022; the toe joint of Rajagopal et al. 2016 is at
+0.1788, 0.00108)."""
 
 PUBLISHED_WIDTH = 0.0951
-"""Distance between markers on the first and fifth metatarsal heads of the published foot, m:
-the lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, and the medial
-one is taken to lie as far inside."""
+"""Distance between markers on the first and fifth metatarsal heads of the published foot, m: the
+lateral ball sphere lies 7.4 mm inside the model's fifth metatarsal marker, and the medial one is
+assumed to lie as far inside."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _standing_to_neutral(measured: Measurements) -> Array:
 
 
 def _lumbar_joint(measured: Measurements, lengths: Lengths) -> Array:
-    """As fitted, or at the navel (OMPH), where de Leva parts lower and middle trunk."""
+    """As fitted, or at the navel (OMPH), where de Leva divides lower from middle trunk."""
     joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
     for axis, fitted in ((0, measured.lumbar_forward), (2, measured.lumbar_up)):
         if fitted is not None:
@@ -190,7 +190,7 @@ def _lumbar_joint(measured: Measurements, lengths: Lengths) -> Array:
 
 
 def _hips_moved(measured: Measurements) -> Array:
-    """How far the hips, and with them the pelvis' origin, were moved in the pelvis, (3,) m."""
+    """How far the fit moved the hips, and with them the pelvis' origin, in the pelvis, (3,) m."""
     return np.array([measured.hip_forward or 0.0, 0.0, measured.hip_up or 0.0])
 
 
@@ -227,14 +227,14 @@ def _torso(lengths: Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
 
 
 def _toe_joint(lengths: Lengths) -> Array:
-    """Between the first and fifth metatarsal heads, at half the height of the skin there."""
+    """Between the first and fifth metatarsal heads, at half the height of the skin."""
     middle = lengths.metatarsals.mean(axis=0)
     return np.array([middle[0], middle[1], (middle[2] - lengths.ankle_height) / 2])
 
 
 def _foot_and_toes(lengths: Lengths, mass: float, sex: Sex) -> tuple[_Part, _Part]:
-    """de Leva's foot, from the heel to the toe tip at half the ankle's height, less the toes,
-    a solid ellipsoid from the toe joint to the tip; together they are de Leva's foot.
+    """Foot and toes, which together are de Leva's foot: his runs from the heel to the toe tip at
+    half the ankle's height, and the toes are a solid ellipsoid from the toe joint to the tip.
     """
     proportions, toe_joint = DE_LEVA[sex]["foot"], _toe_joint(lengths)
     share = proportions.centre_of_mass * lengths.foot
@@ -275,11 +275,11 @@ def _foot_and_toes(lengths: Lengths, mass: float, sex: Sex) -> tuple[_Part, _Par
 
 
 def contact_spheres(lengths: Lengths) -> tuple[ContactSphere, ...]:
-    """The published spheres under this foot: their outline from heel to toes is the foot's,
-    and they are spread in proportion to the width across the metatarsal heads.
+    """The published spheres, fitted to this foot: they reach from its heel to its toes, and are
+    spread in proportion to the width across the metatarsal heads.
 
     The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
-    points 20° up comes down 5 mm, about 2 % of the cycle, later than the recorded force does.
+    points 20° up would touch down 5 mm, about 2 % of the cycle, later than in the recorded force.
     """
     forward = np.array([place[1] for place in SPHERES.values()])
     lateral = np.array([place[2] for place in SPHERES.values()])

@@ -9,9 +9,9 @@
 | foot | heel to the longest toe | 0.152 of stature (Winter) |
 | pelvis_width | between the right and left ASIS | `PELVIS_WIDTH` of stature |
 
-The lateral bony points of the legs lie at the height of the joint centres, so their distances
-are taken as lengths between joint centres. Where the hip height is measured, lengths of the leg
-that are not share what is left of it in Winter's proportion. One tape serves both legs.
+The lateral bony points of the legs are at the height of the joint centres, so distances between
+them are taken as lengths between joint centres. If the hip height is measured, unmeasured leg
+lengths share the rest of it in Winter's proportions. One set of lengths serves both legs.
 """
 
 from typing import Final
@@ -24,12 +24,12 @@ from gaitval.scaling.joint_centres import hip_joint_centre
 from gaitval.scaling.measurements import Leg, Measurements
 
 PELVIS_WIDTH: Final = 0.158
-"""Distance between the ASIS over stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
-Winter's 0.191 is the width over the hips, not between the spines."""
+"""Distance between the ASIS / stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
+Winter's 0.191 is the width across the hips, not between the spines."""
 
 ANKLE_FACTOR: Final = 1.18
-"""Height of the ankle joint over Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
-Winter's is that of cadavers' lateral malleoli."""
+"""Height of the ankle joint / Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
+Winter's is the height of cadavers' lateral malleoli."""
 
 PELVIC_TILT: Final = np.radians(13.4)
 """Forward tilt of the plane of the ASIS and PSIS in standing, rad; mean of the same subjects, 1 SD
@@ -40,17 +40,18 @@ FOOT: Final = {
     "MT1": (0.552, 0.136, 0.168),
     "MT5": (0.452, -0.188, 0.126),
 }
-"""Heel, and markers on the first and fifth metatarsal heads, in lengths of the foot: forward of the
-ankle joint, towards the midline, above the floor. Mean of the same subjects' 20 feet, 1 SD at
-most 0.03."""
+"""Heel, and markers on the first and fifth metatarsal heads, as fractions of foot length: forward
+of the ankle joint, towards the midline, above the floor. Means over the same subjects' 20 feet; 1
+SD at most 0.03."""
 
 STATURE_SD: Final = "SD 14-21 mm (ANSUR II)"
-"""What stature leaves open of the length of thigh and shank: standard deviations about the
+"""Uncertainty of thigh and shank lengths given the stature: standard deviations about the
 regressions on stature of ANSUR II (Gordon et al. 2014)."""
 
 AGREEMENT: Final = 0.05
-"""Largest plausible difference of a measured hip height from the sum of the measured lengths,
-m; people do not stand with quite straight legs, and the trochanter is felt within 2 cm."""
+"""Largest plausible difference between a measured hip height and the sum of the measured lengths,
+m; people do not stand with perfectly straight legs, and the trochanter can be palpated to within 2
+cm."""
 
 FRACTIONS: Final = {
     "hip_height": WINTER["thigh"] + WINTER["shank"] + WINTER["ankle height"] * ANKLE_FACTOR,
@@ -60,10 +61,10 @@ FRACTIONS: Final = {
     "foot": WINTER["foot"],
     "pelvis_width": PELVIS_WIDTH,
 }
-"""Mean of each measure over stature."""
+"""Mean of each measure, as a fraction of stature."""
 
 PLAUSIBLE: Final = {"ankle_height": (0.6, 1.6), "pelvis_width": (0.6, 1.6)}
-"""Measured over expected; those of other measures are `PLAUSIBLE_LENGTH`."""
+"""Measured / expected; for the other measures it is `PLAUSIBLE_LENGTH`."""
 PLAUSIBLE_LENGTH: Final = (0.75, 1.33)
 
 _UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254}
@@ -79,17 +80,17 @@ def measure_by_tape(
     foot: float | None = None,
     pelvis_width: float | None = None,
 ) -> Measurements:
-    """Lengths of a body from a tape measure, with the stature for what was not measured.
+    """Lengths of a body from a tape measure; the stature gives what was not measured.
 
     Parameters
     ----------
     height_m : stature, m.
-    hip_height, thigh, shank, ankle_height, foot, pelvis_width : m; see the table at the head
-        of the module.
+    hip_height, thigh, shank, ankle_height, foot, pelvis_width : m; see the table at the top of the
+        module.
 
     Returns
     -------
-    Measurements : right and left alike; `sources` says of each length how it was found.
+    Measurements : right and left alike; `sources` says how each length was found.
 
     Raises
     ------
@@ -117,9 +118,8 @@ def measure_by_tape(
     ]
     if problems:
         raise ScalingError(
-            f"lengths that a stature of {height_m:.3f} m does not lead to expect:\n  "
-            + "\n  ".join(problems)
-            + "\nGive metres, and check where each was measured."
+            f"these lengths are implausible for a stature of {height_m:.3f} m:\n"
+            "  " + "\n  ".join(problems) + "\nGive metres, and check where each was measured."
         )
     used = {name: measured.get(name, value) for name, value in expected.items()}
     sources = {
@@ -156,7 +156,7 @@ def _problem(name: str, value: float, expected: float) -> str:
         if low <= value * factor / expected <= high:
             return f"{name} = {value:g}: this looks like {unit}; give {name} = {value * factor:g}."
     return (
-        f"{name} = {value:g} m: expected is about {expected:.3f} m (plausible: "
+        f"{name} = {value:g} m: about {expected:.3f} m is expected (plausible: "
         f"{low * expected:.3f} to {high * expected:.3f})."
     )
 
@@ -164,7 +164,7 @@ def _problem(name: str, value: float, expected: float) -> str:
 def _share(
     hip_height: float, used: dict[str, float], measured: dict[str, float]
 ) -> dict[str, float]:
-    """Thigh and shank so that the leg is as long as measured."""
+    """Thigh and shank lengths that make the leg as long as measured."""
     open_ = [name for name in ("thigh", "shank") if name not in measured]
     rest = hip_height - used["ankle_height"]
     if not open_:
@@ -172,8 +172,8 @@ def _share(
         if abs(hip_height - total) > AGREEMENT:
             raise ScalingError(
                 f"hip_height = {hip_height:.3f} m, but ankle height, shank and thigh add up to "
-                f"{total:.3f} m. Measure again: all run between the trochanter, the lateral "
-                "epicondyle of the knee, the lateral malleolus and the floor."
+                f"{total:.3f} m. Measure again: they are measured between the trochanter, the "
+                "lateral epicondyle of the knee, the lateral malleolus and the floor."
             )
         return {}
     rest -= sum(used[name] for name in ("thigh", "shank") if name in measured)
@@ -181,7 +181,7 @@ def _share(
     shares = {name: rest * WINTER[name] / total for name in open_}
     expected = {name: WINTER[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_}
     problems = [
-        f"{name}: {value:.3f} m is left for it"
+        f"{name}: only {value:.3f} m is left for it"
         for name, value in shares.items()
         if not PLAUSIBLE_LENGTH[0] <= value / expected[name] <= PLAUSIBLE_LENGTH[1]
     ]

@@ -1,1 +1,1 @@
-"""A laboratory's session: from its files to body, motion, moments, subject and tables."""
+"""Import of a laboratory's session: from its files to body, motion, moments, subject and tables."""

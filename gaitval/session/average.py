@@ -1,4 +1,4 @@
-"""Mean curves over the cycles of all trials, and the mass that the plates tell."""
+"""Mean curves over the cycles of all trials, and the mass that the force plates measure."""
 
 from collections.abc import Sequence
 
@@ -22,15 +22,15 @@ from gaitval.session.request import Request
 from gaitval.session.trial import Trial, valid_cycles
 
 MASS_TOLERANCE = 0.12
-"""Share of the body mass by which the force plates may say otherwise. Plates with a wrong offset
-or a foot beside them miss some per cent; a mass in pounds is off by 120 %."""
+"""Fraction of the body mass by which the force plates may differ from it. Plates with a wrong
+offset, or a foot beside them, miss a few per cent; a mass in pounds is 120 % off."""
 
 _MASS_HINTS = (
     (POUND, "The mass looks like pounds: give --mass {mass:.1f}."),
     (1.0 / STANDARD_GRAVITY, "The forces look like kilograms (kgf): export them in N."),
     (1.0 / (POUND * STANDARD_GRAVITY), "The forces look like pounds (lbf): export them in N."),
 )
-"""By the ratio of the weight on the plates to the mass."""
+"""By the ratio of the weight on the plates to the mass given."""
 
 
 def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Array]:
@@ -100,11 +100,11 @@ def mean_kinetics(
 
 
 def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
-    """Mean vertical force over whole gait cycles, body weights; None where none is shown whole.
+    """Mean vertical force over whole gait cycles, body weights; None if no cycle is shown whole.
 
     Raises
     ------
-    RecordError : the plates weigh another body, perhaps one in pounds.
+    RecordError : the plates measure another mass, perhaps because one is in pounds.
     """
     shares = []
     for walk in walks:
@@ -126,8 +126,8 @@ def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
             "Check the mass, the unit of the forces, and that the trial is of this person.",
         ).format(mass=request.mass_kg * POUND)
         raise RecordError(
-            f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but the "
-            f"mass given is {request.mass_kg:.1f} kg. Over whole cycles both must agree within "
-            f"{100 * MASS_TOLERANCE:.0f} %. {hint}"
+            f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but "
+            f"the mass given is {request.mass_kg:.1f} kg. Over whole cycles the two must agree "
+            f"within {100 * MASS_TOLERANCE:.0f} %. {hint}"
         )
     return ratio

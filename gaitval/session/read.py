@@ -1,4 +1,4 @@
-"""The trials of a session: read, named, turned and cleaned."""
+"""Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -29,18 +29,18 @@ from gaitval.scaling.same_person import check_same_person, displaced
 from gaitval.session.request import Request, Tell, silent
 
 LARGEST_SWAY = 0.04
-"""m. Nine tenths of the time every marker of pelvis and feet is within this of its median place in
-a standing trial; 0.019 at most in those of WBDS01 and Rajagopal et al. 2016, 0.07 and more in
-walking, also on a treadmill."""
+"""m. In a standing trial every marker of pelvis and feet is within this distance of its median
+position in 90 % of the frames; at most 0.019 in those of WBDS01 and Rajagopal et al. 2016, but 0.07
+or more in walking, also on a treadmill."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """All trials of a session, named, turned and cleaned.
+    """All trials of a session, with markers named, axes turned and trajectories cleaned.
 
     Attributes
     ----------
-    marker_set : whose names the recordings have.
+    marker_set : the recordings use its names.
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
     """
@@ -56,7 +56,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
 
     Raises
     ------
-    RecordError : a file that cannot be used, or files that do not belong together.
+    RecordError : a file cannot be used, or the files do not belong together.
     """
     _check_files(request)
     standing = read_recording(request.static)
@@ -79,7 +79,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         ignored = marker_set.ignored(standing.names)
     if ignored:
         tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
-    standing, *walking = (_named(recording, marker_set) for recording in (standing, *walking))
+    standing, *walking = (named(recording, marker_set) for recording in (standing, *walking))
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
@@ -91,19 +91,14 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
-    segments = {name: d.segment for name, d in marker_set.markers.items()}
     standing, report = clean(
-        standing.turned(axes.rotation), segments, processing, landmarks=landmarks
+        standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
     )
     _tell_cleaning(tell, request.static, report)
     check_stands(standing, landmarks)
     turned = []
     for trial, recording in zip(request.trials, walking, strict=True):
-        recording = recording.turned(axes.rotation)
-        recording, heading = turn_to_walking_direction(recording, landmarks)
-        tell("axes", heading)
-        recording, report = clean(recording, segments, processing, landmarks=landmarks)
-        _tell_cleaning(tell, trial, report)
+        recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
         distances = check_same_person(
             _trajectories(standing),
             _trajectories(recording),
@@ -113,15 +108,16 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         for distance in displaced(distances, marker_set):
             tell(
                 "cleaning",
-                f"{trial.name}: {' to '.join(distance.markers)}: {1000 * distance.standing:.0f} mm "
-                f"in standing, {1000 * distance.walking:.0f} mm in walking: one of the two is not "
-                "where it was, or not the same marker; left as it is: check the labels",
+                f"{trial.name}: {' to '.join(distance.markers)}: {1000 * distance.standing:.0f} "
+                f"mm in standing, {1000 * distance.walking:.0f} mm in walking: one of the two has "
+                "moved, or is not the same marker; left as it is: check the labels",
             )
         if not recording.plates and not request.without_forces:
             raise RecordError(
-                f"{recording.source}: no force plates in the trial, so there are no moments and no "
-                "ground reaction. Give their file with --forces, or use --kinematics-only for "
-                "model, angles and cycles alone (a walk is not learned from these)."
+                f"{recording.source}: no force plates in the trial, so there are no moments and "
+                "no ground reaction. Give the file of the forces with --forces, or use "
+                "--kinematics-only for model, angles and cycles only (a walk cannot be learned "
+                "from these)."
             )
         turned.append(recording)
     return Session(
@@ -133,7 +129,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
 
 
 def _check_files(request: Request) -> None:
-    """Refuse forces that do not pair with trials, and a file that is given twice."""
+    """Refuse force files that do not pair with trials, and a file that is given twice."""
     if request.forces and len(request.forces) != len(request.trials):
         raise RecordError(
             f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
@@ -149,14 +145,14 @@ def _check_files(request: Request) -> None:
         if other is not None:
             raise RecordError(
                 f"{path}: given twice, with {other} and with {option}. Give each file once, with "
-                "the option that it is for."
+                "its own option."
             )
         roles[path.resolve()] = option
 
 
 @contextmanager
 def about_file(source: str) -> Iterator[None]:
-    """Name the file in errors of functions that know only what is in it."""
+    """Add the file's name to errors of functions that see only its contents."""
     try:
         yield
     except (RecordError, ScalingError) as error:
@@ -164,7 +160,9 @@ def about_file(source: str) -> Iterator[None]:
 
 
 def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
-    """Refuse a walking trial that is too short for a stride or too coarse for the filters."""
+    """Refuse a walking trial that is too short for a stride, or sampled too slowly for the
+    filters.
+    """
     where, rate = recording.source, recording.marker_rate
     length = len(recording.markers) / rate
     if length < PLAUSIBLE_STRIDE[0]:
@@ -180,7 +178,7 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
         if 0.0 < found <= 2.0 * cutoff:
             raise RecordError(
                 f"{where}: {what} at {found:g} Hz; the low-pass at {cutoff:g} Hz needs more than "
-                f"{2.0 * cutoff:g} Hz. Walking is recorded at 50 Hz and more, forces at 200 Hz and "
+                f"{2.0 * cutoff:g} Hz. Walking is recorded at 50 Hz or more, forces at 200 Hz or "
                 "more: export the trial at the rate at which it was recorded."
             )
 
@@ -198,8 +196,13 @@ def _described(recording: Recording) -> str:
     )
 
 
-def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
-    """Only the markers of the set, by its names."""
+def named(recording: Recording, marker_set: MarkerSet) -> Recording:
+    """Only the markers of the set, by its names.
+
+    Raises
+    ------
+    RecordError : too few of them are there, or one is there twice.
+    """
     with about_file(recording.source):
         names = marker_set.renamed(recording.names)
     missing = [marker for marker in marker_set.essential if marker not in names.values()]
@@ -207,11 +210,37 @@ def _named(recording: Recording, marker_set: MarkerSet) -> Recording:
         raise RecordError(
             f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
             f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
-            f"has {', '.join(recording.names)}. Label the trial by the same names as the standing "
-            "trial, or give the right set with --marker-set."
+            f"has {', '.join(recording.names)}. Label the trial with the same names as the "
+            "standing trial, or give the right set with --marker-set."
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def prepared(
+    recording: Recording,
+    marker_set: MarkerSet,
+    processing: ProcessingSettings,
+    file: Path,
+    tell: Tell = silent,
+) -> Recording:
+    """A walking trial turned about the vertical, so that the person walks along +x, and cleaned.
+
+    Parameters
+    ----------
+    recording : `named`, in the project's axes.
+    file : what to call the trial in what is told.
+
+    Raises
+    ------
+    RecordError : see `turn_to_walking_direction` and `clean`.
+    """
+    landmarks = marker_set.landmarks
+    recording, heading = turn_to_walking_direction(recording, landmarks)
+    tell("axes", heading)
+    recording, report = clean(recording, marker_set.segments, processing, landmarks=landmarks)
+    _tell_cleaning(tell, file, report)
+    return recording
 
 
 def _trajectories(recording: Recording) -> dict[str, Array]:
@@ -224,7 +253,7 @@ def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
 
 
 def standing_places(recording: Recording) -> dict[str, Array]:
-    """Where each marker stood: the median over the frames, (3,) m; unseen markers are left out."""
+    """Median position of each marker over the frames, (3,) m; unseen markers are left out."""
     places = {}
     for name in recording.names:
         trajectory = recording.marker(name)
@@ -235,11 +264,11 @@ def standing_places(recording: Recording) -> dict[str, Array]:
 
 
 def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse a standing trial in which the person walks or changes place.
+    """Refuse a standing trial in which the person walks or moves away.
 
     Raises
     ------
-    RecordError : names the marker that moves most.
+    RecordError : the person moves; the message names the marker that moves most.
     """
     sway = {}
     for landmark, name in landmarks.items():
@@ -253,14 +282,14 @@ def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
     if most is not None and sway[most] > LARGEST_SWAY:
         raise RecordError(
             f"{recording.source}: the person does not stand still: {most} is more than "
-            f"{100 * sway[most]:.0f} cm from its median place in a tenth of the frames (at most "
-            f"{100 * LARGEST_SWAY:.0f} cm in standing). Give the standing trial as --static, cut "
-            "to the time in which the person stands."
+            f"{100 * sway[most]:.0f} cm from its median position in a tenth of the frames "
+            f"(standing: at most {100 * LARGEST_SWAY:.0f} cm). Give a standing trial as --static, "
+            "cut to the time in which the person stands."
         )
 
 
 _STILL = ("ASIS", "PSIS", "Sacrum", "Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
-"""Landmarks that stay in place in standing; knees may bend and arms move."""
+"""Landmarks that stay in place in standing; knees may bend and arms may move."""
 
 
 def marker_columns(recording: Recording, names: Iterable[str], markers: Array) -> Array:

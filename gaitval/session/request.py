@@ -1,4 +1,4 @@
-"""What a user gives for the import of a session."""
+"""What a user gives to import a session."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ class Request:
     ----------
     static : file of the standing trial.
     trials : files of the walking trials, of the same session.
-    forces : file of the ground reaction of each trial, where it is not in the trial's file; as
-        many as `trials`, or none.
+    forces : file of the ground reaction of each trial, if the trial's own file has none; as many as
+        `trials`, or none.
     identifier : name of the subject.
     mass_kg, height_m, sex : of the person.
     marker_set : name or file; recognised by the markers' names when None.
@@ -26,8 +26,8 @@ class Request:
     knee_width_m, ankle_width_m, elbow_width_m : across the joint, for marker sets without medial
         markers.
     without_forces : kinematics only.
-    consistent : also find the smallest change of motion and masses that brings the residuals
-        down, and use that motion for the moments.
+    consistent : also find the smallest change of motion and masses that lowers the residuals, and
+        use that motion for the moments.
     """
 
     static: Path
@@ -56,4 +56,4 @@ class Request:
 
 
 def silent(step: str, message: str) -> None:
-    """Tell nobody."""
+    """Report nothing."""

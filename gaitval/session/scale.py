@@ -1,4 +1,4 @@
-"""The body of the person, from the standing and the walking trials."""
+"""Scale the body of the person by the standing and walking trials."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,17 +24,17 @@ from gaitval.session.request import Request, Tell, silent
 
 @dataclass(frozen=True)
 class FittedBody:
-    """The body of the session in the ways it was scaled.
+    """The person's body, scaled in each way.
 
     Attributes
     ----------
-    chosen : lengths of the model that is used: those of the joint fit.
+    chosen : lengths of the model that is used, those of the joint fit.
     scaled : the model that is used, and its table.
     markers : on that model.
     placement : of the markers on the body of the standing trial alone.
     fit : the joint fit.
-    factors : of the marker pairs, over the mean body of the stature.
-    paired : the body scaled by these factors and the markers on it, to compare.
+    factors : of the marker pairs, relative to the mean body of this stature.
+    paired : the body scaled by these factors, with its markers, for comparison.
     """
 
     chosen: Measurements
@@ -127,8 +127,8 @@ def _check_labels(
 
 
 def _taken(length: FittedLength) -> bool:
-    """Whether a length of the fit goes into the measurements. Those of arms that no marker shows
-    stay de Leva's; trunk and shoulders hang on the hips, which the fit moves.
+    """Whether a fitted length goes into the measurements. Arms without markers keep de Leva's
+    lengths; trunk and shoulders depend on the hips, which the fit moves.
     """
     return length.fitted != length.prior or length.name in (
         "lumbar_forward",

@@ -1,8 +1,8 @@
-"""From a laboratory's recordings to a body, its motion, its moments and its mean gait cycle.
+"""From a laboratory's recordings to a body, its motion, its joint moments and its mean gait cycle.
 
 What `gaitval import` does, in the order of the stages: read, name and turn the trials; clean the
 markers; scale the body and fit it to both trials; inverse kinematics; forces to feet; inverse
-dynamics; gait cycles. `gaitval.session.write` writes what comes out.
+dynamics; gait cycles. `gaitval.session.write` writes the results.
 """
 
 from collections.abc import Mapping
@@ -29,9 +29,9 @@ class Import:
     angles : rad, mean curves by name (`hip_flexion_r`, …), 0 to 100 % of the side's cycle.
     moments : Nm/kg, likewise; empty without forces.
     forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
-    weight_ratio : mean vertical force over whole gait cycles, of all the body's weight; None
-        where no cycle of both feet is shown whole.
-    decisions : what was decided on the way: the step, and a sentence.
+    weight_ratio : mean vertical force over whole gait cycles, as a fraction of body weight; None if
+        no cycle of both feet is shown whole.
+    decisions : what was decided: the step, and a sentence.
     """
 
     request: Request

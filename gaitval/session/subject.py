@@ -1,6 +1,6 @@
 """The subject that an import makes, and whether its files can be written."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -41,31 +41,12 @@ def subject_of(
     RecordError : no cycle whose forces the plates show whole, on one side at least.
     SubjectError : implausible values.
     """
+    _check_complete(found)
     request = found.request
-    if set(found.forces) != set(SIDES) or len(found.moments) < len(MOMENT_NAMES):
-        missing = " and no ".join(s for s in SIDES if s not in found.forces) or "complete"
-        reasons = [
-            f"{walk.name}: {cycle}"
-            for walk in found.trials
-            for side in SIDES
-            for cycle in walk.cycles[side]
-            if side not in found.forces and not cycle.kinetics_valid
-        ]
-        plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
-        raise RecordError(
-            f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
-            "heel strike, so there is no mean of moments and forces for a subject.\n"
-            + _some("the cycles", reasons)
-            + _some("the plates", plates)
-            + "Give a trial (or several, --trial repeated) in which each foot meets a plate of its "
-            "own. If this is one, the forces are of another trial, of the other foot or in other "
-            "axes than the markers: check their file. Or use --kinematics-only."
-        )
     counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
     where = f"{', '.join(walk.name for walk in found.trials)} ({counts} cycles)"
     means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
     stance = {side: stance_fraction(means[side][:, 2]) for side in SIDES}
-    fitted = {side: fit_force(means[side], stance[side], where) for side in SIDES}
     body = found.body
     values = {
         "identifier": request.identifier,
@@ -84,27 +65,7 @@ def subject_of(
         "left_phase": _left_phase(found),
         "mean_vertical_force": mean_vertical_force(means),
         "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
-        "gait": Gait(
-            samples=len(PHASE),
-            angles={
-                name: fit_curve(
-                    name, PHASE, closed(name, "angle", curve.mean, where), ANGLE_TOLERANCE, where
-                )
-                for name, curve in found.angles.items()
-                if name in ANGLE_NAMES
-            },
-            moments={
-                name: fit_curve(
-                    name,
-                    PHASE,
-                    closed(name, "moment", found.moments[name].mean, where),
-                    MOMENT_TOLERANCE,
-                    where,
-                )
-                for name in MOMENT_NAMES
-            },
-            forces=Forces(right=fitted["right"], left=fitted["left"]),
-        ),
+        "gait": _mean_gait(found, means, stance, where),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
             "forces_hz": found.processing.force_cutoff_hz,
@@ -112,6 +73,60 @@ def subject_of(
         "measurements": body.chosen.to_dict(),
     }
     return make_subject(values, request.identifier)
+
+
+def _check_complete(found: Import) -> None:
+    """Raise RecordError where moments or the forces of a side have no mean; says why."""
+    if set(found.forces) == set(SIDES) and len(found.moments) >= len(MOMENT_NAMES):
+        return
+    missing = " and no ".join(s for s in SIDES if s not in found.forces) or "complete"
+    reasons = [
+        f"{walk.name}: {cycle}"
+        for walk in found.trials
+        for side in SIDES
+        for cycle in walk.cycles[side]
+        if side not in found.forces and not cycle.kinetics_valid
+    ]
+    plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
+    raise RecordError(
+        f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
+        "heel strike, so a subject's mean moments and forces cannot be computed.\n"
+        + _some("the cycles", reasons)
+        + _some("the plates", plates)
+        + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of "
+        "its own. If this is one, the forces are of another trial, of the other foot or in other "
+        "axes than the markers: check their file. Or use --kinematics-only."
+    )
+
+
+def _mean_gait(
+    found: Import, forces: Mapping[Side, Array], stance: Mapping[Side, float], where: str
+) -> Gait:
+    """The mean curves as the subject's file keeps them."""
+    fitted = {side: fit_force(forces[side], stance[side], where) for side in SIDES}
+    angles = {
+        name: fit_curve(
+            name, PHASE, closed(name, "angle", curve.mean, where), ANGLE_TOLERANCE, where
+        )
+        for name, curve in found.angles.items()
+        if name in ANGLE_NAMES
+    }
+    moments = {
+        name: fit_curve(
+            name,
+            PHASE,
+            closed(name, "moment", found.moments[name].mean, where),
+            MOMENT_TOLERANCE,
+            where,
+        )
+        for name in MOMENT_NAMES
+    }
+    return Gait(
+        samples=len(PHASE),
+        angles=angles,
+        moments=moments,
+        forces=Forces(right=fitted["right"], left=fitted["left"]),
+    )
 
 
 def _some(what: str, lines: Sequence[str], most: int = 4) -> str:

@@ -1,4 +1,4 @@
-"""What the page and the command line show of an import: limits, tables, figures."""
+"""What the report and the command line show of an import: limits, tables, figures."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -11,19 +11,7 @@ from gaitval.coordinates import SIDES
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
-from gaitval.reporting.recording_report import (
-    ConsistencyChange,
-    Decision,
-    GateRow,
-    InputFile,
-    LeftOut,
-    MarkerError,
-    RecordingSummary,
-    ResidualCurves,
-    ScaledSegment,
-    ScalingMethod,
-    SpatiotemporalRow,
-)
+from gaitval.reporting import recording_report as page
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
 from gaitval.session.trial import Trial
@@ -56,7 +44,7 @@ def verdicts(found: Import) -> list[Verdict]:
 
 
 def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
-    """Residuals of a walk where both feet's forces are known, as recorded and made consistent."""
+    """Residuals of a trial where both feet's forces are known, as recorded and made consistent."""
     if walk.dynamics is None or walk.loads is None:
         return []
     known = np.asarray(walk.loads.valid.all(axis=1))
@@ -68,13 +56,13 @@ def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
     return found
 
 
-def input_files(found: Import) -> list[InputFile]:
+def input_files(found: Import) -> list[page.InputFile]:
     """The files that were given, with their hashes."""
     request = found.request
     files = [("static", request.static)]
     files += [("trial", path) for path in request.trials]
     files += [("forces", path) for path in request.forces]
-    return [InputFile(role, p.name, file_hash(p), p.stat().st_size) for role, p in files]
+    return [page.InputFile(role, p.name, file_hash(p), p.stat().st_size) for role, p in files]
 
 
 SPATIOTEMPORAL: Final = {
@@ -91,7 +79,7 @@ SPATIOTEMPORAL: Final = {
 }
 
 
-def summary_of(found: Import) -> RecordingSummary:
+def summary_of(found: Import) -> page.RecordingSummary:
     """What the page of the import shows."""
     request, first = found.request, found.trials[0]
     errors = marker_errors(first.kinematics)
@@ -107,7 +95,7 @@ def summary_of(found: Import) -> RecordingSummary:
         )
     }
     dynamics = first.moments
-    return RecordingSummary(
+    return page.RecordingSummary(
         identifier=request.identifier,
         sex=request.sex,
         mass=request.mass_kg,
@@ -126,18 +114,18 @@ def summary_of(found: Import) -> RecordingSummary:
         },
         inputs=input_files(found),
         decisions=[
-            Decision(step, message) for step, message in found.decisions if step in _DECIDED
+            page.Decision(step, message) for step, message in found.decisions if step in _DECIDED
         ],
         gates=limit_rows(found),
         marker_errors=[
-            MarkerError(name, float(errors.rms[i]), float(errors.largest[i]), float(seen[i]))
+            page.MarkerError(name, float(errors.rms[i]), float(errors.largest[i]), float(seen[i]))
             for i, name in enumerate(errors.names)
         ],
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
         segments=[
-            ScaledSegment(
+            page.ScaledSegment(
                 row.segment,
                 row.length_m,
                 np.nan if row.mass_kg is None else row.mass_kg,
@@ -151,7 +139,7 @@ def summary_of(found: Import) -> RecordingSummary:
         forces=forces,
         residuals=None
         if dynamics is None
-        else ResidualCurves(
+        else page.ResidualCurves(
             time=dynamics.time,
             force=_where_known(first, dynamics.residual_force),
             moment=_where_known(first, dynamics.residual_moment),
@@ -162,7 +150,7 @@ def summary_of(found: Import) -> RecordingSummary:
         changes=_changes(first),
         findings=[message for step, message in found.decisions if step not in _DECIDED],
         left_out=[
-            LeftOut(side, cycle.start, "; ".join(cycle.reasons))
+            page.LeftOut(side, cycle.start, "; ".join(cycle.reasons))
             for walk in found.trials
             for side in SIDES
             for cycle in walk.cycles[side]
@@ -177,16 +165,16 @@ _DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
 
 
 def _where_known(walk: Trial, residual: Array) -> Array:
-    """NaN where the plates do not show both feet: what is missing there is no residual."""
+    """NaN where the plates do not show both feet: the force missing there is not a residual."""
     assert walk.loads is not None
     known = np.asarray(walk.loads.valid.all(axis=1))
     return np.where(known[:, None], residual, np.nan)
 
 
-def limit_rows(found: Import) -> list[GateRow]:
+def limit_rows(found: Import) -> list[page.GateRow]:
     """Every published limit, and whether the import keeps it."""
     rows = [
-        GateRow(
+        page.GateRow(
             name=f"{verdict.tolerance.title} ({verdict.target})",
             value=verdict.value,
             limit=verdict.tolerance.value,
@@ -196,29 +184,29 @@ def limit_rows(found: Import) -> list[GateRow]:
         )
         for verdict in verdicts(found)
     ]
-    # The distances of the landmarks are among the tolerances already.
+    # The landmark distances are already among the tolerances.
     return rows + [
-        GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
+        page.GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
         for check in found.body.placement.checks
         if check.unit == "deg"
     ]
 
 
-def scaling_methods(found: Import) -> list[ScalingMethod]:
+def scaling_methods(found: Import) -> list[page.ScalingMethod]:
     """Marker errors of both ways to scale the body, in standing and in the first walking trial."""
     body, walk = found.body, found.trials[0]
     standing = np.array(list(body.paired[1].distances.values()))
     landmarks = np.array(list(body.placement.distances.values()))
     paired, fitted = marker_errors(walk.compared), marker_errors(walk.kinematics)
     return [
-        ScalingMethod(
+        page.ScalingMethod(
             "marker pairs, as OpenSim's ScaleTool",
             float(np.sqrt((standing**2).mean())),
             float(standing.max()),
             paired.whole_rms,
             paired.whole_largest,
         ),
-        ScalingMethod(
+        page.ScalingMethod(
             "joint centres of the standing trial, then joint fit to both trials",
             float(np.sqrt((landmarks**2).mean())),
             float(landmarks.max()),
@@ -229,7 +217,7 @@ def scaling_methods(found: Import) -> list[ScalingMethod]:
     ]
 
 
-def spatiotemporal_rows(walks: Sequence[Trial]) -> list[SpatiotemporalRow]:
+def spatiotemporal_rows(walks: Sequence[Trial]) -> list[page.SpatiotemporalRow]:
     """Mean and SD of each parameter over the cycles of all trials."""
     rows = []
     for name, (title, unit, digits) in SPATIOTEMPORAL.items():
@@ -245,24 +233,28 @@ def spatiotemporal_rows(walks: Sequence[Trial]) -> list[SpatiotemporalRow]:
                     float(pooled.std(ddof=1)) if len(pooled) > 1 else np.nan,
                 )
             )
-        rows.append(SpatiotemporalRow(title, unit, values["right"], values["left"], digits=digits))
+        rows.append(
+            page.SpatiotemporalRow(title, unit, values["right"], values["left"], digits=digits)
+        )
     return rows
 
 
-def _changes(walk: Trial) -> list[ConsistencyChange]:
+def _changes(walk: Trial) -> list[page.ConsistencyChange]:
     consistent = walk.consistent
     if consistent is None:
         return []
     before, after = consistent.before, consistent.after
     rows = [
-        ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
-        ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
-        ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
-        ConsistencyChange("residual moment, peak", before.moment_peak, after.moment_peak, "Nm"),
-        ConsistencyChange(
+        page.ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
+        page.ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
+        page.ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
+        page.ConsistencyChange(
+            "residual moment, peak", before.moment_peak, after.moment_peak, "Nm"
+        ),
+        page.ConsistencyChange(
             "markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"
         ),
-        ConsistencyChange(
+        page.ConsistencyChange(
             "markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"
         ),
     ]
@@ -271,9 +263,11 @@ def _changes(walk: Trial) -> list[ConsistencyChange]:
         value = 1000 * change if length else float(np.degrees(change))
         if value < 0.005:
             continue  # shown as 0.00: a held coordinate
-        rows.append(ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°"))
+        rows.append(
+            page.ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°")
+        )
     rows += [
-        ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")
+        page.ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")
         for name, factor in consistent.mass_factors.items()
     ]
     return rows

@@ -1,13 +1,12 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import RecordError
@@ -31,6 +30,8 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.inverse.residual_reduction import ConsistentMotion, reduce_residuals
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.model.body import BodyModel
+from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_sets import MarkerSet
@@ -101,86 +102,37 @@ def work_out_trial(
 ) -> Trial:
     """Kinematics, forces, dynamics and cycles of one walking trial."""
     landmarks = session.marker_set.landmarks
-    markers = [marker for marker in body.markers if marker.name in recording.names]
-    measured = marker_columns(recording, [marker.name for marker in markers], recording.markers)
-    anchoring = anchored(
-        body.model,
-        markers,
-        measured,
-        inverse_kinematics(body.model, markers, measured),
-        rate=recording.marker_rate,
-    )
+    motion = trial_motion(body.model, body.markers, recording, processing)
+    anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics
-    shown = {side: _leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
-    ever = np.asarray(kinematics.determined.any(axis=0))
-    hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
-    if hidden:
-        tell(
-            "kinematics",
-            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
-            "upright, arms hanging)",
-        )
-    if anchoring.resting.any():
-        tell(
-            "kinematics",
-            f"{name}: resting feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
-            f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
-            f"{1000 * anchoring.marker_rms_before:.1f} to "
-            f"{1000 * anchoring.marker_rms_after:.1f} mm",
-        )
+    shown = {side: leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
+    _tell_motion(tell, name, anchoring)
     model, placement = body.paired
     placed = [marker for marker in placement.markers if marker.name in recording.names]
-    compared = inverse_kinematics(model, placed, measured)
-    positions = completed(
-        kinematics,
-        smoothed(kinematics.positions, recording.marker_rate, processing),
-    )
+    compared = inverse_kinematics(model, placed, motion.measured)
 
     forces = loads = dynamics = consistent = None
     findings: tuple[Finding, ...] = ()
     if recording.plates and not request.without_forces:
-        recording, zeroing = zero_plates(recording, landmarks=landmarks)
-        forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
-        findings = (*zeroing, *assigning)
+        carried = trial_loads(recording, processing, landmarks, shown)
+        recording, forces, loads = carried.recording, carried.forces, carried.loads
+        findings = carried.findings
         for finding in findings:
             tell("forces", str(finding))
-        slow, _ = assign_forces(
-            recording,
-            processing,
-            landmarks=landmarks,
-            cutoff_hz=processing.moment_force_cutoff_hz,
-        )
-        loads = resample_forces(slow, recording.time)
-        moving = shown["right"] & shown["left"]
-        loads = replace(loads, valid=loads.valid & moving[:, None])
-        wrenches = (loads.force, loads.centre_of_pressure, loads.free_moment)
-        dynamics = inverse_dynamics(body.model, recording.time, positions, *wrenches)
+        dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
         if request.consistent:
-            tell("dynamics", f"{name}: looks for the smallest change that lowers the residuals")
+            tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
             consistent = reduce_residuals(
                 body.model,
                 recording.time,
                 positions,
-                *wrenches,
-                markers,
-                known=np.asarray(loads.valid.all(axis=1)),
+                *carried.wrenches,
+                motion.markers,
+                known=carried.known,
             )
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
-    with about_file(recording.source):
-        cycles: dict[Side, tuple[GaitCycle, ...]] = {
-            side: without_gaps(
-                cut_cycles(events, side, forces=forces),
-                recording.time,
-                shown[side],
-                longest_gap_s=processing.largest_gap_s,
-            )
-            for side in SIDES
-        }
-    belt = belt_speed(recording, events, landmarks=landmarks)
-    gait = {
-        side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks) for side in SIDES
-    }
+    cycles = _cycles(recording, events, forces, shown, processing)
     return Trial(
         name=name,
         recording=recording,
@@ -193,16 +145,151 @@ def work_out_trial(
         loads=loads,
         dynamics=dynamics,
         consistent=consistent,
-        belt=belt,
+        belt=belt_speed(recording, events, landmarks=landmarks),
         cycles=cycles,
-        gait=gait,
+        gait={
+            side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks)
+            for side in SIDES
+        },
         findings=findings,
     )
 
 
-def _leg_shown(
+@dataclass(frozen=True)
+class TrialMotion:
+    """Inverse kinematics of a walking trial; T frames.
+
+    Attributes
+    ----------
+    markers : on the model, those that the trial has: M.
+    measured : (T, M, 3) m, where they were measured.
+    anchoring : of the resting feet; its `kinematics` are the poses as recorded.
+    positions : (T, 31) low-passed and completed.
+    """
+
+    markers: tuple[ModelMarker, ...]
+    measured: Array
+    anchoring: AnchoredFeet
+    positions: Array
+
+
+def trial_motion(
+    model: BodyModel,
+    markers: Sequence[ModelMarker],
+    recording: Recording,
+    processing: ProcessingSettings,
+) -> TrialMotion:
+    """The motion of a trial: inverse kinematics, feet anchored, low-passed, trunk upright.
+
+    Parameters
+    ----------
+    markers : on the model; those that the trial lacks are left out.
+    recording : cleaned, in the project's axes.
+    """
+    found = tuple(marker for marker in markers if marker.name in recording.names)
+    measured = marker_columns(recording, [marker.name for marker in found], recording.markers)
+    rate = recording.marker_rate
+    poses = inverse_kinematics(model, found, measured)
+    anchoring = anchored(model, found, measured, poses, rate=rate)
+    kinematics = anchoring.kinematics
+    positions = completed(kinematics, smoothed(kinematics.positions, rate, processing))
+    return TrialMotion(found, measured, anchoring, positions)
+
+
+def _tell_motion(tell: Tell, name: str, anchoring: AnchoredFeet) -> None:
+    ever = np.asarray(anchoring.kinematics.determined.any(axis=0))
+    hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
+    if hidden:
+        tell(
+            "kinematics",
+            f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
+            "upright, arms hanging)",
+        )
+    if anchoring.resting.any():
+        tell(
+            "kinematics",
+            f"{name}: stance feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
+            f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
+            f"{1000 * anchoring.marker_rms_before:.1f} to "
+            f"{1000 * anchoring.marker_rms_after:.1f} mm",
+        )
+
+
+@dataclass(frozen=True)
+class TrialLoads:
+    """What the ground does to the feet in a walking trial.
+
+    Attributes
+    ----------
+    recording : with its plates zeroed.
+    forces : at `force_cutoff_hz`, at the plates' rate.
+    loads : at `moment_force_cutoff_hz` and the T marker frames; not valid where a leg is not shown.
+    findings : about forces and plates.
+    """
+
+    recording: Recording
+    forces: FootForces
+    loads: FootForces
+    findings: tuple[Finding, ...]
+
+    @property
+    def wrenches(self) -> tuple[Array, Array, Array]:
+        """Force N, centre of pressure m and free moment Nm on each foot, (T, 2, 3) each."""
+        return self.loads.force, self.loads.centre_of_pressure, self.loads.free_moment
+
+    @property
+    def known(self) -> Flags:
+        """(T,) whether the ground reaction on both feet is known."""
+        return np.asarray(self.loads.valid.all(axis=1))
+
+
+def trial_loads(
+    recording: Recording,
+    processing: ProcessingSettings,
+    landmarks: Mapping[str, str],
+    shown: Mapping[Side, Flags],
+) -> TrialLoads:
+    """The ground reaction on each foot, for gait cycles and for inverse dynamics.
+
+    Parameters
+    ----------
+    recording : cleaned, in the project's axes, with force plates.
+    shown : (T,) whether the markers show each leg, see `leg_shown`.
+    """
+    recording, zeroing = zero_plates(recording, landmarks=landmarks)
+    forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+    slow, _ = assign_forces(
+        recording, processing, landmarks=landmarks, cutoff_hz=processing.moment_force_cutoff_hz
+    )
+    loads = resample_forces(slow, recording.time)
+    moving = shown["right"] & shown["left"]
+    loads = replace(loads, valid=loads.valid & moving[:, None])
+    return TrialLoads(recording, forces, loads, (*zeroing, *assigning))
+
+
+def _cycles(
+    recording: Recording,
+    events: Sequence[Event],
+    forces: FootForces | None,
+    shown: Mapping[Side, Flags],
+    processing: ProcessingSettings,
+) -> dict[Side, tuple[GaitCycle, ...]]:
+    """The gait cycles of each side, with those marked in which its markers have gaps."""
+    with about_file(recording.source):
+        return {
+            side: without_gaps(
+                cut_cycles(events, side, forces=forces),
+                recording.time,
+                shown[side],
+                longest_gap_s=processing.largest_gap_s,
+            )
+            for side in SIDES
+        }
+
+
+def leg_shown(
     kinematics: InverseKinematics, side: Side, recording: Recording, marker_set: MarkerSet
-) -> NDArray[np.bool_]:
+) -> Flags:
     """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
 
     Raises
@@ -221,8 +308,9 @@ def _leg_shown(
         seen_names = [name for name in recording.names if np.isfinite(recording.marker(name)).any()]
         missing = [name for name in marker_set.essential if name not in seen_names]
         raise RecordError(
-            f"{recording.source}: the markers never show {', '.join(never)}: too few of the {side} "
-            f"leg are seen together. Missing: {', '.join(missing) or 'none, but never together'}. "
+            f"{recording.source}: the markers never show {', '.join(never)}: too few markers of "
+            f"the {side} leg are seen together. Missing: "
+            f"{', '.join(missing) or 'none, but never together'}. "
             "Label them in the recording program and export again."
         )
     return np.asarray(seen[:, ever].all(axis=1))

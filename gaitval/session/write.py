@@ -1,4 +1,4 @@
-"""Writes what an import found: the subject for the main job, OpenSim's files, tables, the page."""
+"""Write what an import found: the subject for the main job, OpenSim files, tables, the report."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -20,7 +20,9 @@ from gaitval.datasets.subject import (
 from gaitval.errors import ArtefactError
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.model.body import BodyModel
+from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.model.urdf import write_urdf
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -32,25 +34,26 @@ from gaitval.opensim.osim import write_osim
 from gaitval.reporting.recording_report import (
     write_recording_report,
 )
+from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.session.trial import Trial
 
 FOLDER: Final = "recording"
-"""In the folder of the subject: all but `subject.toml`."""
+"""Folder, beside `subject.toml`, for everything else."""
 
 SUBJECT: Final = "subject.toml"
 RECORD: Final = "import.json"
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder for the results before the work is done for it.
+    """Refuse an unusable output folder before any work is done.
 
     Raises
     ------
-    ArtefactError : a file, below one, may not be written to, or with a subject in it that no
-        import wrote.
+    ArtefactError : it is a file or lies below one, may not be written to, or contains a subject
+        that no import wrote.
     """
     for wanted in (Path(folder), Path(folder) / FOLDER):
         nearest = wanted
@@ -60,13 +63,13 @@ def check_folder(folder: Path) -> None:
             raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise ArtefactError(
-                f"{nearest}: may not be written to. Give another folder with --out."
+                f"{nearest}: no permission to write. Give another folder with --out."
             )
     subject = Path(folder) / SUBJECT
     if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
         raise ArtefactError(
-            f"{subject}: exists, and an import would replace it, but did not write it. Give "
-            "another folder with --out, or move the file."
+            f"{subject}: this file would be overwritten, but no import wrote it. Give another "
+            "folder with --out, or move the file."
         )
 
 
@@ -76,13 +79,13 @@ def _writing(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ArtefactError(
-            f"{error.filename or folder}: cannot be written ({error.strerror}). Free the disk, or "
-            "give another folder with --out; then run the same command again."
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free disk space, "
+            "or give another folder with --out; then run the same command again."
         ) from None
 
 
 def write_subject(folder: Path, subject: Subject) -> Path:
-    """Write `subject.toml`, after all others; returns the file."""
+    """Write `subject.toml`, after all other files; returns its path."""
     with _writing(folder):
         write_text(Path(folder) / SUBJECT, subject.to_toml())
     return Path(folder) / SUBJECT
@@ -91,13 +94,13 @@ def write_subject(folder: Path, subject: Subject) -> Path:
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     """Write everything but the subject below `folder`/recording; returns the files.
 
-    OpenSim's files of a trial belong together: from its motion and ground reaction its inverse
-    dynamics finds the moments that are written. So the ground reaction is as inverse dynamics used
-    it, and a trial that was made consistent has a model with its own masses.
+    OpenSim's files of a trial belong together: its inverse dynamics finds the written moments from
+    the written motion and ground reaction. So the ground reaction is the one that inverse dynamics
+    used, and a trial that was made consistent has a model with its own masses.
 
-    Each file is written whole or not at all. What an earlier import left of `subject.toml` and
-    `import.json` is removed first, and `import.json` is written last: where it stands, all others
-    do, and are of one import.
+    Each file is written whole or not at all. The `subject.toml` and `import.json` of an earlier
+    import are removed first, and `import.json` is written last: if it exists, so do all others,
+    from the same import.
 
     Raises
     ------
@@ -153,9 +156,13 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
         with replacing(target / name) as temporary:
             table.to_csv(temporary, index=False)
         written.append(target / name)
+    write_urdf(body.model, target / "model.urdf")
+    save_markers(target / MARKERS, body.markers, found.session.marker_set.name)
+    written += [target / "model.urdf", target / MARKERS]
     write_recording_report(target, summary_of(found))
     written += [target / "recording.html", target / "recording.pdf"]
-    write_json(target / RECORD, _plain(_record(found)))
+    record = ImportResult.model_validate(_plain(_record(found)))
+    write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
 
@@ -184,12 +191,12 @@ def _curve_table(found: Import) -> pd.DataFrame:
 
 
 def _record(found: Import) -> dict[str, Any]:
-    """What `import.json` holds."""
+    """The contents of `import.json`."""
     request, body = found.request, found.body
     return {
-        "schema_version": 1,
+        "schema_version": IMPORT_VERSION,
         "versions": versions(),
-        "inputs": [asdict(file) for file in input_files(found)],
+        "inputs": [file._asdict() for file in input_files(found)],
         "person": {
             "identifier": request.identifier,
             "sex": request.sex,
@@ -273,7 +280,7 @@ def _model_figures(model: BodyModel) -> list[list[float]]:
 
 
 def _plain(value: Any) -> Any:
-    """For JSON: numbers of NumPy as Python's, NaN as null."""
+    """For JSON: NumPy numbers as Python numbers, NaN as null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,1 +1,1 @@
-"""Contact, engines and the walking body."""
+"""Ground contact, physics engines and the walking body."""

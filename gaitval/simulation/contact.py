@@ -8,12 +8,12 @@ OpenSim's smooth sphere-half-space force (Serrancolí et al. 2019; simbody's
     ff = fn [min(vs/vt, 1) (μd + 2 (μs - μd) / (1 + (vs/vt)²)) + μv vs],  vs = sqrt(|vt|² + cf)
 
 At small slip the friction acts like a damper of μ fn / vt, some 3 kNs/m under a whole body, on a
-foot of less than a kilogram: taken at the velocity before a step it chatters unless the step is
-below 0.25 ms. The forces are therefore linearly implicit in the velocity: with the slope
-κ = ∂f/∂v of a foot's contact and the mass m that it moves, the velocity at the end of the step is
-v + (h/m) (f - f'), where f' is the force of the step before, whose effect is in v. Hence
-f = (f(v) + a f') / (1 + a) with a = h κ / m. A constant force is left as it is, and the law is met
-exactly as h goes to 0 (measured in docs/decisions.md and docs/speed.md).
+foot of less than a kilogram: evaluated at the velocity before a step, it chatters unless the step
+is below 0.25 ms. The forces are therefore linearly implicit in the velocity: with the slope κ =
+∂f/∂v of a foot's contact and the mass m that it moves, the velocity at the end of the step is v +
+(h/m) (f - f'), where f' is the force of the previous step, whose effect is already in v. Hence f =
+(f(v) + a f') / (1 + a) with a = h κ / m. A constant force is unchanged, and the law holds exactly
+as h goes to 0 (measured in docs/decisions.md and docs/speed.md).
 """
 
 from typing import NamedTuple
@@ -52,7 +52,7 @@ def sphere_force(
 
     Returns
     -------
-    slopes of the normal force in the penetration rate and of friction in the slip, Ns/m.
+    Slopes of the normal force with the penetration rate and of friction with the slip, Ns/m.
     """
     x = radius - height
     if x < -0.02:  # the smooth form has faded to 2e-4 of its value at the ground
@@ -85,11 +85,13 @@ class ContactWorkspace(NamedTuple):
 
     Attributes
     ----------
-    place : (K, 3) m, where the force acts on each sphere, from the segment's joint, world axes.
-    force : (K, 3) N, by the law at the velocity before the step.
+    place : (K, 3) m, where the force acts on each sphere, relative to the segment's joint, world
+        axes.
+    force : (K, 3) N, from the law at the velocity before the step.
     velocity : (3,) m/s of one of these places.
     slope : (2, 2) Ns/m, right and left foot: of the normal force and of friction.
-    wrench : (9, 6) force and moment about the world origin on each segment and all below it.
+    wrench : (9, 6) force and moment about the world origin on each segment and all segments below
+        it.
     """
 
     place: Array
@@ -101,7 +103,7 @@ class ContactWorkspace(NamedTuple):
 
 @njit
 def contact_workspace(spheres: int) -> ContactWorkspace:
-    """Arrays to be filled, for a body with so many contact spheres."""
+    """Arrays to be filled, for a body with this many contact spheres."""
     return ContactWorkspace(
         np.empty((spheres, 3)),
         np.empty((spheres, 3)),
@@ -124,15 +126,15 @@ def contact_forces(
 ) -> None:
     """Generalised forces of the ground on the body.
 
-    It is long because its three passes, over spheres twice and then segments, work in the same
-    arrays; none means anything without the others.
+    It is long because its three passes, two over spheres and one over segments, work in the same
+    arrays; none makes sense without the others.
 
     Parameters
     ----------
     frames : of pelvis and legs at least.
-    lag : (2,) m/(Ns): physics step over the mass that the right and the left foot's contact
-        moves; zeros for the plain law.
-    memory : (K, 3) in and out, N: the spheres' forces of the step before, and of this one.
+    lag : (2,) m/(Ns): physics step / the mass that the contact of the right and left foot moves;
+        zeros for the plain law.
+    memory : (K, 3) in and out, N: the spheres' forces in the previous step, and in this one.
     generalised : (31,) in and out: the ground's generalised forces are added.
     feet : (2, 6) out: right and left foot, force N and moment Nm about the world origin.
     """

@@ -6,10 +6,10 @@ them): semi-implicit Euler with the joints' springs and dampers implicit,
     (M + h D + h² K) (q̇⁺ - q̇) = h (f - c - D q̇ - K (q + h q̇)),   q⁺ = q + h q̇⁺,
 
 where the pelvis turns by its new angular velocity, R⁺ = exp(h ω⁺) R. The system is solved by the
-articulated-body algorithm (Featherstone 2008, table 7.1) with all spatial quantities in world
-axes about one point, the pelvis's origin, so that nothing is transformed between segments. What
-velocities and gravity do to the accelerations is worked out first (as by recursive Newton-Euler
-with q̈ = 0), so that the articulated pass is free of velocity terms.
+articulated-body algorithm (Featherstone 2008, table 7.1) with all spatial quantities in world axes
+about one point, the pelvis' origin, so that nothing is transformed between segments. The effect of
+velocities and gravity on the accelerations is computed first (by recursive Newton-Euler with q̈ =
+0), so that the articulated pass has no velocity terms.
 """
 
 from typing import NamedTuple
@@ -37,14 +37,14 @@ class DynamicsWorkspace(NamedTuple):
     Attributes
     ----------
     acceleration : (14, 6) of every segment, first without q̈ (linear part at its joint), then the
-        part of q̈ (linear part at the pelvis's origin).
+        part due to q̈ (linear part at the pelvis' origin).
     turned : (3, 3) inertia of one segment, world axes.
-    inertia : (14, 6, 6) articulated inertia about the pelvis's origin.
+    inertia : (14, 6, 6) articulated inertia about the pelvis' origin.
     force : (14, 6) its bias force.
-    axis : (31, 6) motion of the pelvis's origin with a unit rate of each joint coordinate.
+    axis : (31, 6) motion of the pelvis' origin with a unit rate of each joint coordinate.
     reaction : (31, 6) inertia times axis.
     compliance, drive : (31,) of each joint coordinate: 1 / (axis · reaction + h D + h² K), and the
-        moment that is left for its acceleration.
+        moment that remains for its acceleration.
     """
 
     acceleration: Array
@@ -74,7 +74,7 @@ def dynamics_workspace() -> DynamicsWorkspace:
 
 @njit_borrowing
 def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace) -> None:
-    """Inertia of every segment and the force that moves it as it would move with q̈ = 0."""
+    """Inertia of every segment, and the force on it for the motion with q̈ = 0."""
     rotation, origin, axes, angular = frames.rotation, frames.origin, frames.axes, frames.angular
     acceleration, turned = work.acceleration, work.turned
     for s in range(SEGMENT_COUNT):
@@ -123,7 +123,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         n1 = j01 * b0 + j11 * b1 + j12 * b2 + w2 * l0 - w0 * l2
         n2 = j02 * b0 + j12 * b1 + j22 * b2 + w0 * l1 - w1 * l0
 
-        # Both about the pelvis's origin.
+        # Both about the pelvis' origin.
         x = c0 + origin[s, 0] - origin[0, 0]
         y = c1 + origin[s, 1] - origin[0, 1]
         z = c2 + origin[s, 2] - origin[0, 2]
@@ -181,8 +181,8 @@ def accelerations(
 ) -> None:
     """(q̇⁺ - q̇) / h of one step: the accelerations for h = 0.
 
-    It is long because the articulated-body algorithm is one sweep to the pelvis and one back, each
-    of which needs what the other left.
+    It is long because the articulated-body algorithm is one sweep to the pelvis and one back, which
+    share all intermediate results.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What one simulated walk leaves behind."""
+"""The record of one rollout: a simulated walk."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -11,7 +11,7 @@ from gaitval.artefacts import read_arrays, write_arrays
 
 @dataclass(frozen=True)
 class Rollout:
-    """One walk, sampled every physics step (`time[1] - time[0]`), T samples.
+    """One simulated walk, sampled every physics step (`time[1] - time[0]`), T samples.
 
     Axes are REP-103 (x forward, y left, z up), SI units, radians.
 
@@ -22,15 +22,15 @@ class Rollout:
     positions : (T, 31) in the order of `coordinates.COORDINATES` (root: rotation vector, origin).
     velocities : (T, 31) their DART velocities (root: angular, linear, world axes).
     moments : (T, 25) Nm, net joint moments (servo + feed-forward + passive damping), order of
-        `coordinates.ACTUATED`, positive where they would increase the coordinate.
+        `coordinates.ACTUATED`, positive if they would increase the coordinate.
     ground_reaction : (T, 2, 3) N, force of the ground on the right and the left foot, world axes.
     centre_of_pressure : (T, 2, 3) m, of each foot, world; NaN while the foot is off the ground.
     centre_of_mass : (T, 3) m, of the whole body, world.
     root_force : (T, 6) external force on the pelvis: moment Nm about its origin, force N. Zero
-        but during a push.
-    mu : (14,) body parameters that the walk was simulated with.
-    start_phase : (1,) phase at which the walk was started.
-    fell : (1,) 1 when the walk ended early, 0 when it reached its planned end.
+        except during a push.
+    mu : (14,) body parameters used in the simulation.
+    start_phase : (1,) phase at which the rollout started.
+    fell : (1,) 1 if the rollout ended early, 0 if it reached its planned end.
     """
 
     time: Array
@@ -47,7 +47,7 @@ class Rollout:
     fell: Array
 
     def save(self, path: Path) -> None:
-        """Write as npz, single precision but for time and phase."""
+        """Write as npz, in single precision except for time and phase."""
         write_arrays(
             path,
             {
@@ -60,7 +60,7 @@ class Rollout:
 
     @classmethod
     def load(cls, path: Path) -> "Rollout":
-        """Read what `save` wrote. Raises ArtefactError where the file is missing or damaged."""
+        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
         names = tuple(f.name for f in fields(cls))
         arrays = read_arrays(path, names)
         return cls(**{name: np.asarray(arrays[name], dtype=float) for name in names})

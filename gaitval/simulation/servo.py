@@ -1,4 +1,4 @@
-"""The joint servos' stiffness, and tables of the reference that they follow; `walker` says how."""
+"""Stiffness of the joint servos, and tables of the reference that they follow; see `walker`."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.reference.motion import ReferenceMotion
 
 REFERENCE_MASS = 70.0
-"""kg, of the body that `configuration.ServoSettings` gives gains for."""
+"""kg, mass of the body to which the gains in `configuration.ServoSettings` apply."""
 
 _SERVO_OF = {
     "hip": "hip",
@@ -31,8 +31,8 @@ def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
 
 
 class ReferenceTables(NamedTuple):
-    """Reference of the actuated coordinates, sampled over one cycle with the first sample
-    repeated at its end: (N + 1, 25) positions rad, velocities rad/s, moments Nm.
+    """Reference of the actuated coordinates, sampled over one cycle, with the first sample repeated
+    at the end: (N + 1, 25) positions rad, velocities rad/s, moments Nm.
     """
 
     positions: Array
@@ -41,7 +41,7 @@ class ReferenceTables(NamedTuple):
 
 
 def closed_cycle(values: Array) -> Array:
-    """Samples (N, …) of one cycle with the first repeated at its end, contiguous."""
+    """Samples (N, …) of one cycle with the first repeated at the end, contiguous."""
     return np.ascontiguousarray(np.concatenate([values, values[:1]]))
 
 

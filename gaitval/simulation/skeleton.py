@@ -1,8 +1,8 @@
 """The body model as a DART skeleton with compound joints.
 
 `DartLoader` makes a chain of one-dof joints with massless links of every compound joint; the
-skeleton here has one Euler or universal joint instead, which steps faster, and is equal to the
-loader's in mass matrix, Coriolis forces and forward dynamics (tested).
+skeleton here has one Euler or universal joint instead, which steps faster and has the same mass
+matrix, Coriolis forces and forward dynamics as the loader's (tested).
 """
 
 import dartpy
@@ -22,7 +22,7 @@ def _isometry(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -
 
 
 def _joint_axes(segment: str) -> NDArray[np.float64]:
-    """(3, 3) joint frame in the parent's axes, one column an axis; three axes are right-handed."""
+    """(3, 3) joint frame in the parent's axes, one column per axis; three axes are right-handed."""
     axes = [np.array(AXES[name], dtype=float) for name in JOINT_COORDINATES[segment]]
     return np.column_stack(axes) if len(axes) == 3 else np.eye(3)
 
@@ -45,21 +45,21 @@ def _add_segment(skeleton: object, segment: Segment) -> None:
         joint.setAxis2(AXES[names[1]])
     elif kind == "Revolute":
         joint.setAxis(AXES[names[0]])
-    # An Euler joint turns about x, y, z of its own frame by default (dartpy binds no setter).
+    # By default an Euler joint rotates about x, y, z of its own frame (dartpy binds no setter).
     joint.setTransformFromChildBodyNode(_isometry(_joint_axes(segment.name), np.zeros(3)))
     for i, name in enumerate(names):
         joint.setDofName(i, name)
 
 
 class HumanSkeleton:
-    """A DART skeleton alone in a world without ground; the ground acts through `setForces`.
+    """A DART skeleton in a world without ground; the ground acts through `setForces`.
 
     Positions, velocities and forces have the order of `coordinates.COORDINATES`.
 
     Attributes
     ----------
     skeleton : dartpy.dynamics.Skeleton.
-    step : advances one physics step; bound once, for it is called most.
+    step : advances one physics step; bound once, because it is called most often.
     """
 
     def __init__(self, model: BodyModel, *, physics_step: float) -> None:
@@ -83,7 +83,7 @@ class HumanSkeleton:
         self.configure(model)
 
     def configure(self, model: BodyModel) -> None:
-        """Give all joints and segments the places and masses of another model."""
+        """Give all joints and segments the positions and masses of another model."""
         for segment in model.segments:
             body = self.skeleton.getBodyNode(segment.name)
             _set_inertia(body, segment)

@@ -1,11 +1,11 @@
-"""One walking body: its dynamics, ground contact and joint servos, advanced action by action.
+"""One walking body: its dynamics, ground contact and joint servos, advanced one action at a time.
 
 The servo of a joint is τ = k (q̂(φ) + a − q) + d (p q̂̇(φ) − q̇) + τ_ff(φ) − β q̇, with q̂ the
 reference, a the action's offset, p its pace, τ_ff the reference's moment and β the passive joint
-damping. The phase φ of the gait cycle grows p times as fast as in the reference. The spring and
-the dampers are integrated implicitly (as springs about zero); what does not depend on the state
-enters as a force, so the torque that acted is known exactly: τ = command − k q⁺ − (d + β) q̇⁺
-with the state after the step.
+damping. The phase φ of the gait cycle grows p times as fast as in the reference. The spring and the
+dampers are integrated implicitly (as springs about zero); terms that do not depend on the state
+enter as forces, so the torque that acted is known exactly: τ = command − k q⁺ − (d + β) q̇⁺ with
+the state after the step.
 
 Two engines advance the body in the same way: `compiled` (`simulation/dynamics.py`), which runs
 all physics steps of an action in one compiled call, and DART.
@@ -44,7 +44,7 @@ Engine = Literal["compiled", "dart"]
 
 @dataclass(frozen=True)
 class WalkingTask:
-    """What a policy is trained for: a body, how the person walks, and all constants."""
+    """What a policy is trained for: a body, the person's gait, and all constants."""
 
     model: BodyModel
     record: GaitRecord
@@ -55,21 +55,21 @@ class WalkingTask:
     def of(
         cls, model: BodyModel, record: GaitRecord, configuration: Configuration
     ) -> "WalkingTask":
-        """Task with the reference motion of a record on a model."""
+        """The task with the reference motion of a record on a model."""
         reference = consistent_reference(record, model, configuration.contact)
         return cls(model, record, reference, configuration)
 
 
 class WalkerBody(NamedTuple):
-    """What a physics step needs to know of a body and its servos.
+    """What a physics step needs to know about a body and its servos.
 
     Attributes
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as `simulation.contact.contact_forces`.
+    lag : (2,) as in `simulation.contact.contact_forces`.
     physics_step : s.
-    phase_step : share of a gait cycle in a physics step.
+    phase_step : fraction of a gait cycle in a physics step.
     """
 
     tree: Tree
@@ -81,6 +81,22 @@ class WalkerBody(NamedTuple):
     lag: Array
     physics_step: float
     phase_step: float
+
+
+class Action(NamedTuple):
+    """What an action asks for.
+
+    Attributes
+    ----------
+    pace : rate of the phase over that of the reference.
+    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
+    root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
+    """
+
+    pace: float
+    offset: Array
+    next_offset: Array
+    root_force: Array
 
 
 class Account(NamedTuple):
@@ -108,7 +124,7 @@ class Account(NamedTuple):
 
 
 def empty_account(steps: int) -> Account:
-    """Account of so many steps, to be filled."""
+    """Account of this many steps, to be filled."""
     return Account(
         np.zeros(steps),
         np.zeros((steps, 31)),
@@ -260,10 +276,7 @@ def _advance(
     body: WalkerBody,
     state: Array,
     phase: float,
-    pace: float,
-    offset: Array,
-    next_offset: Array,
-    root_force: Array,
+    action: Action,
     memory: Array,
     account: Account,
 ) -> float:
@@ -272,11 +285,10 @@ def _advance(
     Parameters
     ----------
     state : (2, 31) in and out.
-    pace : rate of the phase over that of the reference.
-    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
     memory : (K, 3) in and out, as `simulation.contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
+    pace, offset, next_offset, root_force = action
     slope = (next_offset - offset) / account.phase.shape[0]
     target, work = offset.copy(), _workspace(memory.shape[0])
     phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
@@ -294,14 +306,12 @@ def _advance_in_dart(
     body: WalkerBody,
     state: Array,
     phase: float,
-    pace: float,
-    offset: Array,
-    next_offset: Array,
-    root_force: Array,
+    action: Action,
     memory: Array,
     account: Account,
 ) -> float:
     """`_advance` with DART's dynamics and integrator; the skeleton is at `state`."""
+    pace, offset, next_offset, root_force = action
     work = _workspace(len(memory))
     target = offset.copy()
     slope = (next_offset - offset) / len(account.phase)
@@ -442,21 +452,12 @@ class Walker:
         pace : how fast to go through the gait cycle, 1 as fast as the reference.
         """
         account = self._account
-        action = (
-            self._body,
-            self.state,
-            self.phase,
-            pace,
-            self.offset,
-            offset,
-            root_force,
-            self._memory,
-            account,
-        )
+        action = Action(pace, self.offset, offset, root_force)
+        walk = (self._body, self.state, self.phase, action, self._memory, account)
         if self._skeleton is None:
-            self.phase = _advance(*action)
+            self.phase = _advance(*walk)
         else:
-            self.phase = _advance_in_dart(self._skeleton, *action)
+            self.phase = _advance_in_dart(self._skeleton, *walk)
         self.offset[:] = offset
         if recording is not None:
             recording.append(account, root_force)

@@ -1,4 +1,4 @@
-"""What a finished run leaves to be compared with, and the walk of it again."""
+"""Store the results of a finished run, and simulate its policy again to compare."""
 
 import os
 import tempfile
@@ -27,23 +27,23 @@ STORED_FILES = (
     "correction.json",
     "metrics.json",
 )
-"""What a baseline keeps of a run folder; enough to walk the policy again."""
+"""What a baseline keeps of a run folder; enough to simulate the policy again."""
 
 
 TIMES = "times.json"
-"""Wall times of the runs that a baseline came of, by what they started from (`start_kind`)."""
+"""Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""
 
 
 def store_baseline(folder: Path, target: Path) -> None:
-    """Keep the policy, mu and metrics of a finished run, for `check` and as a start.
+    """Store the policy, mu and metrics of a finished run, for `check` and to start trainings from.
 
-    Its wall times go into `TIMES`, beside those of runs that started otherwise.
+    Its wall times go into `TIMES`, beside those of runs with another start.
     """
     missing = [name for name in STORED_FILES if not (folder / name).is_file()]
     if missing:
         raise ArtefactError(
-            f"{folder}: {', '.join(missing)} missing, so this is not a finished run. "
-            "Run `gaitval subject` for it first."
+            f"{folder}: {', '.join(missing)} missing, so this is not a finished run. Run `gaitval "
+            "subject` for it first."
         )
     copy_files(folder, target, STORED_FILES)
     path = target / TIMES
@@ -52,9 +52,9 @@ def store_baseline(folder: Path, target: Path) -> None:
 
 
 def _times(folder: Path) -> dict[str, Any]:
-    """Wall times of a finished run: seconds of each stage of it, and their sum.
+    """Wall times of a finished run: seconds of each stage, and their sum.
 
-    A stage that was interrupted counts its last part only.
+    For a stage that was interrupted, only its last part counts.
     """
     rounds = len(read_json(folder / "identification.json")["rounds"])
     stages = {
@@ -70,27 +70,28 @@ def _times(folder: Path) -> dict[str, Any]:
 
 
 def processors() -> int:
-    """Processors that this process may use; where that is not told, those of the machine."""
+    """Processors that this process may use; all of the machine's if that is not known."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:
-    """Metrics of a stored policy, simulated and validated anew with the present code.
+    """Metrics of a stored policy, simulated and validated again with the installed code.
 
     Parameters
     ----------
-    quick : only the walks that are compared with the record, in seconds. How far the policy walks
-        and which pushes it survives is then not measured (`regression.LONG_MEASURES`).
+    quick : only the rollouts that are compared with the record, which takes seconds. How far the
+        policy walks and which pushes it survives are then not measured
+        (`regression.LONG_MEASURES`).
     """
     from gaitval.datasets.subject_file import load_subject
 
     missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
     if missing:
         raise ArtefactError(
-            f"{baseline}: {', '.join(missing)} missing. A baseline is a whole folder, as "
-            "`gaitval baseline SUBJECT` writes it; give --baseline the metrics.json in it."
+            f"{baseline}: {', '.join(missing)} missing. A baseline is a complete folder, as "
+            "`gaitval baseline SUBJECT` writes it. Give --baseline that folder."
         )
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")

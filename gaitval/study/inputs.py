@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 from gaitval.study.stage import Run
 
 POLICY_FILES = ("policy.safetensors", "policy.json")
-"""A stored policy: weights, and everything else about it."""
+"""A stored policy: its weights, and everything else about it."""
 
 
 def start_kind(folder: Path) -> str:
@@ -39,13 +39,13 @@ def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
 
 
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
-"""The compared walk with each mu, as far as it is compared."""
+"""The compared rollout with each mu, as far as it is compared."""
 WALKS = "rollouts/walks.json"
-"""How far the walk from each start phase went."""
+"""How far the rollout from each start phase went."""
 
 
 def stored_policy(run: Run, folder: Path) -> "Policy":
-    """The policy in `folder`, refused where it is not for the body and settings of this run."""
+    """The policy in `folder`, refused if it is not for the body and settings of this run."""
     from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_policy
 
@@ -57,7 +57,7 @@ def stored_policy(run: Run, folder: Path) -> "Policy":
 
 
 def start_policy(run: Run, folder: Path) -> "Policy":
-    """The policy in `folder` to train from: general, or of the body of this run."""
+    """The policy in `folder` to train from: a general one, or one for the body of this run."""
     from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_start
 
@@ -85,7 +85,7 @@ def walking_task(run: Run) -> "WalkingTask":
 
 
 def corrected_task(run: Run) -> "WalkingTask":
-    """The task with the corrected reference, for the walks that are judged."""
+    """The task with the corrected reference, for the rollouts that are validated."""
     from gaitval.reference.adjustment import Adjustment, adjusted
 
     task, path = walking_task(run), run.folder / "correction.json"
@@ -94,7 +94,7 @@ def corrected_task(run: Run) -> "WalkingTask":
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
-    """Mu, (14,), from a file of an identification; `which` is "nominal" or "identified"."""
+    """Mu, (14,), from an identification's file; `which` is "nominal" or "identified"."""
     from gaitval.metrics.results import identification_from
 
     found = identification_from(read_json(identification), str(identification))

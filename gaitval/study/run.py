@@ -1,9 +1,9 @@
-"""Runs the stages of a subject in order, each only when what it reads has changed.
+"""Run the stages of a subject in order, each only if its inputs have changed.
 
-A stage is a function that reads and writes files of one run folder. `stages.json` there keeps,
-for every stage, the hashes of all it depended on (its code among them) and of all it wrote; a
-stage whose hashes still hold is skipped. `provenance.json` keeps versions, seed, hashes and wall
-times. Only `provenance.json` holds times, so that equal runs give equal files.
+A stage is a function that reads and writes files of one run folder. For every stage, `stages.json`
+there keeps the hashes of all that it depended on (its code included) and of all that it wrote; a
+stage whose hashes still match is skipped. `provenance.json` keeps versions, seed, hashes and wall
+times. No other file contains times, so equal runs give equal files.
 
 Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
 round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is then copied to
@@ -35,7 +35,7 @@ GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 
 FOLLOWING = ("evaluate", "choose")
-"""Short stages without a command: they run by themselves after `identify`."""
+"""Short stages without a command: they run automatically after `identify`."""
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:
@@ -52,7 +52,7 @@ def stored_baseline(folder: Path, identifier: str) -> Path | None:
 
 
 def general_policy() -> Path | None:
-    """The stored policy of several people that trainings of anybody may start from."""
+    """The stored policy of several people, which anybody's training may start from."""
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
@@ -61,11 +61,11 @@ def general_policy() -> Path | None:
 
 
 def choose_start(run: Run, *, scratch: bool) -> None:
-    """Put the policy that round 1 starts from into `start/`, or none with `scratch`: the stored
-    one of this body, else the general one.
+    """Put the policy that round 1 starts from into `start/`: the stored one of this body if there
+    is one, else the general one; none with `scratch`.
 
-    A training that is done or under way keeps its start, so that a later call resumes or
-    skips instead of training again from a baseline that was rewritten since.
+    A training that is finished or under way keeps its start, so that a later call resumes or skips
+    it, instead of training again from a baseline that has since been rewritten.
     """
     start = run.folder / "start"
     if not scratch and why_run(train_stage(run, 1), run.folder) in (None, INTERRUPTED):
@@ -80,13 +80,15 @@ def choose_start(run: Run, *, scratch: bool) -> None:
         try:
             start_policy(run, source)
         except PolicyError as error:
-            run.observer.say(f"A stored policy is not used: {error}")
+            run.observer.say(f"A stored policy cannot be used: {error}")
             continue
         copy_files(source, start, POLICY_FILES)
         kind = "general policy" if source == general else "stored policy of this body"
-        run.observer.say(f"Training starts from the {kind} in {source} (--scratch: not).")
+        run.observer.say(
+            f"Training starts from the {kind} in {source} (with --scratch it would not)."
+        )
         return
-    run.observer.say("No stored policy to start from: training from nothing.")
+    run.observer.say("There is no stored policy to start from: training from nothing.")
 
 
 def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
@@ -129,12 +131,12 @@ def run_one(
     name : `scale`, `reference`, `train`, `identify`, `correct`, `simulate`, `push`, `validate`
         or `report`.
     round_number : round of Algorithm 1, for `train` and `identify`.
-    scratch : for `train`: from nothing even where there is a stored policy for this body.
-    force : run it though it is up to date.
+    scratch : for `train`: start from nothing even if there is a stored policy for this body.
+    force : run it even if it is up to date.
 
     Raises
     ------
-    ArtefactError : an earlier stage has not run, or ran on other inputs or settings.
+    ArtefactError : an earlier stage has not run, or ran with other inputs or settings.
     """
     repeated = name in ("train", "identify")
     wanted = f"{name}-{round_number}" if repeated else name
@@ -155,14 +157,14 @@ def run_one(
 
 
 def _require(run: Run, stage: Stage, name: str) -> None:
-    """Raise ArtefactError unless `stage`, which `name` builds on, is up to date."""
+    """Raise ArtefactError unless `stage`, which `name` depends on, is up to date."""
     reason = why_run(stage, run.folder)
     if reason is not None:
         subject = run.subject.identifier
         raise ArtefactError(
-            f"{run.folder}: {name} builds on {stage.name}, and that is not up to date: {reason}. "
-            f"First run `{stage.command(subject)}` with the same options, or "
-            f"`gaitval subject {subject}`, which runs all stages."
+            f"{run.folder}: {name} depends on {stage.name}, which is not up to date: {reason}. "
+            f"First run `{stage.command(subject)}` with the same options, or `gaitval subject "
+            f"{subject}`, which runs all stages."
         )
 
 
@@ -171,7 +173,7 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
 
     Parameters
     ----------
-    scratch : train from nothing even where there is a stored policy for this body.
+    scratch : train from nothing even if there is a stored policy for this body.
     force : run every stage, up to date or not.
     """
 

@@ -1,10 +1,10 @@
-"""The sources that a stage uses: what has to be equal for its files to stand.
+"""The sources that a stage uses: while they are unchanged, its files stay valid.
 
-Imports are read from the syntax trees of the package, not from a running interpreter, so that a
-stage which is only looked at loads nothing. A module outside `study/` counts whole, with all that
-it imports, also inside functions. In `study/`, where one file holds all stages, only the
-definitions count that a stage's function reaches by name. Comments, docstrings and layout are no
-code: a change of them runs nothing again.
+Imports are read from the package's syntax trees, not from a running interpreter, so checking a
+stage loads nothing. A module outside `study/` counts as a whole, with all that it imports, also
+inside functions. In `study/`, where one file contains all stages, only the definitions that a
+stage's function reaches by name count. Comments, docstrings and layout do not count: changing them
+runs nothing again.
 """
 
 import ast
@@ -22,11 +22,11 @@ DATA: Final = {
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css"),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
 }
-"""Data that a module reads, relative to the package; the body model lies inside it in a wheel."""
+"""Data that a module reads, relative to the package; in a wheel the body model is inside it."""
 
 
 class _Place(NamedTuple):
-    """A definition by the dotted name of its module and its own; a whole module without."""
+    """A definition, by its module's dotted name and its own; the whole module if `name` is None."""
 
     module: str
     name: str | None
@@ -37,13 +37,13 @@ def code_of(function: Callable[..., object], package: Path = PACKAGE) -> dict[st
 
     Parameters
     ----------
-    function : of a module of the package; a function inside another stands for the outer one. One
-        from elsewhere uses nothing that is told.
+    function : of a module of the package; a function inside another counts as the outer one. A
+        function from elsewhere has no sources here.
     package : folder of the package.
 
     Returns
     -------
-    SHA-256 by file, relative to the folder that the package lies in, such as
+    SHA-256 by file, relative to the folder that contains the package, such as
     `gaitval/scaling/scaling.py`.
     """
     start = _Place(function.__module__, function.__qualname__.partition(".")[0])
@@ -80,14 +80,14 @@ def _beside(package: Path, pattern: str) -> Iterator[Path]:
 
 
 def _reached(place: _Place, parts: list[ast.stmt], package: Path) -> Iterator[_Place]:
-    """What some statements of a module use of the package."""
+    """What some statements of a module use from the package."""
     if place.name is None:
         yield from _imported_by(place.module, package)
         return
     bound = {
         name: target
         for statement in _tree(place.module, package).body
-        # What is imported for type checkers alone says of which class an argument is.
+        # An import for type checkers names the class of an argument.
         for each in (statement.body if isinstance(statement, ast.If) else [statement])
         for name, target in _imports(each, package)
     }
@@ -103,13 +103,13 @@ def _reached(place: _Place, parts: list[ast.stmt], package: Path) -> Iterator[_P
 
 @cache
 def _imported_by(module: str, package: Path) -> tuple[_Place, ...]:
-    """What a module imports of the package, wherever in it."""
+    """What a module imports from the package, anywhere in it."""
     tree = _tree(module, package)
     return tuple({target for node in _nodes(tree) for _, target in _imports(node, package)})
 
 
 def _nodes(part: ast.AST) -> Iterator[ast.AST]:
-    """All nodes of a tree but what only a type checker reads."""
+    """All nodes of a tree, except those that only a type checker reads."""
     if isinstance(part, ast.If) and getattr(part.test, "id", "") == "TYPE_CHECKING":
         return
     yield part
@@ -118,10 +118,10 @@ def _nodes(part: ast.AST) -> Iterator[ast.AST]:
 
 
 def _imports(node: ast.AST, package: Path) -> Iterator[tuple[str, _Place]]:
-    """The name that an import binds, and what of the package it stands for.
+    """The name that an import binds, and what it refers to in the package.
 
-    `gaitval` itself holds the version, which is among the inputs of every stage, and the names of
-    the Python interface, which no stage uses.
+    `gaitval` itself contains the version, which is an input of every stage, and the names of the
+    Python interface, which no stage uses.
     """
     if isinstance(node, ast.Import):
         for alias in node.names:
@@ -157,7 +157,7 @@ def _definitions(tree: ast.Module, name: str) -> list[ast.stmt]:
 
 @cache
 def _file(module: str, package: Path) -> Path | None:
-    """The file of a module by its dotted name; None for one of another package."""
+    """The file of a module, by its dotted name; None if it is of another package."""
     first, *rest = module.split(".")
     if first != package.name:
         return None
@@ -186,7 +186,45 @@ def _is_text(statement: ast.stmt) -> bool:
 
 @cache
 def _text(statement: ast.stmt) -> str:
-    return ast.dump(statement)
+    """A statement as text that is the same on every Python.
+
+    `ast.dump` differs between versions: 3.12 gives each function a list of type parameters, and
+    3.13 leaves out empty lists. Here a field that is empty or not given is left out.
+    """
+    return _node_text(statement)
+
+
+def _node_text(node: object) -> str:
+    match node:
+        case ast.Constant(value=value):
+            # With its type: 1, 1.0 and True are equal, and not the same constant.
+            return f"{type(value).__name__}({value!a})"
+        case ast.JoinedStr(values=values):
+            return f"JoinedStr({', '.join(_string_parts(values))})"
+        case ast.AST():
+            fields = [(name, getattr(node, name, None)) for name in sorted(node._fields)]
+            given = [
+                f"{name}={_node_text(value)}" for name, value in fields if value not in ([], None)
+            ]
+            return f"{type(node).__name__}({', '.join(given)})"
+        case list():
+            return f"[{', '.join(map(_node_text, node))}]"
+    return ascii(node)
+
+
+def _string_parts(values: list[ast.expr]) -> Iterator[str]:
+    """Parts of an f-string; how its plain text is cut into pieces differs between versions."""
+    plain = ""
+    for value in values:
+        if isinstance(value, ast.Constant):
+            plain += str(value.value)
+            continue
+        if plain:
+            yield ascii(plain)
+        plain = ""
+        yield _node_text(value)
+    if plain:
+        yield ascii(plain)
 
 
 def _name(path: Path, package: Path) -> str:

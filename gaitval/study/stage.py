@@ -22,12 +22,15 @@ if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
 
+RECORDS = "stages.json"
+"""What each stage of a run folder depended on and wrote."""
+
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
 
 
 class Observer:
-    """Hears what the pipeline does. This one stays silent; the command line's prints."""
+    """Receives what the pipeline reports. This one ignores it; the command line's prints it."""
 
     def say(self, message: str) -> None:
         """One line for the user."""
@@ -39,7 +42,7 @@ class Observer:
         """`stage` runs now, because of `reason`."""
 
     def progress(self, values: Mapping[str, float]) -> None:
-        """How far the running stage is: what its `on_progress` gets."""
+        """Progress of the running stage, as passed to its `on_progress`."""
 
     def finished(self, stage: str, seconds: float) -> None:
         """`stage` is done."""
@@ -52,13 +55,14 @@ class Stage:
     Attributes
     ----------
     name : as in `stages.json`: `scale`, `train-1`.
-    run : writes `outputs`; each of them whole or not at all (`artefacts.replacing`). What it
-        uses of the package is the stage's code (`sources.code_of`).
+    run : writes `outputs`, each whole or not at all (`artefacts.replacing`). What it uses from the
+        package is the stage's code (`sources.code_of`).
     inputs : files that it reads, relative to the run folder.
     outputs : files that it writes, relative to the run folder.
-    values : further JSON-able values that it depends on, such as sections of the configuration.
-    workspace : a folder of its own, with what an unfinished run resumes from; emptied before
-        a run with other inputs or other code, which must not resume from it.
+    values : other JSON-serialisable values that it depends on, such as sections of the
+        configuration.
+    workspace : a folder with what an unfinished run resumes from; emptied before a run with other
+        inputs or other code, which must not resume from it.
     """
 
     name: str
@@ -98,14 +102,14 @@ def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
             hashes[name] = file_hash(folder / name)
         except FileNotFoundError:
             raise ArtefactError(
-                f"{folder / name}: no such file, and {stage.name} reads it. "
-                "Run the stage that writes it first, or `gaitval subject` for all of them."
+                f"{folder / name}: no such file, but {stage.name} reads it. Run the stage that "
+                "writes it first, or `gaitval subject` for all of them."
             ) from None
     return hashes
 
 
 def why_run(stage: Stage, folder: Path) -> str | None:
-    """Why a stage has to run; None when its files stand as it wrote them from these inputs."""
+    """Why a stage has to run; None if its files are as it wrote them from these inputs."""
     record = _records(folder).get(stage.name)
     if record is None:
         return "not run yet"
@@ -113,7 +117,7 @@ def why_run(stage: Stage, folder: Path) -> str | None:
     if changed:
         return f"{', '.join(changed)} changed"
     if "code" not in record:
-        return f"an earlier gaitval ran it, which did not keep what the code of {stage.name} was"
+        return f"it was run by an earlier gaitval, which did not record the code of {stage.name}"
     changed = _differences(record["code"], code_of(stage.run))
     if changed:
         return f"the code of {stage.name} has changed: {', '.join(changed)}"
@@ -128,14 +132,14 @@ def why_run(stage: Stage, folder: Path) -> str | None:
 
 
 def _differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    """Names of the hashes that are not the same, or there only once."""
+    """Names of the hashes that differ, or that only one side has."""
     return [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
 
 
 def run_stage(
     stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
 ) -> bool:
-    """Run a stage unless it is up to date; True when it ran.
+    """Run a stage unless it is up to date; True if it ran.
 
     After a kill at any moment the next call finds either the finished stage or an unfinished
     one, which resumes from its workspace where its inputs are still the same.
@@ -152,7 +156,7 @@ def run_stage(
     if stage.workspace and (force or not same):
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
     records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
-    write_json(folder / "stages.json", records)
+    write_json(folder / RECORDS, records)
 
     observer.started(stage.name, reason)
     started, clock = datetime.now(UTC), monotonic()
@@ -160,7 +164,7 @@ def run_stage(
     seconds = monotonic() - clock
 
     records[stage.name]["outputs"] = {name: file_hash(folder / name) for name in stage.outputs}
-    write_json(folder / "stages.json", records)
+    write_json(folder / RECORDS, records)
     _add_provenance(
         folder,
         stage.name,
@@ -176,7 +180,7 @@ def run_stage(
 
 
 def _records(folder: Path) -> dict[str, Any]:
-    path = folder / "stages.json"
+    path = folder / RECORDS
     records: dict[str, Any] = read_json(path) if path.exists() else {}
     return records
 
@@ -191,16 +195,16 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """The folder held by this process alone, until the block or the process ends."""
-    # The process is named in a file of its own: Windows lets nobody read a file that is locked.
+    """Lock the folder for this process, until the block or the process ends."""
+    # The process is named in a separate file, because Windows lets nobody read a locked file.
     lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
     try:
         lock.acquire(blocking=False)
     except filelock.Timeout:
         process = f" (process {holder.read_text()})" if holder.exists() else ""
         raise ArtefactError(
-            f"{folder}: another gaitval{process} works in this folder. Wait for it to end, or "
-            "give this run a folder of its own with --out."
+            f"{folder}: another gaitval{process} is running in this folder. Wait for it to end, "
+            "or give this run its own folder with --out."
         ) from None
     except OSError as error:
         raise ArtefactError(
@@ -219,7 +223,7 @@ def held(folder: Path) -> Iterator[None]:
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
-    """A run folder, held by this process alone, with the subject and configuration stored."""
+    """A run folder, locked for this process, with the subject and configuration stored."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
@@ -228,7 +232,7 @@ def open_run(
         ) from None
     except PermissionError as error:
         raise ArtefactError(
-            f"{error.filename}: may not be written to. Give another folder with --out."
+            f"{error.filename}: no permission to write. Give another folder with --out."
         ) from None
     with held(folder):
         write_text(folder / "subject.toml", subject.to_toml())

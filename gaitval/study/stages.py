@@ -105,7 +105,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     policy = f"rounds/{round_number}/policy"
     before = f"rounds/{round_number - 1}/identification/identification.json"
     values = run.sections(*LEARNING_SECTIONS, "identification")
-    # More rounds, or another threshold, do not change what one round finds.
+    # More rounds, or another threshold, do not change the result of one round.
     for name in ("rounds", "kappa"):
         del values["identification"][name]
 
@@ -139,7 +139,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:
-    """Epsilon of a round's policy with the nominal and with the identified body."""
+    """Epsilon of a round's policy with the nominal and the identified body."""
     here = f"rounds/{round_number}"
     identification = f"{here}/identification/identification.json"
     validation = run.configuration.validation
@@ -236,7 +236,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
 
 
 def _join_logs(logs: Sequence[Path], target: Path) -> None:
-    """One log of several trainings that went on from each other."""
+    """Join the logs of trainings that each continued the one before."""
     import pandas as pd
 
     parts = [pd.read_csv(log) for log in logs]
@@ -248,13 +248,13 @@ def _join_logs(logs: Sequence[Path], target: Path) -> None:
 
 
 def round_epsilon(run: Run, round_number: int) -> float:
-    """Normalised error epsilon at mu* of a finished round; infinite where the walk fell early."""
+    """Normalised error epsilon at mu* of a finished round; infinite if the walker fell early."""
     error = read_json(run.folder / f"rounds/{round_number}/epsilon.json")["identified"]
     return float("inf") if error is None else float(error["total"])
 
 
 def correct_stage(run: Run) -> Stage:
-    """Policy and mu → the change of the reference with which they walk the record."""
+    """Policy and mu → the change of the reference that brings the walk closest to the record."""
 
     def correct() -> None:
         from gaitval.learning_control.correct import correct
@@ -288,16 +288,18 @@ def correct_stage(run: Run) -> Stage:
 
 
 def simulate_stage(run: Run) -> Stage:
-    """Policy, mu and correction → walks without pushes, of the deterministic policy.
+    """Policy, mu and correction → rollouts of the deterministic policy without pushes.
 
-    The identified body with the corrected reference walks from every start phase. The nominal one
-    with the reference as it was, which is there to be compared with it, walks from the first, as
-    far as it is compared.
+    The identified body with the corrected reference walks from every start phase. For comparison
+    the nominal body with the uncorrected reference walks from the first phase, for the cycles that
+    are compared.
     """
     validation = run.configuration.validation
 
     def simulate() -> None:
+        from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import roll_out_from
+        from gaitval.metrics.torque_shares import torque_shares
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
@@ -309,7 +311,7 @@ def simulate_stage(run: Run) -> Stage:
                 validation.consecutive_cycles,
             ),
         }
-        starts = {}
+        starts: dict[str, Any] = {}
         workers = run.configuration.training.workers
         for which, (task, phases, cycles) in planned.items():
             mu = body_parameters(run.folder / "identification.json", which)
@@ -319,6 +321,8 @@ def simulate_stage(run: Run) -> Stage:
                 )
             walks.compared.save(run.folder / ROLLOUTS[which])
             starts[which] = [went.as_dict() for went in walks.starts]
+            found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
+            starts["torque_shares"] = torque_shares(walks.compared, found, task)
         write_json(run.folder / WALKS, starts)
 
     return Stage(
@@ -377,6 +381,7 @@ def push_stage(run: Run) -> Stage:
 
 def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
     """The walks of the run folder against the record and the tolerances."""
+    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.metrics.rollouts import Endurance, Rollouts
     from gaitval.metrics.validation import validate
     from gaitval.model.urdf import read_urdf
@@ -400,11 +405,13 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         identification=read_json(run.folder / "identification.json"),
         correction=read_json(run.folder / "correction.json"),
         pushes=pushes,
+        others=builtin_subjects(),
+        torque_shares=starts["torque_shares"],
     )
 
 
 def validate_stage(run: Run) -> Stage:
-    """Walks and pushes against the record and the tolerances → metrics.json."""
+    """Rollouts and pushes, compared with the record and the tolerances → metrics.json."""
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
@@ -426,7 +433,7 @@ def validate_stage(run: Run) -> Stage:
         outputs=("metrics.json",),
         values={
             **run.sections("seed", "contact", "validation"),
-            # metrics of an earlier version are not read, so they are written again
+            # metrics of an earlier version cannot be read, so they are written again
             "schema_version": SCHEMA_VERSION,
         },
     )

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from rich.console import Console
+from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__
@@ -23,17 +24,6 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.study.baseline import STORED_FILES
 
-STAGES = (
-    "scale",
-    "reference",
-    "train",
-    "identify",
-    "correct",
-    "simulate",
-    "push",
-    "validate",
-    "report",
-)
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),
     *("gymnasium", "stable_baselines3", "jsonschema", "pydantic", "jinja2", "weasyprint"),
@@ -84,7 +74,7 @@ def test_data_lists_what_can_be_fetched_and_what_is_here(tmp_path: Path) -> None
 def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.StringIO) -> None:
     result = gaitval("data", "fetch", "wbsd", "--folder", str(tmp_path))
     assert result.exit_code == 2
-    assert "no such data set. There are: wbds" in plain_messages.getvalue()
+    assert "no such data set. Available are: wbds" in plain_messages.getvalue()
     assert not list(tmp_path.iterdir())
 
 
@@ -154,7 +144,7 @@ def test_an_unknown_subject_is_refused(
 ) -> None:
     result = gaitval(command, "44", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
-    assert "'44': no such subject. Built in are S01 (WBDS01)" in plain_messages.getvalue()
+    assert "'44': no such subject. The built-in ones are S01 (WBDS01)" in plain_messages.getvalue()
     assert not (tmp_path / "run").exists()
 
 
@@ -164,7 +154,7 @@ def test_an_unknown_setting_is_refused(
 ) -> None:
     result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--set", "training.sample=1")
     assert result.exit_code == 2
-    assert "training.sample: unknown; known here are samples" in plain_messages.getvalue()
+    assert "training.sample: unknown; the known ones are samples" in plain_messages.getvalue()
 
 
 @pytest.mark.parametrize("command", [*STAGES, "subject"])
@@ -285,10 +275,11 @@ def stored(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("folder", [False, True])
 def test_check_passes_where_nothing_was_lost(
-    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool
+    stored: Path, monkeypatch: pytest.MonkeyPatch, quick: bool, folder: bool
 ) -> None:
-    """A quick check does not ask for what a short walk does not show."""
+    """A quick check does not ask for what a short walk does not show. The folder will do."""
 
     def compare(*_: object, leave_out: tuple[str, ...]) -> list[regression.Row]:
         assert leave_out == (regression.LONG_MEASURES if quick else ())
@@ -298,7 +289,8 @@ def test_check_passes_where_nothing_was_lost(
         "gaitval.study.baseline.walk_again", lambda *_, **options: asserted(options, quick=quick)
     )
     monkeypatch.setattr(regression, "compare", compare)
-    result = gaitval("check", "--baseline", str(stored), *(["--quick"] if quick else []))
+    given = stored.parent if folder else stored
+    result = gaitval("check", "--baseline", str(given), *(["--quick"] if quick else []))
     assert result.exit_code == 0
     assert "1 measures within their margins" in result.output.replace("\n", " ")
 
@@ -329,15 +321,18 @@ def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.S
     assert "identification.json missing" in plain_messages.getvalue()
 
 
-@pytest.mark.parametrize("content", [None, "", "[1"])
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(None, "no such file"), ("", "cannot be read as JSON"), ("[1", "cannot be read as JSON")],
+)
 def test_check_refuses_a_missing_or_damaged_file(
-    tmp_path: Path, content: str | None, plain_messages: io.StringIO
+    tmp_path: Path, content: str | None, words: str, plain_messages: io.StringIO
 ) -> None:
     file = tmp_path / "metrics.json"
     if content is not None:
         file.write_text(content)
     assert gaitval("check", "--baseline", str(file)).exit_code == 2
-    assert "metrics.json: no" in plain_messages.getvalue()
+    assert f"metrics.json: {words}" in plain_messages.getvalue()
 
 
 # --- progress ----------------------------------------------------------------------------
@@ -445,7 +440,7 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
     ended = gaitval("validate", "5")
     assert ended.exit_code == code
-    assert ("2 of 9 acceptance limits were failed" in plain_messages.getvalue()) == bool(code)
+    assert ("2 of 9 acceptance limits failed" in plain_messages.getvalue()) == bool(code)
 
 
 def test_error_types_have_the_documented_exit_codes() -> None:

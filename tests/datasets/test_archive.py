@@ -525,5 +525,5 @@ def test_registry_has_whole_entries() -> None:
 
 
 def test_unknown_name_lists_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(GaitvalError, match=r"wbs: no such data set. There are: wbds"):
+    with pytest.raises(GaitvalError, match=r"wbs: no such data set. Available are: wbds"):
         fetch("wbs", tmp_path)

@@ -176,10 +176,10 @@ def test_refused_when_truncated_between_or_within_rows(tmp_path):
     path = write(tmp_path, "ang", synthetic("ang"))
     lines = path.read_text().splitlines()
     path.write_text("\n".join(lines[:50]))
-    with pytest.raises(RecordError, match=r"49 rows of data, 101 expected"):
+    with pytest.raises(RecordError, match=r"49 rows of data, but there must be 101"):
         read(path)
     path.write_text("\n".join([*lines[:-1], lines[-1][:20]]))
-    with pytest.raises(RecordError, match=r"row 102: \d+ fields, 31 columns"):
+    with pytest.raises(RecordError, match=r"row 102: \d+ fields, but 31 columns"):
         read(path)
 
 

@@ -11,6 +11,7 @@ from synthetic_recording import (
     STANCE,
     STRIDE,
     WIDTH,
+    Y_UP,
     strikes,
     toe_offs,
     walk,
@@ -35,7 +36,6 @@ from gaitval.mocap.recording import Event, FootForces
 from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def true_events(duration: float = 6.0) -> list[Event]:
@@ -94,7 +94,7 @@ def test_a_cycle_whose_force_is_not_shown_keeps_its_kinematics() -> None:
 def test_forces_that_end_early_leave_the_last_cycles_without_kinetics() -> None:
     cycles = cut_cycles(true_events(), "right", forces=shown(3.0))
     assert [cycle.kinetics_valid for cycle in cycles] == [True, True, False, False, False]
-    assert "not within the time of the forces" in cycles[-1].reasons[0]
+    assert "outside the time of the forces" in cycles[-1].reasons[0]
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_forces_that_end_early_leave_the_last_cycles_without_kinetics() -> None:
         (("right", "toe_off", 1), "no right toe-off"),
         (("left", "toe_off", 1), "no left toe-off"),
         (("left", "heel_strike", 1), "no left heel strike"),
-        (("right", "heel_strike", 2), "more than 20 % from the trial's median 1.10 s"),
+        (("right", "heel_strike", 2), "more than 20 % from the trial's median of 1.10 s"),
     ],
 )
 def test_an_event_that_is_missing_is_named(dropped: tuple[Side, str, int], reason: str) -> None:
@@ -160,9 +160,9 @@ def test_samples_that_are_missing_stay_missing_and_no_others() -> None:
 @pytest.mark.parametrize(
     ("time", "values", "said"),
     [
-        (np.arange(0.0, 2.0, 0.01), np.zeros(200), "is not within the values"),
-        (np.arange(1.1, 3.0, 0.01), np.zeros(190), "is not within the values"),
-        (np.arange(0.0, 3.0, 0.01), np.zeros(299), "Values at 299 times cannot be cut by 300"),
+        (np.arange(0.0, 2.0, 0.01), np.zeros(200), "is outside the values"),
+        (np.arange(1.1, 3.0, 0.01), np.zeros(190), "is outside the values"),
+        (np.arange(0.0, 3.0, 0.01), np.zeros(299), "Values at 299 times cannot be cut with 300"),
     ],
 )
 def test_values_of_another_trial_are_refused(
@@ -253,7 +253,7 @@ def test_a_place_that_is_not_seen_is_not_made_up() -> None:
 
 def test_no_stance_means_no_belt_speed_and_no_cycle_no_parameters() -> None:
     strikes_only = [event for event in true_events() if event.kind == "heel_strike"]
-    with pytest.raises(RecordError, match="speed of the belt is not known"):
+    with pytest.raises(RecordError, match="speed of the belt is unknown"):
         belt_speed(walk(), strikes_only, landmarks=LANDMARKS)
     with pytest.raises(RecordError, match="no valid gait cycle"):
         spatiotemporal(walk(), true_events(), [], landmarks=LANDMARKS)

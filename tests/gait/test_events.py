@@ -11,6 +11,7 @@ from synthetic_recording import (
     LANDMARKS,
     SPEED,
     STANCE,
+    Y_UP,
     Rectangle,
     strikes,
     toe_offs,
@@ -36,7 +37,6 @@ from gaitval.mocap.trc import read_trc
 
 PROCESSING = ProcessingSettings()
 KINDS: tuple[EventKind, ...] = ("heel_strike", "toe_off")
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def of(events: tuple[Event, ...], side: Side, kind: EventKind) -> np.ndarray:

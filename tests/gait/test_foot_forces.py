@@ -13,6 +13,7 @@ from synthetic_recording import (
     STANCE,
     STRIDE,
     WEIGHT,
+    Y_UP,
     Rectangle,
     centre_of_pressure,
     strikes,
@@ -32,7 +33,6 @@ from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
 PROCESSING = ProcessingSettings()
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 WALKWAY = (
     Rectangle(x=(0.1, 0.55), y=(-0.3, 0.3)),
@@ -115,7 +115,7 @@ def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> No
         assert (forces.force[later, column] == 0.0).all()
         assert not forces.valid[later, column].any()
     assert {finding.kind for finding in findings} == {"contact"}
-    assert all("stands on no plate" in finding.action for finding in findings)
+    assert all("is on no plate" in finding.action for finding in findings)
 
 
 def test_two_plates_under_one_foot_are_added() -> None:

@@ -5,15 +5,18 @@ import inspect
 from pathlib import Path
 
 import pytest
+from html_page import only_html
 
 import gaitval
 
 SECTIONS = ("Parameters", "Returns", "Raises", "References", "Examples")
 
 
+@pytest.mark.usefixtures("policy")
 @pytest.mark.parametrize("name", gaitval.__all__)
 def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
+    only_html(monkeypatch)
     function = getattr(gaitval, name)
     (found,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
     assert found.examples, f"{name} has no example"

@@ -37,6 +37,9 @@ def test_a_body(tmp_path: Path):
     again = ScaledBody.load(tmp_path)
     assert again.frame().equals(body.frame())
     assert again.model.mass == pytest.approx(body.model.mass, abs=1e-9)
+    for ours, theirs in zip(again.markers, body.markers, strict=True):
+        assert (ours.name, ours.segment) == (theirs.name, theirs.segment)
+        np.testing.assert_allclose(ours.position, theirs.position, atol=1e-9)
 
 
 def test_a_recording(tmp_path: Path):

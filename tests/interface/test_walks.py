@@ -8,15 +8,10 @@ import pytest
 import gaitval as gv
 from gaitval.errors import PolicyError
 from gaitval.interface.walks import Comparison, Policy, Rollout
+from gaitval.simulation.walker import WalkingTask
 
 
-@pytest.fixture(scope="module")
-def walk() -> Rollout:
-    return gv.rollout(gv.load_policy(5), cycles=6)
-
-
-def test_a_policy_is_stored_whole(tmp_path: Path):
-    policy = gv.load_policy("S05")
+def test_a_policy_is_stored_whole(policy: Policy, tmp_path: Path):
     policy.save(tmp_path)
     again = Policy.load(tmp_path)
     np.testing.assert_array_equal(again.identified, policy.identified)
@@ -24,6 +19,20 @@ def test_a_policy_is_stored_whole(tmp_path: Path):
     (tmp_path / "correction.json").unlink()
     with pytest.raises(PolicyError, match=r"correction\.json"):
         gv.load_policy(tmp_path)
+
+
+def test_the_reference_motion_of_a_policy_is_built_once(
+    policy: Policy, walk: Rollout, monkeypatch: pytest.MonkeyPatch
+):
+    """And a second walk is the same as the first."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("the walking task was built again")
+
+    monkeypatch.setattr(WalkingTask, "of", refuse)
+    np.testing.assert_array_equal(gv.rollout(policy, cycles=6).positions, walk.positions)
+    nominal = gv.rollout(policy, cycles=1, body="nominal")
+    np.testing.assert_array_equal(nominal.mu, policy.nominal)
 
 
 def test_a_walk_is_kept_as_it_was(walk: Rollout, tmp_path: Path):

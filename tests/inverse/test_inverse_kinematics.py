@@ -161,7 +161,7 @@ def test_a_turn_that_no_rotation_vector_can_follow_is_refused(walk):
     heading = np.radians(np.linspace(0.0, 400.0, len(path)))
     turn = Rotation.from_rotvec(np.outer(heading, [0.0, 0.0, 1.0]))
     path[:, :3] = (turn * Rotation.from_rotvec(path[:, :3])).as_rotvec()
-    with pytest.raises(RecordError, match="cut the trial where the person turns"):
+    with pytest.raises(RecordError, match="Cut the trial where the person turns"):
         inverse_kinematics(model, markers, marker_positions(model, markers, path))
 
 

@@ -205,7 +205,7 @@ def test_trials_that_cannot_be_used_are_refused():
         fit_model(model, placed, stand, np.nan * walk)
     with pytest.raises(RecordError, match="shape"):
         fit_model(model, placed, stand[:, 1:], walk)
-    with pytest.raises(ScalingError, match="1 frames that show the markers"):
+    with pytest.raises(ScalingError, match="only 1 frames of the walking trial show the markers"):
         fit_model(model, placed, stand, walk[:1])
     few = [i for i, m in enumerate(placed) if m.name in FEW]
     with pytest.raises(ScalingError, match="42 marker coordinates in the 2 frames used, too few"):

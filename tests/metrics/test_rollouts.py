@@ -33,7 +33,7 @@ def test_a_pushed_walk_is_refused(column):
     rollout = perfect_walk(RECORD, cycles=5)
     load = rollout.root_force.copy()
     load[700:705, column] = 1e-12
-    with pytest.raises(ArtefactError, match=r"from phase 0 is pushed at the pelvis at 0\.7 s"):
+    with pytest.raises(ArtefactError, match=r"from phase 0 the pelvis is pushed at 0\.7 s"):
         endurance(replace(rollout, root_force=load), sharp_filter())
 
 

@@ -47,7 +47,7 @@ def test_the_acceptance_limits_are_those_of_the_issue(
 
 def test_a_goal_looser_than_the_limit_is_refused():
     entry = load_registry().tolerance[0].model_dump() | {"goal": 99.0}
-    with pytest.raises(ValidationError, match="does not keep the limit"):
+    with pytest.raises(ValidationError, match="does not meet the limit"):
         Tolerance.model_validate(entry)
 
 

@@ -189,11 +189,11 @@ class TestGiven:
         [
             ("", "two directions are needed"),
             ("forward=x", "two directions are needed"),
-            ("forward=+x up=+x", "at right angles"),
+            ("forward=+x up=+x", "share an axis"),
             ("forward=+w up=+z", "'forward=+w' is not understood"),
             ("ahead=+x up=+z", "'ahead=+x' is not understood"),
             ("xyz", "'xyz' is not understood"),
-            ("up=+z down=-y", "up is said twice"),
+            ("up=+z down=-y", "up is given twice"),
             ("forward=x left=z up=y", "left-handed"),
         ],
     )

@@ -461,7 +461,7 @@ class TestRefusals:
         ("script", "words"),
         [
             ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "crash"),
-            ("import time; time.sleep(60)", "did not end in 1 s"),
+            ("import time; time.sleep(60)", "did not finish within 1 s"),
             ("import sys; print('c3d: no such group', file=sys.stderr); sys.exit(1)", "no such gr"),
             ("import sys; sys.exit(3)", "crash"),
         ],

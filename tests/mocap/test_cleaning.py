@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from synthetic_recording import LANDMARKS, SEGMENTS, walk
+from synthetic_recording import LANDMARKS, SEGMENTS, Y_UP, walk
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
@@ -17,7 +17,6 @@ from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns x forward, y up, z right into x forward, y left, z up."""
 
 

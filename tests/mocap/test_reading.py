@@ -56,7 +56,7 @@ class TestMarkersWithForces:
             ({"point": (50.0, 0.0, 9000.0)}, "another trial or in other axes"),
             ({"sign": -1.0}, "forces on the plate"),
             ({"axes": "xzy"}, "other axes than the markers"),
-            ({"samples": 1}, "one sample only"),
+            ({"samples": 1}, "a single sample"),
         ],
     )
     def test_refusals(self, tmp_path, options, words):

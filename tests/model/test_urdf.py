@@ -199,7 +199,7 @@ def test_a_name_that_xacro_could_evaluate_is_refused(model, tmp_path):
         ('type="revolute"', 'type="fixed"', "hip_flexion_r: fixed, not revolute"),
         ('<parent link="thigh_r"/>', '<parent link="thigh_l"/>', "knee_angle_r: lead from thigh_l"),
         ('<origin xyz="0 0 0"/>', '<origin xyz="0 0 0.1"/>', "hip_adduction_r: moved away"),
-        ('<origin xyz="0 0 0"/>', '<origin xyz="0 0 0" rpy="1 0 0"/>', "hip_adduction_r: turned"),
+        ('<origin xyz="0 0 0"/>', '<origin xyz="0 0 0" rpy="1 0 0"/>', "hip_adduction_r: rotated"),
         ('<mass value="0"/>', '<mass value="1"/>', "link thigh_r_flexion: has mass"),
         ('<mass value="8', '<mass value="-8', "link pelvis: mass -8"),
         ('<mass value="8', '<mass value="nan" was="8', "link pelvis: numbers that are not finite"),
@@ -214,7 +214,7 @@ def test_a_name_that_xacro_could_evaluate_is_refused(model, tmp_path):
             "document type",
         ),
         ('<box size="', '<mesh filename="../../x.stl" size="', "mesh"),
-        ('<mass value="8', '<mass value="eight', "not readable as URDF"),
+        ('<mass value="8', '<mass value="eight', "cannot be read as URDF"),
     ],
 )
 def test_another_urdf_is_refused_with_the_place(path, tmp_path, old, new, message):

@@ -244,7 +244,7 @@ def test_a_name_of_a_person_becomes_one_that_opensim_takes(model, tmp_path):
         ([ModelMarker("R HEEL", "foot_r", np.zeros(3))], {}, "'R HEEL'.*alias"),
         ([ModelMarker("a/b", "foot_r", np.zeros(3))], {}, "'a/b'"),
         ([ModelMarker("", "foot_r", np.zeros(3))], {}, "empty"),
-        ([ModelMarker("HEEL", "foot_r", np.zeros(3))] * 2, {}, "HEEL: is there 2 times"),
+        ([ModelMarker("HEEL", "foot_r", np.zeros(3))] * 2, {}, "HEEL: appears 2 times"),
         ([ModelMarker("HEEL", "calcn_r", np.zeros(3))], {}, "unknown segment calcn_r.*foot_r"),
         ([], {"mtp_angle": 0.0}, "mtp_angle: unknown.*mtp_angle_r"),
     ],

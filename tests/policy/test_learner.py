@@ -251,7 +251,7 @@ def test_by_default_a_seed_means_the_same_policy_with_cuda_and_without(monkeypat
 
 def test_a_device_that_is_not_there(monkeypatch):
     with_cuda(monkeypatch, False, {})
-    with pytest.raises(ConfigurationError, match=r"training\.device: cuda is asked for, but"):
+    with pytest.raises(ConfigurationError, match=r"training\.device: it is cuda, but"):
         choose_device(configuration(device="cuda"))
 
 

@@ -192,7 +192,7 @@ def test_a_training_starts_from_its_own_policy_or_a_general_one(task, policy, fo
     own = model_hash(task.model)
     assert load_start(folder, EnvironmentSettings(), model_hash=own).about == policy.about
     for other in (None, "0123456789abcdef"):
-        with pytest.raises(PolicyError, match=r"trained for S05 alone .*Start from a general"):
+        with pytest.raises(PolicyError, match=r"trained for S05 only .*Start from a general"):
             load_start(folder, EnvironmentSettings(), model_hash=other)
     about = {k: v for k, v in policy.about.items() if k not in ("subject", "model_hash")}
     save_policy(Policy(policy.tensors, {**about, "general": True}), tmp_path / "general")
@@ -202,7 +202,7 @@ def test_a_training_starts_from_its_own_policy_or_a_general_one(task, policy, fo
         ]
     with pytest.raises(PolicyError, match=r"environment\.observation = 'extended'.*'paper'"):
         load_start(tmp_path / "general", EnvironmentSettings(observation="paper"))
-    with pytest.raises(PolicyError, match="a general policy of several people"):
+    with pytest.raises(PolicyError, match="a general policy, which was trained on several people"):
         load_policy(tmp_path / "general", model_hash=own)
 
 
@@ -210,7 +210,7 @@ def test_a_training_starts_from_its_own_policy_or_a_general_one(task, policy, fo
 def test_a_truncated_file(folder, size):
     path = folder / "policy.safetensors"
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(PolicyError, match=r"policy\.safetensors: not readable"):
+    with pytest.raises(PolicyError, match=r"policy\.safetensors: cannot be read"):
         load_policy(folder)
 
 
@@ -223,10 +223,10 @@ def test_a_pickle_that_was_renamed_is_not_opened(folder, tmp_path):
             return (open, (str(trap), "w"))
 
     (folder / "policy.safetensors").write_bytes(pickle.dumps(Trap()))
-    with pytest.raises(PolicyError, match="not readable as safetensors"):
+    with pytest.raises(PolicyError, match="cannot be read as safetensors"):
         load_policy(folder)
     torch.save({"weight": torch.zeros(3)}, folder / "policy.safetensors")
-    with pytest.raises(PolicyError, match="not readable as safetensors"):
+    with pytest.raises(PolicyError, match="cannot be read as safetensors"):
         load_policy(folder)
     assert not trap.exists()
 

@@ -24,7 +24,8 @@ from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
-from gaitval.policy.training import LOG_COLUMNS, _read_checkpoint, train, train_general
+from gaitval.policy.training import _read_checkpoint, train, train_general
+from gaitval.policy.training_log import LOG_COLUMNS
 
 EASY = {
     "environment": {"push_probability": 0.0, "initial_noise": 0.0},
@@ -458,7 +459,7 @@ def test_a_general_policy_is_trained_on_all_and_started_from(task, tmp_path):
     assert not np.array_equal(means["both"], means["heavy"])
 
     save_policy(both, tmp_path / "policy")
-    with pytest.raises(PolicyError, match="a general policy of several people"):
+    with pytest.raises(PolicyError, match="a general policy, which was trained on several people"):
         load_policy(tmp_path / "policy")
     start = load_start(tmp_path / "policy", tiny.configuration.environment)
     assert start.about["general"]
@@ -480,8 +481,10 @@ def scaled_mass(model, factor):
 @pytest.mark.usefixtures("local")
 def test_what_a_general_policy_cannot_be_trained_on(task, tmp_path):
     other = changed(task, servo={"hip": 300.0})
-    with pytest.raises(ConfigurationError, match="configuration, but those of the tasks differ"):
+    with pytest.raises(
+        ConfigurationError, match="configuration, but the tasks' configurations differ"
+    ):
         train_general([task, other], tmp_path, samples=UPDATE)
     few = changed(task, training={"environments": 2})
-    with pytest.raises(ConfigurationError, match="2 are fewer than the 3 tasks"):
+    with pytest.raises(ConfigurationError, match="2 environments are fewer than the 3 tasks"):
         train_general([few, few, few], tmp_path, samples=UPDATE)

@@ -11,9 +11,10 @@ from html_page import Page, an_hour_later, only_html
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
-from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import load_subject
+from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.validation import validate
 from gaitval.model.urdf import write_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
@@ -85,6 +86,17 @@ def _correction() -> dict:
             {"measure": "angle_rmse", "target": name, "aim": 2.0, "before": before, "after": after}
             for name, before, after in rows
         ],
+    }
+
+
+def _torque_shares() -> dict:
+    """Parts of the moments that no walk was asked for; one joint does not move."""
+    return {
+        joint: {
+            part: {"rms": 0.001 * row + 0.1 * column, "r_squared": None if row == 3 else 0.5 - row}
+            for column, part in enumerate(PARTS)
+        }
+        for row, joint in enumerate(ACTUATED)
     }
 
 
@@ -173,6 +185,8 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
         identification=_identification() if identified else None,
         correction=_correction() if identified else None,
         pushes=_pushes()["recovery"],
+        others=builtin_subjects(),
+        torque_shares=_torque_shares(),
     )
     write_json(folder / "metrics.json", metrics)
     (folder / "policy").mkdir()
@@ -214,12 +228,22 @@ def test_the_page_is_whole_and_needs_nothing_else(page, html):
     assert set(targets) <= set(page.identifiers)
 
 
+def test_a_guess_and_the_skill_stand_beside_the_errors(page, run_folder):
+    """Of the fore-aft force under the right foot: 1 - RMSE / RMSE of the guess."""
+    metrics = json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
+    guess = metrics["predictions"][0]["rmse"]["forces"]["forward_r"]
+    error = metrics["walks"][metrics["final"]]["errors"]["forces"]["forward_r"]["rmse"]
+    cells = (number(error, 1), number(guess, 1), number(1.0 - error / guess, 2))
+    html = (run_folder / "report.html").read_text(encoding="utf-8")
+    assert "".join(f'<td class="n">{cell}</td>' for cell in cells) in html
+
+
 def test_every_section_is_there(page):
     for heading in (
         *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
         *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
-        "Correction of the reference",
-        *("The record against itself", "How the feet meet the ground", "Recovery from pushes"),
+        *("Where the joint moments come from", "Correction of the reference"),
+        *("Contradictions in the record", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
@@ -324,7 +348,7 @@ def test_damaged_inputs_are_named(run_folder, tmp_path):
     with pytest.raises(ArtefactError, match=r"push\.json: no traces"):
         write_report(tmp_path)
     (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(ArtefactError, match="not of the schema"):
+    with pytest.raises(ArtefactError, match="does not match the schema"):
         write_report(tmp_path)
 
 

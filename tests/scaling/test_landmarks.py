@@ -142,7 +142,7 @@ def test_a_wand_in_front_of_the_thigh_is_refused():
     markers = {name: person.landmarks[name] for name in PLUG_IN_GAIT}
     thigh = person.frames[1]
     markers["R.Thigh"] = thigh[:3, 3] + thigh[:3, :3] @ [0.1, -0.045, -0.2]
-    with pytest.raises(ScalingError, match=r"R\.Thigh does not lie to the side of the knee"):
+    with pytest.raises(ScalingError, match=r"R\.Thigh is not lateral to the knee"):
         measure(markers, **WIDTHS)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from simulation_fixtures import random_policy
+from stage_order import STAGES
 
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
@@ -30,19 +31,6 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
-
-STAGES = (
-    "scale",
-    "reference",
-    "train",
-    "identify",
-    "correct",
-    "simulate",
-    "push",
-    "validate",
-    "report",
-)
-
 
 FOUND = {
     "names": PARAMETERS,
@@ -143,7 +131,7 @@ def test_a_missing_input_is_an_error_that_says_what_to_run(folder: Path) -> None
 
 def test_damaged_records_are_an_error_that_says_how_to_mend(folder: Path) -> None:
     write_text(folder / "stages.json", '{"double": ')
-    with pytest.raises(ArtefactError, match=r"stages\.json: not readable.*Delete it"):
+    with pytest.raises(ArtefactError, match=r"stages\.json: cannot be read.*Delete it"):
         run_stage(doubling(folder), folder)
 
 
@@ -407,7 +395,7 @@ def test_a_setting_runs_only_the_stages_that_it_concerns(
 def test_a_stage_alone_refuses_to_build_on_what_is_not_there(
     opened: Opener, stand_ins: list[float | None]
 ) -> None:
-    with pytest.raises(ArtefactError, match=r"identify builds on scale.*`gaitval scale S05`"):
+    with pytest.raises(ArtefactError, match=r"identify depends on scale.*`gaitval scale S05`"):
         run_one(opened(), "identify")
 
 
@@ -460,7 +448,7 @@ def hold(folder: Path) -> None:
 
 def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
     opened()
-    taken = rf"another gaitval \(process {os.getpid()}\) works in this folder"
+    taken = rf"another gaitval \(process {os.getpid()}\) is running in this folder"
     with pytest.raises(ArtefactError, match=taken):
         hold(tmp_path / "run")
 
@@ -488,7 +476,7 @@ def test_a_killed_run_leaves_its_folder_free(tmp_path: Path) -> None:
         try:
             assert other.stdout is not None
             assert other.stdout.readline() == "held\n"
-            with pytest.raises(ArtefactError, match=rf"\(process {other.pid}\) works in this"):
+            with pytest.raises(ArtefactError, match=rf"\(process {other.pid}\) is running in this"):
                 hold(tmp_path)
         finally:
             other.kill()
@@ -700,7 +688,7 @@ def test_a_policy_of_this_body_goes_before_the_general_one_and_another_body_is_r
     stored_policy(own / "policy", task, model_hash="0" * 64)
     study.choose_start(scaled, scratch=False)
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
-    assert "A stored policy is not used" in said(scaled)
+    assert "A stored policy cannot be used" in said(scaled)
 
 
 def test_a_policy_of_another_size_is_not_started_from(
@@ -714,4 +702,4 @@ def test_a_policy_of_another_size_is_not_started_from(
     run_one(run, "reference")
     study.choose_start(run, scratch=False)
     assert not (run.folder / "start").exists()
-    assert "128 hidden units, training.hidden_units asks for 64" in said(run)
+    assert "128 hidden units, but training.hidden_units is 64" in said(run)

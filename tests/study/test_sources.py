@@ -120,6 +120,50 @@ def test_what_is_not_its_code_is_not_seen(
     assert code() == before
 
 
+def text_of(code: str) -> str:
+    return sources._text(ast.parse(code).body[0])
+
+
+def test_the_text_of_a_statement_is_ours_and_not_that_of_a_version_of_python() -> None:
+    """3.11 has no `type_params`, 3.12 an empty list of them, `ast.dump` of 3.13 no empty list."""
+    assert text_of("def double(x):\n    return 2 * x") == (
+        "FunctionDef(args=arguments(args=[arg(arg='x')]), body=[Return(value=BinOp(left=int(2), "
+        "op=Mult(), right=Name(ctx=Load(), id='x')))], name='double')"
+    )
+    assert text_of("f'a{x:{n}.1f}'") == (
+        "Expr(value=JoinedStr('a', FormattedValue(conversion=-1, format_spec=JoinedStr("
+        "FormattedValue(conversion=-1, value=Name(ctx=Load(), id='n')), '.1f'), "
+        "value=Name(ctx=Load(), id='x'))))"
+    )
+    assert text_of("'\u03bc'") == r"Expr(value=str('\u03bc'))"
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("x = 1", "x = 1.0"),
+        ("x = 1", "x = True"),
+        ("x = '1'", "x = 1"),
+        ("x = 'y'", "x = b'y'"),
+        ("return_ = None", "return_ = ()"),
+        ("f(a)", "f(*a)"),
+        ("f({**a})", "f({a: a})"),
+        ("f'{x}'", "f'{x!r}'"),
+        ("f'{x}'", "'{x}'"),
+        ("def f(x, /): ...", "def f(x): ..."),
+        ("def f(*, x): ...", "def f(*, x=None): ..."),
+        ("def f(): return", "def f(): return None"),
+        ("for x in y: z()", "async def f(): z()"),
+    ],
+)
+def test_statements_that_differ_have_different_texts(one: str, other: str) -> None:
+    assert text_of(one) != text_of(other)
+
+
+def test_pieces_of_a_string_are_one_string() -> None:
+    assert text_of("f'a' 'b' f'{x}' ''") == text_of("f'ab{x}'")
+
+
 def test_functions_of_elsewhere_have_no_code_here(package: Path) -> None:
     assert code_of(function("scale_stage", "tests.somewhere"), package) == {}
 
@@ -232,7 +276,7 @@ def test_a_record_without_code_runs_again_and_says_so(folder: Path, scale) -> No
     records = read_json(folder / "stages.json")
     del records["scale"]["code"]
     write_json(folder / "stages.json", records)
-    assert "did not keep what the code of scale was" in (why_run(scale("a"), folder) or "")
+    assert "did not record the code of scale" in (why_run(scale("a"), folder) or "")
     assert run_stage(scale("a"), folder)
     assert why_run(scale("a"), folder) is None
 

@@ -83,22 +83,30 @@ class OpenSimModel:
         return np.array(places) @ TO_OPENSIM
 
 
+Tool = opensim.InverseKinematicsTool | opensim.InverseDynamicsTool
+
+
+def _set_up(tool: Tool, model: Path, result: Path) -> None:
+    """The model, the whole of the trial, and the folder of the result."""
+    loaded = opensim.Model(str(model))
+    loaded.initSystem()
+    tool.setModel(loaded)
+    tool.model_in_use = loaded  # the tool does not own it
+    tool.setStartTime(-np.inf)
+    tool.setEndTime(np.inf)
+    tool.setResultsDir(str(result.parent))
+
+
 def inverse_kinematics_tool(
     model: Path, markers: Sequence[ModelMarker], trc: Path, result: Path, *, accuracy: float
 ) -> opensim.InverseKinematicsTool:
     """OpenSim's tool with the markers' weights, ready to run."""
     tool = opensim.InverseKinematicsTool()
-    loaded = opensim.Model(str(model))
-    loaded.initSystem()
-    tool.setModel(loaded)
-    tool.model_in_use = loaded  # the tool does not own it
+    _set_up(tool, model, result)
     tool.setMarkerDataFileName(str(trc))
     tool.setOutputMotionFileName(str(result))
-    tool.setResultsDir(str(result.parent))
     tool.set_report_errors(False)
     tool.set_accuracy(accuracy)
-    tool.setStartTime(-np.inf)
-    tool.setEndTime(np.inf)
     for marker in markers:
         task = opensim.IKMarkerTask()
         task.setName(marker.name)
@@ -113,21 +121,15 @@ def inverse_dynamics_tool(
 ) -> opensim.InverseDynamicsTool:
     """OpenSim's tool without filters, ready to run."""
     tool = opensim.InverseDynamicsTool()
-    loaded = opensim.Model(str(model))
-    loaded.initSystem()
-    tool.setModel(loaded)
-    tool.model_in_use = loaded  # the tool does not own it
+    _set_up(tool, model, result)
     tool.setCoordinatesFileName(str(motion))
     tool.setExternalLoadsFileName(str(loads))
     tool.setLowpassCutoffFrequency(-1.0)
-    tool.setStartTime(-np.inf)
-    tool.setEndTime(np.inf)
-    tool.setResultsDir(str(result.parent))
     tool.setOutputGenForceFileName(result.name)
     return tool
 
 
-def run(tool: opensim.InverseKinematicsTool | opensim.InverseDynamicsTool, folder: Path) -> None:
+def run(tool: Tool, folder: Path) -> None:
     """Run a tool inside `folder`: relative paths are from there."""
     with chdir(folder):
         assert tool.run()

@@ -4,21 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitval.reporting.recording_report import (
-    ConsistencyChange,
-    Decision,
-    GateRow,
-    InputFile,
-    LeftOut,
-    MarkerError,
-    RecordingSummary,
-    ResidualCurves,
-    ScaledSegment,
-    ScalingMethod,
-    SpatiotemporalRow,
-)
+from gaitval.reporting import recording_report as page
 
 NAN = float("nan")
+CHECKLIST = "OpenSim evaluation checklist"
 
 # Amplitude and phase of the first three harmonics (rad, Nm/kg, body weights): shapes that look
 # like gait, so that the page can be judged by eye.
@@ -59,7 +48,7 @@ def curves(shapes: dict, spread: float) -> dict[str, tuple[np.ndarray, np.ndarra
     return made
 
 
-def sample(**changes: object) -> RecordingSummary:
+def sample(**changes: object) -> page.RecordingSummary:
     random = np.random.default_rng(0)
     legs = "GTR Knee Knee.Medial Ankle Ankle.Medial Heel MT1 MT5"
     names = [
@@ -67,13 +56,13 @@ def sample(**changes: object) -> RecordingSummary:
     ]
     errors = random.gamma(8.0, 0.0014, len(names))
     markers = [
-        MarkerError(name, rms, rms * 2.1, 1 - 0.01 * (index % 3))
+        page.MarkerError(name, rms, rms * 2.1, 1 - 0.01 * (index % 3))
         for index, (name, rms) in enumerate(zip(names, errors, strict=True))
     ]
     time = np.arange(4500) / 150
     strides = np.sin(2 * np.pi * time[:, None] / 1.3 + np.array([0.0, 1.0, 2.0]))
     noise = random.normal(size=(4500, 6))
-    made = RecordingSummary(
+    made = page.RecordingSummary(
         identifier="WBDS01",
         sex="M",
         mass=74.3,
@@ -86,52 +75,52 @@ def sample(**changes: object) -> RecordingSummary:
         cycles={"right": 21, "left": 20},
         stance_fraction={"right": 0.67, "left": 0.66},
         inputs=[
-            InputFile("standing trial", "WBDS01static1.c3d", "9f" * 32, 213504),
-            InputFile("walking trial", "WBDS01walkT01.c3d", "1b" * 32, 4325376),
+            page.InputFile("standing trial", "WBDS01static1.c3d", "9f" * 32, 213504),
+            page.InputFile("walking trial", "WBDS01walkT01.c3d", "1b" * 32, 4325376),
         ],
         decisions=[
-            Decision("axes", "x forward, y up, from head over feet and toes before heels"),
-            Decision("markers", "marker set WBDS: 28 of its 28 markers were found"),
-            Decision("forces", "plate 1 is the left foot's, plate 2 the right one's"),
+            page.Decision("axes", "x forward, y up, from head over feet and toes before heels"),
+            page.Decision("markers", "marker set WBDS: 28 of its 28 markers were found"),
+            page.Decision("forces", "plate 1 is the left foot's, plate 2 the right one's"),
         ],
         gates=[
-            GateRow("Marker error, RMS", 1.21, 2.0, "cm", True, "OpenSim evaluation checklist"),
-            GateRow("Marker error, largest", 3.02, 4.0, "cm", True, "OpenSim evaluation checklist"),
-            GateRow("Residual force, largest", 38.4, 25.0, "N", False,
-                    "OpenSim evaluation checklist"),
-            GateRow("Residual moment, RMS", 18.9, 50.0, "Nm", True, "OpenSim evaluation checklist"),
+            page.GateRow("Marker error, RMS", 1.21, 2.0, "cm", True, CHECKLIST),
+            page.GateRow("Marker error, largest", 3.02, 4.0, "cm", True, CHECKLIST),
+            page.GateRow("Residual force, largest", 38.4, 25.0, "N", False, CHECKLIST),
+            page.GateRow("Residual moment, RMS", 18.9, 50.0, "Nm", True, CHECKLIST),
         ],
         marker_errors=markers,
         marker_rms_limit=0.02,
         marker_largest_limit=0.04,
         scaling_methods=[
-            ScalingMethod("Pair distances, as the ScaleTool", 0.0142, 0.0310, 0.0151, 0.0388),
-            ScalingMethod("Joint fit", 0.0080, 0.0191, 0.0102, 0.0286, chosen=True),
+            page.ScalingMethod("Pair distances, as the ScaleTool", 0.0142, 0.0310, 0.0151, 0.0388),
+            page.ScalingMethod("Joint fit", 0.0080, 0.0191, 0.0102, 0.0286, chosen=True),
         ],
         segments=[
-            ScaledSegment("pelvis", 0.1712, 8.71, 1.021, "hip joint centres (Harrington 2007)"),
-            ScaledSegment("right thigh", 0.4021, 10.4, 0.984, "hip to knee joint centre"),
-            ScaledSegment("left thigh", 0.4033, 10.4, 0.987, "hip to knee joint centre"),
-            ScaledSegment("trunk", 0.5210, 32.3, 1.002, "stature"),
+            page.ScaledSegment("pelvis", 0.1712, 8.71, 1.021,
+                               "hip joint centres (Harrington 2007)"),
+            page.ScaledSegment("right thigh", 0.4021, 10.4, 0.984, "hip to knee joint centre"),
+            page.ScaledSegment("left thigh", 0.4033, 10.4, 0.987, "hip to knee joint centre"),
+            page.ScaledSegment("trunk", 0.5210, 32.3, 1.002, "stature"),
         ],
         angles=curves(ANGLES, np.radians(1.8)),
         moments=curves(MOMENTS, 0.06),
         forces=curves(FORCES, 0.03),
-        residuals=ResidualCurves(
+        residuals=page.ResidualCurves(
             time, 9 * strides + 5 * noise[:, :3], 12 * strides + 5 * noise[:, 3:], 25.0, 75.0
         ),
         spatiotemporal=[
-            SpatiotemporalRow("Cadence", "steps/min", both=(92.1, 1.4), digits=1),
-            SpatiotemporalRow("Stride time", "s", (1.301, 0.02), (1.303, 0.021), digits=3),
-            SpatiotemporalRow("Step length", "m", (0.32, 0.012), (0.318, 0.013), digits=3),
-            SpatiotemporalRow("Stance", "1", (0.67, 0.01), None, digits=3),
+            page.SpatiotemporalRow("Cadence", "steps/min", both=(92.1, 1.4), digits=1),
+            page.SpatiotemporalRow("Stride time", "s", (1.301, 0.02), (1.303, 0.021), digits=3),
+            page.SpatiotemporalRow("Step length", "m", (0.32, 0.012), (0.318, 0.013), digits=3),
+            page.SpatiotemporalRow("Stance", "1", (0.67, 0.01), None, digits=3),
         ],
-        changes=[ConsistencyChange("Residual force, RMS", 11.2, 4.1, "N")],
+        changes=[page.ConsistencyChange("Residual force, RMS", 11.2, 4.1, "N")],
         findings=["R.Knee: 2 gaps filled, the longest 0.08 s (rebuilt from its segment).",
                   "L.MT5: 1 spike of 14 mm at 12.35 s removed."],
-        left_out=[LeftOut("right", 4.21, "both feet on one plate"),
-                  LeftOut("left", 4.86, "both feet on one plate"),
-                  LeftOut("left", 28.9, "the trial ends before the next heel strike")],
+        left_out=[page.LeftOut("right", 4.21, "both feet on one plate"),
+                  page.LeftOut("left", 4.86, "both feet on one plate"),
+                  page.LeftOut("left", 28.9, "the trial ends before the next heel strike")],
         versions={"gaitval": "0.3.0", "numpy": "2.2.1"},
     )  # fmt: skip
     return replace(made, **changes)

@@ -14,6 +14,9 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.mocap.recording import Plate, Recording
 
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""From axes y up to z up."""
+
 STRIDE = 1.1
 STANCE = 0.62
 SPEED = 1.2

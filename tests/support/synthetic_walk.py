@@ -112,11 +112,14 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         pressure[on, column, 1] = (-0.5 if side == "right" else 0.5) * STEP_WIDTH
         pressure[on, column, 2] = 0.0
     zeros = np.zeros((len(time), 3))
+    velocities = np.zeros_like(positions)
+    if len(time) > 1:
+        velocities[:, 6:] = np.gradient(positions[:, 6:], STEP, axis=0)
     return Rollout(
         time=time,
         phase=phase,
         positions=positions,
-        velocities=np.zeros_like(positions),
+        velocities=velocities,
         moments=moments,
         ground_reaction=ground,
         centre_of_pressure=pressure,

@@ -181,5 +181,5 @@ def test_pages_tell_the_shift_of_the_plates_that_is_computed(monkeypatch):
     (mean,) = re.findall(r"^\| mean .* ([\d.]+) \|$", table, re.MULTILINE)
     assert table in (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
     for name in ("README.md", "docs/learning.md", "docs/decisions.md"):
-        said = re.findall(r"plate(?: stood)?\s([\d.]+) cm\s", (ROOT / name).read_text("utf-8"))
+        said = re.findall(r"plate(?: were)?\s([\d.]+) cm\s", (ROOT / name).read_text("utf-8"))
         assert said == [mean], name

@@ -124,7 +124,7 @@ def test_broken_links_are_found(tmp_path):
     assert docs_links.broken_links(tmp_path) == [
         "a.html: b.html#there leads to no such anchor",
         "a.html: c.html leads to no file",
-        "a.html: https://somewhere/x.js is loaded from elsewhere",
+        "a.html: https://somewhere/x.js is loaded from the network",
     ]
 
 

@@ -398,7 +398,7 @@ def test_a_c3d_in_the_wrong_unit(raw: Path, laboratory: Laboratory) -> None:
         ("forward=+x up=+z", ("up is +z", "nearest: +y", "Correct --axes")),
         ("forward=-x up=+y", ("forward is -x", "nearest: +x", "Correct --axes")),
         ("forward=+z up=+y", ("forward is +z", "nearest: +x", "Correct --axes")),
-        ("forward=+x up=+x", ("two directions along one axis",)),
+        ("forward=+x up=+x", ("two directions share an axis",)),
         ("x y z", ("'x' is not understood", "forward=+x up=+y")),
     ],
 )
@@ -422,7 +422,7 @@ def test_axes_of_one_file_only(laboratory: Laboratory) -> None:
     standing, walking = laboratory.standing, in_axes(laboratory.walking, UP_IS_Z)
     words = "other axes than the standing trial"
     refuse(
-        laboratory.request(walking=walking, forces=walking), "walk.trc", "° off being above", words
+        laboratory.request(walking=walking, forces=walking), "walk.trc", "° off the vertical", words
     )
     refuse(laboratory.request(standing=in_axes(standing, UP_IS_Z)), "walk.trc", words)
     refuse(laboratory.request(forces=walking), "forces.mot", "in other axes than the markers")
@@ -443,7 +443,7 @@ def test_nothing_but_nan(laboratory: Laboratory) -> None:
     blind = with_plates(
         laboratory.walking, lambda plate: replace(plate, force=plate.force * np.nan)
     )
-    refuse(laboratory.request(forces=blind), "forces.mot", "2400 samples of the force are missing")
+    refuse(laboratory.request(forces=blind), "forces.mot", "2400 force samples are missing")
 
 
 @pytest.mark.parametrize("marker", ["Knee", "Heel", "HF", "GTR"])
@@ -556,7 +556,7 @@ def test_wrong_marker_sets(laboratory: Laboratory) -> None:
     refuse(laboratory.request(marker_set="plug_in_gait"), *words)
     path = laboratory.folder / "mine.toml"
     for text, wanted in (
-        ('title = "x', ["mine.toml: not valid TOML", "Mend that line"]),
+        ('title = "x', ["mine.toml: not valid TOML", "Correct that line"]),
         (
             'title="x"\nsource="y"\n[markers]\n"A"={segment="pelvs"}\n'
             '"B"={segment="pelvis", landmark="L.ASI"}',
@@ -617,7 +617,7 @@ def plug_in_gait(recording: Recording) -> Recording:
         ({}, ["--knee-width and --ankle-width", "in metres"]),
         ({"knee_width_m": 0.105}, ["R.Ankle.Medial", "in metres: --ankle-width"]),
         ({"knee_width_m": 105.0, "ankle_width_m": 70.0}, ["millimetres: give 0.105"]),
-        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1, plausible"]),
+        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1 (plausible"]),
     ],
     ids=["none", "one", "mm", "negative"],
 )
@@ -634,7 +634,7 @@ def test_plug_in_gait_without_the_widths(
 
 def test_trials_in_each_others_place(raw: Path, laboratory: Laboratory) -> None:
     stand, walk = raw / "WBDS01static1.c3d", raw / "WBDS01walkT01.c3d"
-    words = ("WBDS01walkT01.c3d", "does not stand still", "cm from its median place", "--static")
+    words = ("WBDS01walkT01.c3d", "does not stand still", "cm from its median position", "--static")
     refuse(laboratory.without_plates(stand, standing=walk), *words)
     refuse(
         laboratory.without_plates(laboratory.standing),
@@ -686,7 +686,10 @@ def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) 
     hidden = changed(laboratory.walking, lambda markers, _: markers[500:650].fill(np.nan))
     found = work_out(laboratory.request(walking=hidden), ProcessingSettings())
     reasons = [cycle.reasons for cycle in found.trials[0].cycles["right"]]
-    assert sum(any("do not show pelvis and right leg" in one for one in r) for r in reasons) == 2
+    assert (
+        sum(any("do not show the pelvis and the right leg" in one for one in r) for r in reasons)
+        == 2
+    )
     assert len(found.angles["knee_angle_r"].curves) == 1
     gone = changed(laboratory.walking, lambda markers, _: markers[300:850].fill(np.nan))
     words = ("walk.trc", "no complete right gait cycle", "heel strike")
@@ -744,7 +747,7 @@ def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, l
         (lambda p: replace(p, force=-p.force), "those on the person are needed"),
         (lambda p: replace(p, force=p.force / 9.81), "look like kilograms (kgf)"),
         (lambda p: replace(p, force=p.force / 4.448), "look like pounds (lbf)"),
-        (lambda p: replace(p, force=p.force / 1e3), "another unit than N"),
+        (lambda p: replace(p, force=p.force / 1e3), "not in N or"),
         (lambda p: replace(p, centre_of_pressure=1e3 * p.centre_of_pressure), "looks like milli"),
         (lambda p: replace(p, free_moment=1e3 * p.free_moment), "looks like Nmm"),
         (lambda p: replace(p, force=0 * p.force, free_moment=0 * p.free_moment), "no foot is on"),
@@ -770,7 +773,7 @@ def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
             laboratory.request(forces=one),
             "no right gait cycle",
             "right foot",
-            "stands on no plate",
+            "is on no plate",
             "Give a trial",
             through=everything,
         )
@@ -875,7 +878,7 @@ def test_a_folder_that_cannot_be_written(
     for out, words in (
         (file, "file: is a file"),
         (file / "below", "file: is a file"),
-        (kept, "but did not write it"),
+        (kept, "but no import wrote it"),
     ):
         assert gaitval(request, out).exit_code == 2
         assert words in plain_messages.getvalue()
@@ -891,7 +894,7 @@ def test_a_folder_that_is_not_ones_own(laboratory: Laboratory, plain_messages: i
     closed = laboratory.folder / "closed"
     closed.mkdir(mode=0o500)
     assert gaitval(laboratory.request(), closed / "out").exit_code == 2
-    assert "closed: may not be written to" in plain_messages.getvalue()
+    assert "closed: no permission to write" in plain_messages.getvalue()
 
 
 def test_a_full_disk(
@@ -903,7 +906,9 @@ def test_a_full_disk(
     monkeypatch.setattr("gaitval.session.write.write_osim", full)
     result = gaitval(laboratory.request(), laboratory.folder / "out")
     assert result.exit_code == 2
-    assert "cannot be written (No space left on device). Free the disk" in plain_messages.getvalue()
+    assert (
+        "cannot be written (No space left on device). Free disk space" in plain_messages.getvalue()
+    )
 
 
 KILLED = """

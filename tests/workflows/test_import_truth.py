@@ -21,22 +21,26 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
-from typer.testing import CliRunner
 
-from gaitval.cli import app as cli
+import gaitval as gv
+from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ArtefactError
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
+from gaitval.interface.sessions import Session
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.session import write
+from gaitval.session.results import import_from
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import Trial, valid_cycles
@@ -291,23 +295,68 @@ def test_the_subject_file_gives_the_body_of_the_import(imported, from_the_comman
     assert reference.speed == pytest.approx(case.walk.gait["right"].speed.mean(), rel=0.01)
 
 
-def test_an_import_repeats_bit_for_bit(
-    sessions, from_the_command_line, tmp_path, monkeypatch: pytest.MonkeyPatch
-):
-    """Another process, the same bytes. The page has its own test of that, and takes long."""
-    monkeypatch.setattr(write, "write_recording_report", lambda folder, summary: None)
-    out = tmp_path / from_the_command_line.name
-    result = CliRunner().invoke(cli.app, command(sessions[0.003], out))
-    assert result.exit_code == 0, result.output
-    first, again = hashes(from_the_command_line), hashes(out)
+@pytest.fixture(scope="module")
+def from_python(sessions, from_the_command_line, tmp_path_factory) -> Session:
+    """Without the page, which has its own tests and takes long."""
+    session, person = sessions[0.003], sessions[0.003].request
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(write, "write_recording_report", lambda folder, summary: None)
+        return gv.import_session(
+            session.standing,
+            session.walking,
+            forces=[session.forces],
+            mass=person.mass_kg,
+            height=person.height_m,
+            sex=person.sex,
+            out=tmp_path_factory.mktemp("python") / from_the_command_line.name,
+        )
+
+
+def test_an_import_repeats_bit_for_bit(from_the_command_line: Path, from_python: Session):
+    """By the command and from Python, in two processes: the same bytes."""
+    first, again = hashes(from_the_command_line), hashes(from_python.folder)
     pages = {f"{FOLDER}/recording.html", f"{FOLDER}/recording.pdf"}
     assert set(first) - set(again) == pages
     assert {name: first[name] for name in again} == again
     assert {"subject.toml", *(f"{FOLDER}/{name}" for name in _PROMISED)} <= set(again)
 
 
+def test_the_record_of_an_import_is_typed(from_the_command_line):
+    written = read_json(from_the_command_line / FOLDER / "import.json")
+    found = import_from(written, "import.json")
+    assert found.as_dict() == written
+    assert found.person.mass_kg == PERSON.mass_kg
+
+
+def test_an_import_is_read_again(from_python: Session, tmp_path: Path):
+    assert "Residual moment" in repr(from_python)
+    from_python.save(tmp_path)
+    again = Session.load(tmp_path)
+    assert again.subject == from_python.subject
+    pd.testing.assert_frame_equal(again.to_frame(), from_python.to_frame())
+    (tmp_path / FOLDER / "import.json").unlink()
+    with pytest.raises(ArtefactError, match="no import ended here"):
+        Session.load(tmp_path)
+
+
+def test_motion_and_moments_from_python_are_those_of_the_import(imported, from_python: Session):
+    case = imported(0.003, ProcessingSettings())
+    files, walk = case.session, case.walk
+    axes = from_python.record["axes"]
+    trial = gv.read_recording(files.walking, forces=files.forces, axes=axes)
+    motion = gv.inverse_kinematics(trial, from_python.body)
+    np.testing.assert_allclose(motion.positions, walk.positions, atol=1e-6)
+    moments = gv.inverse_dynamics(motion, trial, from_python.body)
+    assert walk.dynamics is not None
+    assert walk.loads is not None
+    np.testing.assert_allclose(moments.moments, walk.dynamics.moments, atol=1e-3)
+    np.testing.assert_array_equal(moments.known, walk.loads.valid.all(axis=1))
+
+
 _PROMISED = (
     "model.osim",
+    "model.urdf",
+    "markers.json",
     "import.json",
     "trial1_ik.mot",
     "trial1_grf.mot",

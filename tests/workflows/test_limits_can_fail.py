@@ -25,7 +25,7 @@ from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -70,10 +70,12 @@ Change = Callable[[Simulated, float], Simulated]
 
 @dataclass(frozen=True)
 class Mutation:
-    """What is done to miss a bound, and the ids of the rows whose limits that fails besides."""
+    """What is done to miss a bound, and the ids of the rows whose limits that fails, and whose
+    goals it misses, besides."""
 
     change: Callable
     drags: frozenset[str] = frozenset()
+    goals: frozenset[str] = frozenset()
 
 
 def _compared(simulated: Simulated, **arrays: np.ndarray) -> Simulated:
@@ -106,6 +108,61 @@ def shift_force(axis: int) -> Change:
         return _compared(simulated, ground_reaction=ground)
 
     return change
+
+
+def guess(kind: str) -> Change:
+    """A curve is further from the record than a prediction without a model."""
+
+    def change(simulated: Simulated, size: float) -> Simulated:
+        (prediction,) = unchanged_metrics()["predictions"]
+        name = {"angles": "subtalar_angle_r", "moments": "knee_angle_l", "forces": "forward_r"}[
+            kind
+        ]
+        error = (1.05 - size / BEYOND**2) * prediction["rmse"][kind][name]
+        if kind == "angles":
+            return shift_angles(subtalar_angle_r=1.0)(simulated, error)
+        return (
+            shift_moment(simulated, error)
+            if kind == "moments"
+            else shift_force(0)(simulated, error)
+        )
+
+    return change
+
+
+def ring(simulated: Simulated, size: float) -> Simulated:
+    """The vertical force under the right foot rings at 18 Hz, unseen behind the filter."""
+    walk = simulated.walks[0]
+    ground = walk.ground_reaction.copy()
+    wave = np.sqrt(2.0) * size / 100.0 * WEIGHT * np.sin(2 * np.pi * 18.0 * walk.time)
+    ground[:, 0, 2] += np.where(walk.phase % 1.0 < 0.55, wave, 0.0) / np.sqrt(0.55)
+    return _compared(simulated, ground_reaction=ground)
+
+
+def hold_arm(simulated: Simulated, size: float) -> Simulated:
+    """A moment at the right shoulder, which does no work."""
+    moments = simulated.walks[0].moments.copy()
+    moments[:, ACTUATED.index("arm_flex_r")] = size
+    return _compared(simulated, moments=moments)
+
+
+def jerk_arm(simulated: Simulated, size: float) -> Simulated:
+    """The same for an instant in each cycle."""
+    walk = simulated.walks[0]
+    moments = walk.moments.copy()
+    moments[:, ACTUATED.index("arm_flex_r")] = np.where(walk.phase % 1.0 < 0.02, size, 0.0)
+    return _compared(simulated, moments=moments)
+
+
+def swing_arm(simulated: Simulated, size: float) -> Simulated:
+    """The right arm does work, with little moment and a great speed."""
+    walk = simulated.walks[0]
+    power = np.clip(walk.moments * walk.velocities[:, 6:], 0.0, None)
+    legs = power[:, : ACTUATED.index("lumbar_extension")].sum(axis=1).mean()
+    moments, velocities = walk.moments.copy(), walk.velocities.copy()
+    moments[:, ACTUATED.index("arm_flex_r")] = 1.0
+    velocities[:, COORDINATES.index("arm_flex_r")] = size / 100.0 * legs
+    return _compared(simulated, moments=moments, velocities=velocities)
 
 
 def press_harder(simulated: Simulated, size: float) -> Simulated:
@@ -173,20 +230,33 @@ DEGREE_IN_CM = 3.0
 CONCERN = frozenset({"angles-mcginley-concern", "angles-wilken-detectable"})
 """Two sources that name the same 5°."""
 GOOD = frozenset({"angles-mcginley-good"})
+ANGLES, MOMENTS, FORCES = (frozenset({f"skill-{kind}"}) for kind in ("angles", "moments", "forces"))
+"""What is this far off a guess comes nearer to."""
 
 LIMITS = {
     "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
-    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), CONCERN | GOOD),
+    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), CONCERN | GOOD | ANGLES),
     "angles-opensim-tracking": Mutation(
-        shift_angles(ankle_angle_l=1.0), CONCERN | GOOD | {"sagittal-angles"}
+        shift_angles(ankle_angle_l=1.0), CONCERN | GOOD | ANGLES | {"sagittal-angles"}
     ),
-    "angles-mcginley-concern": Mutation(shift_angles(subtalar_angle_r=1.0), CONCERN | GOOD),
-    "angles-wilken-detectable": Mutation(shift_angles(subtalar_angle_l=1.0), CONCERN | GOOD),
-    "angles-mcginley-good": Mutation(shift_angles(subtalar_angle_r=1.0)),
-    "sagittal-moments": Mutation(shift_moment),
-    "force-forward": Mutation(shift_force(0)),
-    "force-medial": Mutation(shift_force(1)),
-    "force-vertical": Mutation(press_harder),
+    "angles-mcginley-concern": Mutation(
+        shift_angles(subtalar_angle_r=1.0), CONCERN | GOOD | ANGLES
+    ),
+    "angles-wilken-detectable": Mutation(
+        shift_angles(subtalar_angle_l=1.0), CONCERN | GOOD | ANGLES
+    ),
+    "angles-mcginley-good": Mutation(shift_angles(subtalar_angle_r=1.0), ANGLES),
+    "sagittal-moments": Mutation(shift_moment, MOMENTS),
+    "force-forward": Mutation(shift_force(0), FORCES),
+    "force-medial": Mutation(shift_force(1), FORCES),
+    "force-vertical": Mutation(press_harder, FORCES),
+    "skill-angles": Mutation(guess("angles")),
+    "skill-moments": Mutation(guess("moments")),
+    "skill-forces": Mutation(guess("forces")),
+    "force-ringing": Mutation(ring),
+    "shoulder-moment-rms": Mutation(hold_arm),
+    "shoulder-moment-peak": Mutation(jerk_arm),
+    "arm-work": Mutation(swing_arm),
     "walking-speed": Mutation(hurry),
     "stance-fraction": Mutation(leave_late),
     "step-length": Mutation(
@@ -196,10 +266,15 @@ LIMITS = {
     "falls": Mutation(fall),
     "push-survival": Mutation(fall_from_pushes(2)),
 }
-GOALS = LIMITS | {
+GOALS = {name: replace(each, drags=frozenset()) for name, each in LIMITS.items()} | {
     "consecutive-cycles": Mutation(walk_on_for(99)),
     "push-survival": Mutation(fall_from_pushes(1)),
-    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), GOOD),
+    "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
+    "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), GOOD | ANGLES, ANGLES),
+    "sagittal-moments": Mutation(shift_moment, MOMENTS, MOMENTS),
+    "force-forward": Mutation(shift_force(0), FORCES, FORCES),
+    "force-medial": Mutation(shift_force(1), FORCES, FORCES),
+    "force-vertical": Mutation(press_harder, FORCES, FORCES),
 }
 """The same done by less, where not said otherwise; `drags` are limits that are stricter."""
 
@@ -232,7 +307,16 @@ def metrics_of(simulated: Simulated) -> dict:
         survived=np.reshape(stood, (len(settings.phases), -1)),
     )
     walks = walks_of(simulated.walks, CONFIGURATION)
-    return validate(SUBJECT, RECORD, MODEL, walks, None, CONFIGURATION, pushes=recovery.as_dict())
+    return validate(
+        SUBJECT,
+        RECORD,
+        MODEL,
+        walks,
+        None,
+        CONFIGURATION,
+        pushes=recovery.as_dict(),
+        others=builtin_subjects(),
+    )
 
 
 @cache
@@ -478,9 +562,10 @@ def test_a_walk_that_misses_a_limit_fails_it_and_no_other(name):
 @pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
 def test_a_walk_that_misses_a_goal_only_still_passes(name):
     metrics = changed_metrics(name, "goal")
-    assert missed(metrics) == {name}
+    assert missed(metrics) == {name} | GOALS[name].goals
     assert failed(metrics) == GOALS[name].drags
-    assert metrics["summary"]["goals_reached"] < metrics["summary"]["goals"]
+    counted = metrics["summary"]["goals_reached"] < metrics["summary"]["goals"]
+    assert counted == (OF_WALKS[name].role == "acceptance")
 
 
 @pytest.fixture

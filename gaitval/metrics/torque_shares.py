@@ -1,0 +1,84 @@
+"""Where the joint moments of a walk come from: feed-forward, servo, policy, passive damping.
+
+The servo's law (`gaitval.simulation.walker`) is a sum, so the moment that acted at each instant is
+split without remainder:
+
+    τ = τ_ff(φ)                             feed-forward: the reference's moment
+      + k (q̂(φ) − q⁺) + d (p q̂̇(φ) − q̇⁺)    servo: spring and damper about the reference
+      + k a                                 policy: what the action's offset a adds
+      − β q̇⁺                                passive damping of the joint
+
+with φ the phase before the physics step and q⁺, q̇⁺ the state after it.
+"""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import ACTUATED
+from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.model.parameters import PARAMETERS
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.servo import reference_tables, servo_stiffness
+from gaitval.simulation.walker import WalkingTask
+
+PARTS = ("feed_forward", "servo", "policy", "passive")
+
+
+Shares = dict[str, dict[str, dict[str, float | None]]]
+"""By coordinate and part: `rms`, Nm/kg, and `r_squared`, the share of the moment's variance that
+the part alone explains: 1 − residual over variance, below 0 where the part alone is worse than the
+mean. None for a constant moment."""
+
+
+def moment_parts(rollout: Rollout, task: WalkingTask) -> dict[str, Array]:
+    """Each of `PARTS` (T, 25), Nm; they add up to `rollout.moments`.
+
+    Parameters
+    ----------
+    task : that the walk was of, with the reference that it followed.
+    """
+    servo = task.configuration.servo
+    stiffness = servo_stiffness(servo, task.model.mass)
+    damping = servo.damping_time * stiffness
+    tables = reference_tables(task.reference, servo.feed_forward)
+    before = np.concatenate([rollout.start_phase, rollout.phase[:-1]])
+    pace = (rollout.phase - before) * task.reference.stride_time / step_of(rollout)
+    target, rate, feed_forward = (_at(table, before) for table in tables)
+    positions, velocities = rollout.positions[:, 6:], rollout.velocities[:, 6:]
+    passive = -float(rollout.mu[PARAMETERS.index("damping")]) * velocities
+    spring = stiffness * (target - positions)
+    servo_moment = spring + damping * (pace[:, None] * rate - velocities)
+    policy = rollout.moments - feed_forward - servo_moment - passive
+    return dict(zip(PARTS, (feed_forward, servo_moment, policy, passive), strict=True))
+
+
+def _at(table: Array, phase: Array) -> Array:
+    """Rows of a closed table (N + 1, 25) at phases (T,), interpolated as the walker does."""
+    place = (phase - np.floor(phase)) * (len(table) - 1)
+    row = place.astype(int)
+    part = (place - row)[:, None]
+    return np.asarray((1.0 - part) * table[row] + part * table[row + 1])
+
+
+def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> Shares | None:
+    """By actuated coordinate and part, over the compared right cycles; None without a cycle."""
+    if cycles.count("right") == 0:
+        return None
+    rows = slice(int(cycles.starts["right"][0]), int(cycles.ends["right"][-1]))
+    whole = rollout.moments[rows]
+    parts = {name: part[rows] for name, part in moment_parts(rollout, task).items()}
+    variance = whole.var(axis=0)
+    return {
+        joint: {
+            name: {
+                "rms": float(np.sqrt(np.mean(part[:, i] ** 2)) / task.model.mass),
+                "r_squared": _explained(whole[:, i], part[:, i]) if variance[i] > 0.0 else None,
+            }
+            for name, part in parts.items()
+        }
+        for i, joint in enumerate(ACTUATED)
+    }
+
+
+def _explained(whole: Array, part: Array) -> float:
+    return float(1.0 - np.mean((whole - part) ** 2) / whole.var())

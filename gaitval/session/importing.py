@@ -1,0 +1,125 @@
+"""An import from the words of a user to the files of a folder, for the command and for Python."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypedDict, Unpack
+
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject import Subject
+from gaitval.session.request import Request, Tell, silent
+from gaitval.session.session import Import, work_out
+from gaitval.session.subject import check_person, subject_of
+from gaitval.session.write import check_folder, write_import, write_subject
+
+
+class Options(TypedDict, total=False):
+    """What an import may be told beside the trials and the person.
+
+    Attributes
+    ----------
+    forces : ground reaction of each trial, where it is not in the trial's own file.
+    marker_set : name of a built-in set or a TOML file; found by marker names when not given.
+    axes : of the laboratory, as "forward=+x up=+y"; found from the standing trial when not given.
+    knee_width, ankle_width, elbow_width : m, for marker sets without medial markers.
+    age : years.
+    citation : where the recording is published.
+    licence : of the recording.
+    consistent : make the smallest change of motion and masses that lowers the residuals.
+    kinematics_only : use no forces; there is no subject then.
+    """
+
+    forces: Sequence[str | Path] | None
+    marker_set: str | None
+    axes: str | None
+    knee_width: float | None
+    ankle_width: float | None
+    elbow_width: float | None
+    age: float | None
+    citation: str
+    licence: str
+    consistent: bool
+    kinematics_only: bool
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import found and wrote.
+
+    Attributes
+    ----------
+    subject : None without forces.
+    files : below the folder, but for `subject.toml`.
+    subject_file : of `subject`; None without.
+    """
+
+    found: Import
+    subject: Subject | None
+    files: tuple[Path, ...]
+    subject_file: Path | None
+
+
+def import_files(
+    static: str | Path,
+    trials: Sequence[str | Path],
+    out: Path,
+    *,
+    mass: float,
+    height: float,
+    sex: str,
+    configuration: Configuration,
+    tell: Tell = silent,
+    **options: Unpack[Options],
+) -> Imported:
+    """Work out the trials of a session and write everything into a folder.
+
+    Parameters
+    ----------
+    static : file of the standing trial.
+    trials : files of the walking trials, whose cycles are pooled.
+    out : the folder; the subject is named after it.
+    mass, height, sex : kg, m, and "F" or "M".
+    tell : called with each decision: the step, and a sentence.
+
+    Raises
+    ------
+    ArtefactError : the folder cannot be written to, or holds a subject that no import wrote.
+    SubjectError : a body that cannot be.
+    RecordError, ScalingError : see `gaitval.session.session.work_out`.
+    """
+    check_folder(out)
+    request = Request(
+        static=Path(static),
+        trials=tuple(map(Path, trials)),
+        forces=tuple(map(Path, options.get("forces") or ())),
+        identifier=_identifier(out),
+        mass_kg=mass,
+        height_m=height,
+        sex=check_person(mass, height, sex),
+        marker_set=options.get("marker_set"),
+        axes=options.get("axes"),
+        knee_width_m=options.get("knee_width"),
+        ankle_width_m=options.get("ankle_width"),
+        elbow_width_m=options.get("elbow_width"),
+        without_forces=options.get("kinematics_only", False),
+        consistent=options.get("consistent", False),
+    )
+    found = work_out(request, configuration.processing, tell)
+    subject = None
+    if not request.without_forces:
+        subject = subject_of(
+            found,
+            age_years=options.get("age"),
+            citation=options.get("citation", "Own recording, not published"),
+            licence=options.get("licence", "not stated"),
+        )
+    files = tuple(write_import(out, found, configuration))
+    path = None if subject is None else write_subject(out, subject)
+    return Imported(found, subject, files, path)
+
+
+def _identifier(out: Path) -> str:
+    """A subject's name from the name of its folder."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
+    return name or "subject"

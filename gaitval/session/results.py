@@ -1,0 +1,207 @@
+"""Content of `import.json`, as typed models.
+
+The models are the schema: `scripts/schemas.py` writes it beside them. A figure that could not be
+measured is null.
+"""
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import Field
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.metrics.record_results import Sides
+from gaitval.metrics.typed import (
+    Count,
+    Flag,
+    Number,
+    Positive,
+    Result,
+    Sha256,
+    same_version,
+)
+
+IMPORT_VERSION: Final = 1
+"""Of `import.json`."""
+
+Figure = Number | None
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+MeanAndDeviation = Annotated[list[Figure], Field(min_length=2, max_length=2)]
+"""Mean and standard deviation over gait cycles; the deviation of one cycle is null."""
+
+
+class InputResult(Result):
+    """A file that was read."""
+
+    role: Literal["static", "trial", "forces"]
+    name: str
+    sha256: Sha256
+    size: Count
+    """Bytes."""
+
+
+class PersonResult(Result):
+    """Who was recorded."""
+
+    identifier: str
+    sex: Literal["F", "M"]
+    mass_kg: Positive
+    height_m: Positive
+
+
+class LengthResult(Result):
+    """A length of the body before and after the joint fit, m, with standard deviations."""
+
+    name: str
+    prior: Number
+    prior_sd: Number
+    fitted: Number
+    standard_error: Figure
+    at_bound: Flag
+
+
+class LimitResult(Result):
+    """A published limit, and whether the import keeps it."""
+
+    id: str
+    target: str
+    value: Figure
+    limit: Number
+    unit: str
+    passed: Flag
+
+
+class PlacementResult(Result):
+    """How well the markers of the standing trial are on their landmarks."""
+
+    name: str
+    value: Figure
+    limit: Number
+    unit: str
+    source: str
+    passed: Flag
+
+
+class MarkerErrorsResult(Result):
+    """Distances of the markers from their places on the model, m."""
+
+    rms: Figure
+    largest: Figure
+    worst: str
+    by_marker: dict[str, Figure]
+    """RMS of each."""
+
+
+class AnchoringResult(Result):
+    """How resting feet slid before and after they were anchored, m."""
+
+    sliding_before: Figure
+    sliding_after: Figure
+    largest_before: Figure
+    largest_after: Figure
+    marker_rms_before: Figure
+    marker_rms_after: Figure
+
+
+class GaitResult(Result):
+    """Spatiotemporal parameters of a side; s, steps/min, m, shares of the cycle, m/s."""
+
+    stride_time: MeanAndDeviation
+    step_time: MeanAndDeviation
+    cadence: MeanAndDeviation
+    stride_length: MeanAndDeviation
+    step_length: MeanAndDeviation
+    step_width: MeanAndDeviation
+    stance_fraction: MeanAndDeviation
+    double_support_fraction: MeanAndDeviation
+    speed: MeanAndDeviation
+    walk_ratio: MeanAndDeviation
+
+
+class GaitBySide(Sides[GaitResult]):
+    """Right and left."""
+
+
+class ResidualsResult(Result):
+    """What inverse dynamics leaves on the pelvis, N and Nm; see `Residuals`."""
+
+    force_rms: Figure
+    force_peak: Figure
+    moment_rms: Figure
+    moment_peak: Figure
+    force_share: Figure
+    moment_share: Figure
+    frames: Count
+
+
+class ConsistentResult(Result):
+    """What `--consistent` changed: coordinates rad or m (RMS), markers m, masses."""
+
+    coordinate_change: dict[str, Figure]
+    marker_change_rms_m: Figure
+    marker_change_max_m: Figure
+    mass_factors: dict[str, Number]
+    trunk_offset_m: Point
+
+
+class TrialResult(Result):
+    """One walking trial."""
+
+    trial: str
+    belt_speed_m_s: Figure
+    marker_errors_m: dict[Literal["joint fit", "marker pairs"], MarkerErrorsResult]
+    anchoring: AnchoringResult
+    frames_not_converged: Count
+    gait: GaitBySide
+    findings: list[str]
+    residuals: dict[str, ResidualsResult]
+    """As recorded, and made consistent; empty without forces of both feet."""
+    consistent: ConsistentResult | None = None
+
+
+class ImportResult(Result):
+    """What an import found: figures, decisions, hashes of the inputs, versions."""
+
+    schema_version: Literal[1]
+    versions: dict[str, str]
+    inputs: list[InputResult]
+    person: PersonResult
+    processing: ProcessingSettings
+    marker_set: str
+    axes: str
+    decisions: list[tuple[str, str]]
+    """The step, and what was decided or found."""
+    lengths_m: list[LengthResult]
+    measurements: dict[str, Number | Point | dict[str, str]]
+    """`Measurements` of the body, m and rad, and where they come from."""
+    factors: dict[str, Number]
+    """By which marker pairs scale the generic body."""
+    model: Sha256
+    """Of the masses, joints and inertias of the body."""
+    weight_ratio: Figure
+    """Mean vertical force over the body's weight."""
+    walking_speed_m_s: Figure
+    verdicts: list[LimitResult]
+    placement: list[PlacementResult]
+    trials: Annotated[list[TrialResult], Field(min_length=1)]
+
+
+def import_from(values: Any, origin: str) -> ImportResult:
+    """The record of an import that was read from a file.
+
+    Parameters
+    ----------
+    origin : where the values come from, for the message.
+
+    Raises
+    ------
+    ArtefactError : of another version, or not of the schema; says where.
+    """
+    mend = "import the recording again with `gaitval import`"
+    same_version(
+        values,
+        origin,
+        file="import.json",
+        version=IMPORT_VERSION,
+        mend=f"{mend[0].upper()}{mend[1:]}.",
+    )
+    return ImportResult.read(values, origin, file="import.json", mend=mend)

@@ -1,0 +1,226 @@
+"""What the layout promises, as rows of `reports/evidence/layout.csv`.
+
+    python scripts/layout_evidence.py sizes        files and functions too long without a reason
+    python scripts/layout_evidence.py times        seconds of `import gaitval` and `gaitval --help`
+    python scripts/layout_evidence.py examples     public functions with an example that runs
+    python scripts/layout_evidence.py duplicates   ideas written in two places
+
+`times` says something only on a machine that does nothing else. `duplicates` needs the command of
+that name, a tool of the developers' machine that is not part of this project.
+"""
+
+import ast
+import doctest
+import os
+import re
+import shlex
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import evidence
+
+ROOT = Path(__file__).resolve().parent.parent
+LONGEST_FILE = 500
+LONGEST_FUNCTION = 80
+REASON = re.compile(r"\bIt is (?:this )?long because\b")
+"""How a docstring says why its file or function is longer."""
+IMPORT_S, HELP_S = 0.3, 0.6
+RUNS = 5
+SHORTEST_DUPLICATE = 8
+"""Lines."""
+LOOKED_AT = {
+    ("gaitval/cli/recording.py", "gaitval/session/trial.py"): "different arguments passed by name",
+    ("gaitval/reporting/recording_report.py", "gaitval/session/importing.py"): (
+        "fields of different records"
+    ),
+}
+"""Pairs of files whose lines have the same shape and no idea in common, with what they are."""
+
+
+def main() -> None:
+    """Write the rows of one kind; exit 1 where one is not as it must be."""
+    kinds = {"sizes": _sizes, "times": _times, "examples": _examples, "duplicates": _duplicates}
+    if len(sys.argv) != 2 or sys.argv[1] not in kinds:
+        raise SystemExit(__doc__)
+    rows = kinds[sys.argv[1]]()
+    for row in rows:
+        print(f"{row.what}: {row.value:.6g} {row.unit}, n {row.n}")
+    print(evidence.write("layout", rows))
+    bad = [r for r in rows if (r.value > r.must if r.relation == "<=" else r.value < r.must)]
+    sys.exit(1 if bad else 0)
+
+
+def _at_most(what: str, value: float, unit: str, goal: float, n: int) -> evidence.Row:
+    return evidence.Row(what, value, unit, "<=", goal, goal, n, _command())
+
+
+def _command() -> str:
+    return shlex.join(["python", "scripts/layout_evidence.py", *sys.argv[1:]])
+
+
+def sources() -> list[Path]:
+    """All modules of the package."""
+    return sorted((ROOT / "gaitval").rglob("*.py"))
+
+
+def long_files() -> list[str]:
+    """Files over `LONGEST_FILE` lines whose docstring gives no reason, with their lengths."""
+    found = []
+    for path in sources():
+        text = path.read_text(encoding="utf-8")
+        length = len(text.splitlines())
+        if length > LONGEST_FILE and not has_reason(ast.parse(text)):
+            found.append(f"{path.relative_to(ROOT)}: {length} lines")
+    return found
+
+
+def long_functions() -> list[str]:
+    """Functions over `LONGEST_FUNCTION` lines whose docstring gives no reason, with theirs."""
+    return [
+        f"{path.relative_to(ROOT)}: {function.name}, {length} lines"
+        for path, function in _functions()
+        if (length := _length(function)) > LONGEST_FUNCTION and not has_reason(function)
+    ]
+
+
+def _functions() -> Iterator[tuple[Path, ast.FunctionDef]]:
+    for path in sources():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                yield path, node
+
+
+def _length(function: ast.FunctionDef) -> int:
+    """Lines from the first decorator to the end, docstring and all."""
+    first = min([function.lineno, *(each.lineno for each in function.decorator_list)])
+    assert function.end_lineno is not None
+    return function.end_lineno - first + 1
+
+
+def has_reason(node: ast.Module | ast.FunctionDef) -> bool:
+    """Whether its docstring says why it is long."""
+    return REASON.search(" ".join((ast.get_docstring(node) or "").split())) is not None
+
+
+def _sizes() -> list[evidence.Row]:
+    files, functions = long_files(), long_functions()
+    print("\n".join([*files, *functions]))
+    return [
+        _at_most(
+            f"files of gaitval/ over {LONGEST_FILE} lines without a written reason",
+            len(files),
+            "files",
+            0,
+            len(sources()),
+        ),
+        _at_most(
+            f"functions of gaitval/ over {LONGEST_FUNCTION} lines without a written reason",
+            len(functions),
+            "functions",
+            0,
+            sum(1 for _ in _functions()),
+        ),
+    ]
+
+
+def _times() -> list[evidence.Row]:
+    limits = {"import gaitval": (["-c", "import gaitval"], IMPORT_S)}
+    limits["gaitval --help"] = (["-m", "gaitval", "--help"], HELP_S)
+    return [
+        _at_most(f"{what}, new process, median", _seconds(arguments), "s", limit, RUNS)
+        for what, (arguments, limit) in limits.items()
+    ]
+
+
+def _seconds(arguments: list[str]) -> float:
+    """Median wall time of new processes after one that warms the files' cache up."""
+    found = []
+    for _ in range(1 + RUNS):
+        started = time.perf_counter()
+        subprocess.run(
+            [sys.executable, *arguments],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=subprocess.DEVNULL,
+            check=True,
+        )
+        found.append(time.perf_counter() - started)
+    return statistics.median(found[1:])
+
+
+def _examples() -> list[evidence.Row]:
+    import gaitval
+
+    running = [name for name in gaitval.__all__ if _example_runs(name, getattr(gaitval, name))]
+    print(f"without: {', '.join(sorted(set(gaitval.__all__) - set(running))) or 'none'}")
+    count = len(gaitval.__all__)
+    what = "public functions with an example that runs"
+    return [
+        evidence.Row(what, 100.0 * len(running) / count, "%", ">=", 100, 100, count, _command())
+    ]
+
+
+def _example_runs(name: str, function: object) -> bool:
+    tests = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
+    examples = [test for test in tests if test.examples]
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)  # examples may write files
+        try:
+            runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+            failed = sum(runner.run(test).failed for test in examples)
+        finally:
+            os.chdir(before)
+    return bool(examples) and not failed
+
+
+def _duplicates() -> list[evidence.Row]:
+    """Pairs that the command finds, less those that it calls boilerplate: declarations and tables
+    that have the same shape and nothing else in common.
+    """
+    command = shutil.which("duplicates")
+    if command is None:
+        raise SystemExit(
+            "`duplicates` is not on PATH: it is a tool of the developers' machine and not part of "
+            "this project. Run this there; the row is left as it is."
+        )
+    lines = subprocess.run(
+        [command, "--min-lines", str(SHORTEST_DUPLICATE), "--most", "200", "--seconds", "120"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    ).stdout.splitlines()
+    rest = [line for line in lines if line.startswith("incomplete:")]
+    if rest or not lines:
+        raise SystemExit(f"`duplicates` did not finish: {'; '.join(rest) or 'no answer'}")
+    pairs = [line for line in lines if re.match(r"D\d+ ", line)]
+    ideas = []
+    print(lines[0])
+    for line in pairs:
+        files = tuple(re.findall(r"(\S+):\d+-\d+", line)[:2])
+        if " boilerplate" not in line and files not in LOOKED_AT:
+            ideas.append(line)
+        elif files in LOOKED_AT:
+            print(f"looked at, {LOOKED_AT[files]}: {line}")
+    print("\n".join(ideas))
+    read = re.search(r"(\d+) files read", lines[0])
+    return [
+        _at_most(
+            f"ideas written in two places ({SHORTEST_DUPLICATE} lines or more)",
+            len(ideas),
+            "pairs",
+            0,
+            int(read[1]) if read else 0,
+        )
+    ]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,100 @@
+"""Predictions without a model, on made-up people whose curves are known lines of speed."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.metrics.baselines import dimensionless_speed, others_line, rms, skill
+from gaitval.metrics.comparison import Curves, recorded_curves
+
+SUBJECTS = builtin_subjects()
+
+
+def _straight(monkeypatch, bend: float = 0.0) -> None:
+    """Every curve of everyone is a line of their own speed, with a bend that a line cannot have."""
+    speed = {each.record().stride_time: dimensionless_speed(each) for each in SUBJECTS}
+    assert len(speed) == 10  # nobody is taken for another
+    first = recorded_curves(SUBJECTS[0].record())
+
+    def curves(record):
+        at = speed[record.stride_time]
+        return Curves(
+            *(
+                {
+                    name: number + 2.0 * at + bend * at**2 + np.linspace(0.0, at, 101)
+                    for number, name in enumerate(getattr(first, field.name))
+                }
+                for field in fields(Curves)
+            )
+        )
+
+    monkeypatch.setattr("gaitval.metrics.baselines.recorded_curves", curves)
+
+
+def test_the_dimensionless_speed_is_the_root_of_the_froude_number():
+    person = SUBJECTS[4]
+    froude = person.record().speed ** 2 / (9.81 * person.leg_length_m)
+    assert dimensionless_speed(person) ** 2 == pytest.approx(froude)
+
+
+@pytest.mark.parametrize("person", SUBJECTS, ids=lambda person: person.identifier)
+def test_curves_that_are_lines_of_speed_are_predicted_exactly(person, monkeypatch):
+    _straight(monkeypatch)
+    found = others_line(person, SUBJECTS)
+    at = dimensionless_speed(person)
+    expected = 2.0 * at + np.linspace(0.0, at, 101)
+    assert found.people == 9
+    np.testing.assert_allclose(found.curves.angles["hip_flexion_r"], expected, atol=1e-12)
+
+
+def test_nobody_is_predicted_from_their_own_record(monkeypatch):
+    """With a record of one's own among them, whatever it is, the prediction does not change."""
+    before = others_line(SUBJECTS[0], SUBJECTS[1:])
+    stranger = SUBJECTS[1].model_copy(update={"identifier": "S01"})
+    renamed = SUBJECTS[1].model_copy(
+        update={"identifier": "mine", "source": f"{SUBJECTS[0].source.split()[0]} T08"}
+    )
+    after = others_line(SUBJECTS[0], [*SUBJECTS, stranger, renamed])
+    np.testing.assert_array_equal(
+        before.curves.forces["vertical_r"], after.curves.forces["vertical_r"]
+    )
+
+
+def test_the_prediction_is_least_squares(monkeypatch):
+    _straight(monkeypatch, bend=3.0)
+    found = others_line(SUBJECTS[2], SUBJECTS)
+    speed = [dimensionless_speed(each) for each in SUBJECTS if each.identifier != "S03"]
+    values = [2.0 * at + 3.0 * at**2 for at in speed]
+    slope, start = np.polyfit(speed, values, 1)
+    expected = start + slope * dimensionless_speed(SUBJECTS[2])
+    assert found.curves.angles["hip_flexion_r"][0] == pytest.approx(expected)
+
+
+def test_too_few_people_predict_nothing():
+    assert others_line(SUBJECTS[0], SUBJECTS[:3]) is None
+    assert others_line(SUBJECTS[0], SUBJECTS[:4]).people == 3
+
+
+def test_the_built_in_people_are_about_as_predictable_as_was_found_before():
+    """The founders' figures for the ten (another program, 0 to 99 %): 5.0, 1.37 and 1.13 % BW."""
+    errors = {name: [] for name in ("vertical", "forward", "medial")}
+    for person in SUBJECTS:
+        recorded = recorded_curves(person.record()).forces
+        predicted = others_line(person, SUBJECTS).curves.forces
+        for name, found in errors.items():
+            found += [
+                100.0 * rms(predicted[f"{name}_{side}"] - recorded[f"{name}_{side}"])
+                for side in "rl"
+            ]
+    means = [np.mean(found) for found in errors.values()]
+    np.testing.assert_allclose(means, [5.0, 1.37, 1.13], rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("error", "baseline", "expected"),
+    [(0.0, 2.0, 1.0), (2.0, 2.0, 0.0), (3.0, 2.0, -0.5), (None, 2.0, None), (1.0, 0.0, None)],
+)
+def test_skill(error, baseline, expected):
+    assert skill(error, baseline) == expected

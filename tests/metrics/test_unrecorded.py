@@ -1,0 +1,78 @@
+"""Arms and ringing of walks whose moments and forces are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_walk import MASS, STEP, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.unrecorded import force_ringing, unrecorded
+
+RECORD = synthetic_record()
+WALK = perfect_walk(RECORD, cycles=6)
+CYCLES = find_cycles(WALK, sharp_filter())
+
+
+def _found(**arrays):
+    return unrecorded(replace(WALK, **arrays), CYCLES, mass=MASS)
+
+
+def test_the_moment_at_a_shoulder_is_that_of_its_three_axes():
+    moments = np.zeros_like(WALK.moments)
+    for name, size in (("arm_flex_l", 3.0), ("arm_add_l", -4.0), ("elbow_flex_l", 50.0)):
+        moments[:, ACTUATED.index(name)] = size
+    found = _found(moments=moments)
+    assert found.shoulder_rms["left"] == pytest.approx(5.0)
+    assert found.shoulder_peak["left"] == pytest.approx(5.0)
+    assert found.shoulder_rms["right"] == 0.0
+
+
+def test_the_peak_counts_in_whole_cycles_only():
+    moments = np.zeros_like(WALK.moments)
+    first, last = CYCLES.starts["right"][0], CYCLES.ends["right"][-1]
+    moments[[first - 1, last], ACTUATED.index("arm_rot_r")] = 90.0
+    moments[first, ACTUATED.index("arm_rot_r")] = 7.0
+    assert _found(moments=moments).shoulder_peak["right"] == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_arms_that_work_a_tenth_as_much_as_the_legs(side):
+    """Only work that is done counts, not what is taken up; the elbow is part of the arm."""
+    moments, velocities = np.zeros_like(WALK.moments), np.zeros_like(WALK.velocities)
+    moments[:, ACTUATED.index("knee_angle_r")] = 20.0
+    velocities[:, COORDINATES.index("knee_angle_r")] = 1.0
+    moments[:, ACTUATED.index(f"elbow_flex_{side[0]}")] = -1.0
+    velocities[:, COORDINATES.index(f"elbow_flex_{side[0]}")] = -2.0
+    moments[:, ACTUATED.index("mtp_angle_l")] = 5.0
+    velocities[:, COORDINATES.index("mtp_angle_l")] = -1.0
+    assert _found(moments=moments, velocities=velocities).arm_work == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(("hertz", "seen"), [(10.0, 0.0), (18.0, 1.0), (30.0, 0.0)])
+def test_ringing_is_what_is_in_the_band(hertz, seen):
+    """A wave of amplitude a has an RMS of a/√2; over whole seconds, nothing leaks."""
+    rows = slice(500, 2500)
+    wave = 0.02 * MASS * GRAVITY * np.sin(2 * np.pi * hertz * WALK.time)
+    ground = np.zeros_like(WALK.ground_reaction)
+    ground[:, 0, 2] = 400.0 + 0.7 * wave
+    ground[:, 1, 2] = 300.0 + 0.3 * wave
+    found = force_ringing(replace(WALK, ground_reaction=ground), rows)
+    assert found / (MASS * GRAVITY) == pytest.approx(0.02 / np.sqrt(2) * seen, abs=1e-9)
+    assert pytest.approx(STEP) == WALK.time[1] - WALK.time[0]
+
+
+def test_forces_that_cancel_do_not_ring():
+    """The body feels both feet together."""
+    wave = 50.0 * np.sin(2 * np.pi * 20.0 * WALK.time)
+    ground = np.zeros_like(WALK.ground_reaction)
+    ground[:, :, 2] = 300.0 + np.column_stack([wave, -wave])
+    assert force_ringing(replace(WALK, ground_reaction=ground), slice(0, 3000)) < 1e-9
+
+
+def test_without_a_cycle_nothing_is_said():
+    short = perfect_walk(RECORD, cycles=0.3)
+    found = unrecorded(short, find_cycles(short, sharp_filter()), mass=MASS)
+    assert {each.value for each in found.measures()} == {None}

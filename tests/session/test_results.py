@@ -1,0 +1,105 @@
+"""`import.json` is typed: it comes back as it was, and what is wrong is refused by its place."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import jsonschema
+import pytest
+
+from gaitval.artefacts import read_json
+from gaitval.configuration import ProcessingSettings
+from gaitval.errors import ArtefactError
+from gaitval.session.results import IMPORT_VERSION, GaitResult, ImportResult, import_from
+
+SCHEMA = Path(__file__).parents[2] / "gaitval/session/import.schema.json"
+
+Json = Any
+
+GAIT = {name: [1.0, None] for name in GaitResult.model_fields}
+ERRORS = {"rms": 0.01, "largest": 0.03, "worst": "R.Toe", "by_marker": {"R.Toe": 0.02, "Hat": None}}
+LENGTH = {"prior": 0.41, "prior_sd": 0.01, "fitted": 0.42, "standard_error": 0.007}
+LIMIT = {"limit": 2.0, "unit": "cm", "passed": True, "value": 1.1}
+TRIAL = {
+    "trial": "walk.c3d",
+    "belt_speed_m_s": 0.0,
+    "marker_errors_m": {"joint fit": ERRORS, "marker pairs": ERRORS},
+    "anchoring": {
+        f"{name}_{when}": 0.1
+        for name in ("sliding", "largest", "marker_rms")
+        for when in ("before", "after")
+    },
+    "frames_not_converged": 0,
+    "gait": {"right": GAIT, "left": GAIT},
+    "findings": ["offset: plate 1"],
+    "residuals": {},
+}
+RECORD = {
+    "schema_version": 1,
+    "versions": {"gaitval": "0.1.0"},
+    "inputs": [{"role": "trial", "name": "walk.c3d", "sha256": "0f" * 32, "size": 12}],
+    "person": {"identifier": "P1", "sex": "F", "mass_kg": 61.5, "height_m": 1.68},
+    "processing": ProcessingSettings().model_dump(mode="json"),
+    "marker_set": "wbds",
+    "axes": "forward=+x up=+z",
+    "decisions": [["read", "walk.c3d: 28 markers"]],
+    "lengths_m": [LENGTH | {"name": "thigh", "at_bound": False}],
+    "measurements": {"thigh_right": 0.42, "heel_right": [-0.08, 0.0, -0.05], "sources": {"a": "b"}},
+    "factors": {"thigh": 0.95},
+    "model": "ab" * 32,
+    "weight_ratio": None,
+    "walking_speed_m_s": 1.2,
+    "verdicts": [LIMIT | {"id": "ik-marker-rms", "target": "walk.c3d"}],
+    "placement": [LIMIT | {"name": "knee axis", "source": "convention"}],
+    "trials": [TRIAL],
+}
+"""What an import of one trial without plates writes."""
+
+
+@pytest.fixture
+def record() -> Json:
+    return json.loads(json.dumps(RECORD))
+
+
+def test_a_record_comes_back_as_it_was(record: Json) -> None:
+    found = import_from(record, "import.json")
+    assert found.as_dict() == record
+    assert found.trials[0].consistent is None
+    assert found.trials[0].gait.right.cadence == [1.0, None]
+
+
+def test_the_published_schema_takes_a_record(record: Json) -> None:
+    jsonschema.Draft202012Validator(read_json(SCHEMA)).validate(record)
+
+
+def test_the_version_is_the_same_wherever_it_stands() -> None:
+    schema = read_json(SCHEMA)
+    assert schema["$id"] == f"urn:gaitval:import:{IMPORT_VERSION}"
+    assert schema["title"] == "gaitval import.json"
+    assert schema["properties"]["schema_version"]["const"] == IMPORT_VERSION
+    assert get_args(ImportResult.model_fields["schema_version"].annotation) == (IMPORT_VERSION,)
+
+
+def test_another_version_is_refused_with_the_mend(record: Json) -> None:
+    record["schema_version"] = 2
+    with pytest.raises(ArtefactError, match=r"version 2 .*version 1\. Import .*`gaitval import`"):
+        import_from(record, "old/import.json")
+
+
+DAMAGE: dict[str, Callable[[Json], Any]] = {
+    "at trials/0/gait/left/cadence": lambda r: r["trials"][0]["gait"]["left"].update(cadence=[1.0]),
+    "at model": lambda r: r.update(model="none"),
+    "at person/mass_kg": lambda r: r["person"].update(mass_kg="61.5"),
+    "at inputs/0/colour": lambda r: r["inputs"][0].update(colour="red"),
+    "at weight_ratio": lambda r: r.update(weight_ratio=float("nan")),
+    "at schema_version": lambda r: r.pop("schema_version"),
+    "at trials": lambda r: r.update(trials=[]),
+}
+
+
+@pytest.mark.parametrize("place", DAMAGE)
+def test_what_is_wrong_is_refused_by_its_place(record: Json, place: str) -> None:
+    DAMAGE[place](record)
+    with pytest.raises(ArtefactError, match=rf"^import\.json: .*{place}.*`gaitval import`"):
+        import_from(record, "import.json")
