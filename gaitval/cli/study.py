@@ -323,11 +323,11 @@ def check(
     more than its margin; otherwise 0.
     """
     from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
-    from gaitval.study.baseline import walk_again
+    from gaitval.study.baseline import stored_metrics, walk_again
 
     if baseline.is_dir():
         baseline /= "metrics.json"
-    stored = read_json(baseline)
+    stored = stored_metrics(baseline)
     with display.live_view() as live:
         now = walk_again(baseline.parent, live, quick=quick)
         rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())

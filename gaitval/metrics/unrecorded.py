@@ -4,6 +4,7 @@ A walker is free to use what is not compared with a record. These measures show 
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -51,6 +52,10 @@ class Unrecorded:
         ]
 
 
+NOTHING: Final = Unrecorded(dict.fromkeys(SIDES), dict.fromkeys(SIDES), None, None)
+"""Without a gait cycle."""
+
+
 def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecorded:
     """Arms and ringing of the compared cycles of a walk.
 
@@ -59,8 +64,7 @@ def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecord
     mass : kg, of the model.
     """
     if cycles.count("right") == 0:
-        nothing: dict[str, float | None] = dict.fromkeys(SIDES)
-        return Unrecorded(nothing, dict(nothing), None, None)
+        return NOTHING
     rows = slice(int(cycles.starts["right"][0]), int(cycles.ends["right"][-1]))
     moment = {
         side: np.linalg.norm(rollout.moments[rows][:, _columns(_SHOULDER, side)], axis=1)

@@ -48,7 +48,7 @@ EXTERNAL_LOAD = (
 CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
 """Units of the curves and their errors in `metrics.json`."""
 _SCALE = {"angles": 180.0 / math.pi, "moments": 1.0, "forces": 100.0}
-_RMSE = {"angles": "angle_rmse", "moments": "moment_rmse", "forces": "force_rmse"}
+RMSE = {"angles": "angle_rmse", "moments": "moment_rmse", "forces": "force_rmse"}
 _SKILL = {"angles": "angle_skill", "moments": "moment_skill", "forces": "force_skill"}
 
 _SPATIOTEMPORAL_UNITS = {
@@ -171,7 +171,7 @@ def _predicted(prediction: Prediction, recorded: Json) -> Json:
     }
 
 
-def _skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
+def skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
     """Skill against the first prediction, of every curve."""
     return [
         Measure(
@@ -225,7 +225,7 @@ def _walk(
             }
             found = compare_curve(curve, recorded["curves"][kind][name])
             errors[kind][name] = None if found is None else asdict(found)
-            measures.append(Measure(_RMSE[kind], name, None if found is None else found.rmse))
+            measures.append(Measure(RMSE[kind], name, None if found is None else found.rmse))
     return {
         "mu": rollout.mu,
         "starts": [start.as_dict() for start in walks.starts],
@@ -237,11 +237,11 @@ def _walk(
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
-        *_skill_measures(errors, predictions),
+        *skill_measures(errors, predictions),
         *_unfiltered_measures(rollout, cycles, recorded, model.mass),
         *unrecorded(rollout, cycles, mass=model.mass).measures(),
-        *_spatiotemporal_measures(rows),
-        *_endurance_measures(walks.starts),
+        *spatiotemporal_measures(rows),
+        *endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
     ]
 
@@ -264,10 +264,10 @@ def deviations(
     found = {}
     for kind, curves in _by_kind(compared).items():
         for name, curve in curves.items():
-            bound = aim(_RMSE[kind], name)
+            bound = aim(RMSE[kind], name)
             if bound is not None:
                 difference = curve.mean(axis=0) - recorded["curves"][kind][name]
-                found[_RMSE[kind], name] = difference / (bound * np.sqrt(len(difference)))
+                found[RMSE[kind], name] = difference / (bound * np.sqrt(len(difference)))
     for each in _spatiotemporal_errors(rows):
         bound = aim(each.measure, each.target)
         if bound is not None and each.value is not None:
@@ -301,7 +301,7 @@ def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
     ]
 
 
-def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
+def spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
     """Absolute errors of speed, stride time, stance and steps."""
     return [
         replace(each, value=None if each.value is None else abs(each.value))
@@ -309,7 +309,8 @@ def _spatiotemporal_measures(rows: Sequence[Json]) -> list[Measure]:
     ]
 
 
-def _endurance_measures(starts: Sequence[Endurance]) -> list[Measure]:
+def endurance_measures(starts: Sequence[Endurance]) -> list[Measure]:
+    """Cycles from each start, and falls."""
     return [
         *(
             Measure(
@@ -323,7 +324,8 @@ def _endurance_measures(starts: Sequence[Endurance]) -> list[Measure]:
     ]
 
 
-def _push_measures(pushes: Mapping[str, Any] | None) -> list[Measure]:
+def push_measures(pushes: Mapping[str, Any] | None) -> list[Measure]:
+    """Share of the pushes that are survived, by phase."""
     if pushes is None:
         return []
     return [
@@ -449,7 +451,7 @@ def validate(
             _check_starts(each, phases if which == final else phases[:1], which)
             shared = (record, recorded, predictions, model, configuration)
             walks[which], measures = _walk(each, *shared)
-    measures += _push_measures(pushes)
+    measures += push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
         {

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gaitval.artefacts import read_json, write_json
+from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
@@ -76,6 +76,49 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
+def stored_metrics(file: Path) -> dict[str, Any]:
+    """The metrics of a stored baseline, if they can be believed.
+
+    Raises
+    ------
+    ArtefactError : not readable, incomplete, in contradiction to themselves, or of another
+        configuration, subject or record than those stored beside them.
+    """
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.metrics.stored import MEND, believe
+
+    metrics: dict[str, Any] = read_json(file)
+    believe(metrics, str(file))
+    folder = file.parent
+    _check_complete(folder)
+    configuration = load_configuration(folder / "configuration.toml")
+    subject = load_subject(str(folder / "subject.toml"))
+    beside = {
+        "configuration": (
+            value_hash(configuration.model_dump(mode="json")),
+            "configuration.toml has other settings than",
+        ),
+        "subject": (value_hash(subject.to_toml()), "subject.toml is another than that of"),
+        "record": (value_hash(metrics["record"]), "the record in it is not that of"),
+    }
+    for name, (found, what) in beside.items():
+        if found != metrics["provenance"][name]:
+            raise ArtefactError(
+                f"{file}: {what} the walk that was measured: the hash in `provenance` differs. A "
+                f"comparison would not be of like with like. {MEND}"
+            )
+    return metrics
+
+
+def _check_complete(baseline: Path) -> None:
+    missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{baseline}: {', '.join(missing)} missing. A baseline is a whole folder, as "
+            "`gaitval baseline SUBJECT` writes it. Give --baseline that folder."
+        )
+
+
 def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:
     """Metrics of a stored policy, simulated and validated again with the installed code.
 
@@ -87,12 +130,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
     """
     from gaitval.datasets.subject_file import load_subject
 
-    missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
-    if missing:
-        raise ArtefactError(
-            f"{baseline}: {', '.join(missing)} missing. A baseline is a complete folder, as "
-            "`gaitval baseline SUBJECT` writes it. Give --baseline that folder."
-        )
+    _check_complete(baseline)
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")
     if quick:

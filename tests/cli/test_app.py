@@ -15,7 +15,7 @@ from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__
-from gaitval.artefacts import write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.cli import app as cli
 from gaitval.cli import display, study
 from gaitval.datasets import archive
@@ -268,7 +268,8 @@ def row(change: regression.Outcome, current: float | None) -> regression.Row:
 
 
 @pytest.fixture
-def stored(tmp_path: Path) -> Path:
+def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("gaitval.study.baseline.stored_metrics", read_json)
     for name in STORED_FILES:
         write_json(tmp_path / "baseline" / name, {})
     return tmp_path / "baseline" / "metrics.json"

@@ -46,15 +46,23 @@ def test_a_stored_policy_walks_as_far_and_stands_the_same_pushes(tmp_path):
 
 
 def test_lost_accuracy_fails_the_check(tmp_path):
-    """The same policy against a baseline that claims to be a degree better than it is."""
+    """The same policy against a baseline whose knee follows the record five times as closely."""
     baseline, copy = ROOT / "reports" / "S05" / "baseline", tmp_path / "baseline"
     for path in baseline.rglob("*"):
         if path.is_file():
             (copy / path.relative_to(baseline)).parent.mkdir(parents=True, exist_ok=True)
             (copy / path.relative_to(baseline)).write_bytes(path.read_bytes())
     metrics = json.loads((copy / "metrics.json").read_text())
-    claimed = next(row for row in metrics["measures"] if row["target"] == "knee_angle_r")
-    claimed["value"] -= 1.0
+    walk, knee = metrics["walks"][metrics["final"]], "knee_angle_r"
+    curve, error = walk["curves"]["angles"][knee], walk["errors"]["angles"][knee]
+    recorded = metrics["record"]["curves"]["angles"][knee]
+    curve["mean"] = [r + 0.2 * (s - r) for s, r in zip(curve["mean"], recorded, strict=True)]
+    error["rmse"] *= 0.2
+    guess = metrics["predictions"][0]["rmse"]["angles"][knee]
+    claims = {"angle_rmse": error["rmse"], "angle_skill": 1.0 - error["rmse"] / guess}
+    for row in (*metrics["measures"], *metrics["tolerances"]):
+        if row["target"] == knee and row["measure"] in claims:
+            row["value"] = claims[row["measure"]]
     (copy / "metrics.json").write_text(json.dumps(metrics))
     done = _check(copy, "--quick")
     assert done.returncode == 1, done.stdout + done.stderr
