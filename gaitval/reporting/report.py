@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
+from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.baselines import skill
@@ -162,9 +163,9 @@ def _torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
         {
             "name": joint.removesuffix("_r").removesuffix("_l").replace("_", " "),
             "side": {"_r": "right", "_l": "left"}.get(joint[-2:], ""),
-            "parts": parts,
+            "parts": values[joint],
         }
-        for joint, parts in values.items()
+        for joint in ACTUATED
     ]
 
 
