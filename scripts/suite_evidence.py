@@ -34,7 +34,8 @@ def main() -> None:
         raise SystemExit(__doc__)
     row = kinds[sys.argv[1]](*sys.argv[2:])
     print(f"{row.what}: {row.value:g} {row.unit}, n {row.n}")
-    print(evidence.write("ground", [row]))
+    for topic in ("ground", "layout") if sys.argv[1] == "clone" else ("ground",):
+        print(evidence.write(topic, [row]))
     bad = row.value > row.must if row.relation == "<=" else row.value < row.must
     sys.exit(1 if bad else 0)
 
