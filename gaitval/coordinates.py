@@ -32,6 +32,13 @@ from typing import Final, Literal
 Side = Literal["right", "left"]
 SIDES: Final[tuple[Side, Side]] = ("right", "left")
 
+
+def split_side(name: str) -> tuple[str, str]:
+    """`("right", "knee_angle")` of `"knee_angle_r"`; no side for the midline."""
+    side = {"_r": "right", "_l": "left"}.get(name[-2:], "")
+    return side, name[:-2] if side else name
+
+
 ROOT: Final = (
     "pelvis_rx",
     "pelvis_ry",
@@ -41,7 +48,7 @@ ROOT: Final = (
     "pelvis_tz",
 )
 
-_LEG: Final = (
+LEG: Final = (
     "hip_flexion",
     "hip_adduction",
     "hip_rotation",
@@ -50,16 +57,17 @@ _LEG: Final = (
     "subtalar_angle",
     "mtp_angle",
 )
-_ARM: Final = ("arm_flex", "arm_add", "arm_rot", "elbow_flex")
+ARM: Final = ("arm_flex", "arm_add", "arm_rot", "elbow_flex")
+"""Coordinates of a leg and of an arm, without their side."""
 
 LUMBAR: Final = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
 
 ACTUATED: Final[tuple[str, ...]] = (
-    *(f"{name}_r" for name in _LEG),
-    *(f"{name}_l" for name in _LEG),
+    *(f"{name}_r" for name in LEG),
+    *(f"{name}_l" for name in LEG),
     *LUMBAR,
-    *(f"{name}_r" for name in _ARM),
-    *(f"{name}_l" for name in _ARM),
+    *(f"{name}_r" for name in ARM),
+    *(f"{name}_l" for name in ARM),
 )
 """The 25 actuated coordinates, in the order of every array of joint angles and moments."""
 
@@ -113,7 +121,7 @@ _RANGES: Final[dict[str, tuple[float, float]]] = {
 }
 
 RANGES: Final[dict[str, tuple[float, float]]] = {
-    name: _RANGES[name.removesuffix("_r").removesuffix("_l")] for name in ACTUATED
+    name: _RANGES[split_side(name)[1]] for name in ACTUATED
 }
 """Lowest and highest value of each actuated coordinate, rad: ranges of motion of healthy adults
 (AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with 5 and 10 degrees of hyperextension allowed

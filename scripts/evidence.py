@@ -7,6 +7,7 @@ command can be run again on its own.
 import csv
 import io
 import os
+import re
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Literal
@@ -35,6 +36,18 @@ class Row:
     must: float
     n: int
     command: str
+
+
+def none_may(what: str, value: float, unit: str, n: int, command: str) -> Row:
+    """A row of things of which there may be none."""
+    return Row(what, value, unit, "<=", 0, 0, n, command)
+
+
+def pytest_counts(line: str) -> tuple[int, int]:
+    """Failures (errors among them) and passes in the last line that pytest printed."""
+    counts = {word: int(count) for count, word in re.findall(r"(\d+) (\w+)", line)}
+    failed = counts.get("failed", 0) + counts.get("error", 0) + counts.get("errors", 0)
+    return failed, counts.get("passed", 0)
 
 
 def write(topic: str, rows: list[Row]) -> Path:

@@ -56,24 +56,14 @@ def _suite(python: str, *arguments: str, **environment: str) -> tuple[int, int]:
     )
     lines = done.stdout.splitlines()
     print("\n".join(lines[-8:]), flush=True)
-    counts = {word: int(count) for count, word in re.findall(r"(\d+) (\w+)", lines[-1])}
-    failed = counts.get("failed", 0) + counts.get("error", 0) + counts.get("errors", 0)
+    failed, passed = evidence.pytest_counts(lines[-1])
     if done.returncode and not failed:
         raise SystemExit(f"pytest did not run: exit code {done.returncode}")
-    return failed, counts.get("passed", 0)
+    return failed, passed
 
 
 def _none_may_fail(what: str, failed: int, passed: int) -> evidence.Row:
-    return evidence.Row(
-        what=what,
-        value=failed,
-        unit="tests",
-        relation="<=",
-        goal=0,
-        must=0,
-        n=passed + failed,
-        command=_command(),
-    )
+    return evidence.none_may(what, failed, "tests", passed + failed, _command())
 
 
 def _limits() -> evidence.Row:

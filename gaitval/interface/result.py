@@ -11,7 +11,7 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, write_arrays
-from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.coordinates import ACTUATED, COORDINATES, split_side
 from gaitval.errors import ArtefactError
 
 COLUMNS = ("side", "quantity", "percent", "value", "unit")
@@ -19,7 +19,6 @@ COLUMNS = ("side", "quantity", "percent", "value", "unit")
 a curve; a trial has `time`, in s, in its place."""
 
 DEGREES: float = float(np.degrees(1.0))
-SIDE_OF = {"_r": "right", "_l": "left"}
 ABOUT = "about"
 
 
@@ -86,12 +85,6 @@ def _fixed(value: Any) -> Any:
 def same_fields(result: type[Any], stage: Any, **more: Any) -> Any:
     """A result with the fields of what a stage returned, and `more` fields or other values."""
     return result(**{each.name: getattr(stage, each.name) for each in fields(stage)} | more)
-
-
-def split_side(name: str) -> tuple[str, str]:
-    """`("right", "knee_angle")` of `"knee_angle_r"`; no side for the midline."""
-    side = SIDE_OF.get(name[-2:], "")
-    return side, name[:-2] if side else name
 
 
 def of_kind(name: str, kind: str) -> str:

@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.comparison import Curves, recorded_curves
@@ -93,8 +92,3 @@ def skill(error: float | None, baseline: float | None) -> float | None:
     if error is None or not baseline:
         return None
     return 1.0 - error / baseline
-
-
-def rms(difference: Array) -> float:
-    """Root mean square over the last axis of a curve's difference (101,)."""
-    return float(np.sqrt(np.mean(np.square(difference))))

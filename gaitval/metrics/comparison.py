@@ -122,6 +122,11 @@ def recorded_curves(record: GaitRecord) -> Curves:
     return curves
 
 
+def rms(difference: Array) -> float:
+    """Root mean square of the difference of two curves (101,)."""
+    return float(np.sqrt(np.mean(difference**2)))
+
+
 def compare_curve(simulated: Array, recorded: Array) -> CurveError | None:
     """Error of the mean of `simulated` (n, 101) relative to `recorded` (101,); None without
     cycles.
@@ -133,7 +138,7 @@ def compare_curve(simulated: Array, recorded: Array) -> CurveError | None:
     peak = int(np.argmax(np.abs(difference)))
     varies = np.ptp(mean) > 0 and np.ptp(recorded) > 0
     return CurveError(
-        rmse=float(np.sqrt(np.mean(difference**2))),
+        rmse=rms(difference),
         peak_error=float(difference[peak]),
         peak_percent=peak,
         bias=float(difference.mean()),

@@ -60,6 +60,10 @@ class GaitCycles:
         """Number of complete cycles of one foot."""
         return len(self.starts[side])
 
+    def rows(self) -> slice:
+        """Samples of all right cycles, without the end of the last; there must be one."""
+        return slice(int(self.starts["right"][0]), int(self.ends["right"][-1]))
+
     def first(self, count: int) -> "GaitCycles":
         """The first `count` cycles of each foot, or all if there are fewer."""
         return replace(
@@ -143,7 +147,7 @@ def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
     """
     if cycles.count("right") == 0:
         return None
-    first, last = cycles.starts["right"][0], cycles.ends["right"][-1]
+    first, last = cycles.rows().start, cycles.rows().stop
     travel = rollout.centre_of_mass[last, 0] - rollout.centre_of_mass[first, 0]
     return float(travel / (rollout.time[last] - rollout.time[first]))
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.errors import ArtefactError
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.rollouts import Endurance
 from gaitval.metrics.tolerances import UNITS, Measure
@@ -106,8 +107,7 @@ def _check_curves(metrics: Json, origin: str) -> None:
                     f"with it. {MEND}"
                 )
             recorded = metrics["record"]["curves"][kind][name]
-            difference = np.array(mean, dtype=float) - np.array(recorded, dtype=float)
-            rmse = float(np.sqrt(np.mean(difference**2)))
+            rmse = rms(np.array(mean, dtype=float) - np.array(recorded, dtype=float))
             if _differ(error["rmse"], rmse, 0.1 * AGREES):
                 raise ArtefactError(
                     f"{origin}: the RMSE of {name} ({kind}) is {error['rmse']:g}, but that of the "

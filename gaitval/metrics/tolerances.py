@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gaitval.coordinates import split_side
+
 WALK_UNITS = {
     "angle_rmse": "deg",
     "moment_rmse": "Nm/kg",
@@ -161,7 +163,7 @@ def load_registry() -> Registry:
 
 
 def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
-    name = measure.target.removesuffix("_r").removesuffix("_l")
+    _, name = split_side(measure.target)
     return tolerance.measure == measure.measure and (
         tolerance.applies_to is None or name in tolerance.applies_to
     )

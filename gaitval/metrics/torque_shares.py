@@ -64,7 +64,7 @@ def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> Sh
     """By actuated coordinate and part, over the compared right cycles; None without a cycle."""
     if cycles.count("right") == 0:
         return None
-    rows = slice(int(cycles.starts["right"][0]), int(cycles.ends["right"][-1]))
+    rows = cycles.rows()
     whole = rollout.moments[rows]
     parts = {name: part[rows] for name, part in moment_parts(rollout, task).items()}
     variance = whole.var(axis=0)

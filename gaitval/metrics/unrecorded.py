@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.coordinates import ACTUATED, ARM, LEG, SIDES
 from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.metrics.tolerances import Measure
 from gaitval.simulation.rollout import Rollout
@@ -20,9 +20,6 @@ RINGING_HZ = (12.0, 25.0)
 Antonsson and Mann 1985, J Biomech 18:39), below the impact of the heel."""
 
 _SHOULDER = ("arm_flex", "arm_add", "arm_rot")
-_ARM = (*_SHOULDER, "elbow_flex")
-_LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
-_LEG_ENDS = ("subtalar_angle", "mtp_angle")
 
 
 @dataclass(frozen=True)
@@ -65,14 +62,14 @@ def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecord
     """
     if cycles.count("right") == 0:
         return NOTHING
-    rows = slice(int(cycles.starts["right"][0]), int(cycles.ends["right"][-1]))
+    rows = cycles.rows()
     moment = {
         side: np.linalg.norm(rollout.moments[rows][:, _columns(_SHOULDER, side)], axis=1)
         for side in SIDES
     }
     arms, legs = (
         sum(_positive_work(rollout, rows, _columns(names, side)) for side in SIDES)
-        for names in (_ARM, (*_LEG, *_LEG_ENDS))
+        for names in (ARM, LEG)
     )
     return Unrecorded(
         shoulder_rms={side: float(np.sqrt(np.mean(each**2))) for side, each in moment.items()},

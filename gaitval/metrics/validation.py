@@ -14,12 +14,13 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.baselines import Prediction, others_line, rms, skill
+from gaitval.metrics.baselines import Prediction, others_line, skill
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
     low_pass_of,
     recorded_curves,
+    rms,
     simulated_curves,
 )
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
@@ -394,7 +395,7 @@ def _tidy(value: Any) -> Any:
     return value
 
 
-def _provenance(subject: "Subject", configuration: Configuration, recorded: Json) -> Json:
+def provenance_of(subject: "Subject", configuration: Configuration, recorded: Json) -> Json:
     """Versions, and hashes of what was compared."""
     return {
         "versions": versions(),
@@ -480,5 +481,5 @@ def validate(
             "training": training,
         }
     )
-    metrics["provenance"] = _provenance(subject, configuration, metrics["record"])
+    metrics["provenance"] = provenance_of(subject, configuration, metrics["record"])
     return metrics_from(metrics, "the metrics of this run").as_dict()

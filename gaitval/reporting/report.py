@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.baselines import skill
@@ -161,11 +161,12 @@ def _torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
         return None
     return [
         {
-            "name": joint.removesuffix("_r").removesuffix("_l").replace("_", " "),
-            "side": {"_r": "right", "_l": "left"}.get(joint[-2:], ""),
+            "name": name.replace("_", " "),
+            "side": side,
             "parts": values[joint],
         }
         for joint in ACTUATED
+        for side, name in (split_side(joint),)
     ]
 
 
@@ -177,7 +178,7 @@ def _correction(values: Json | None) -> dict[str, Any] | None:
     changes = np.rad2deg(found.angles(np.linspace(0.0, 1.0, 101))[0])
     rows: dict[str, list[dict[str, float]]] = {}
     for index, joint in enumerate(JOINTS):
-        name = joint.removesuffix("_r").removesuffix("_l").replace("_", " ")
+        name = split_side(joint)[1].replace("_", " ")
         largest = float(np.abs(changes[:, index]).max())
         mean = math.degrees(found.harmonics[index, 0])
         rows.setdefault(name, []).append({"mean": mean, "largest": largest})

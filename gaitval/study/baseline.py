@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
@@ -86,6 +86,7 @@ def stored_metrics(file: Path) -> dict[str, Any]:
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.stored import MEND, believe
+    from gaitval.metrics.validation import provenance_of
 
     metrics: dict[str, Any] = read_json(file)
     believe(metrics, str(file))
@@ -93,16 +94,13 @@ def stored_metrics(file: Path) -> dict[str, Any]:
     _check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")
     subject = load_subject(str(folder / "subject.toml"))
-    beside = {
-        "configuration": (
-            value_hash(configuration.model_dump(mode="json")),
-            "configuration.toml has other settings than",
-        ),
-        "subject": (value_hash(subject.to_toml()), "subject.toml is another than that of"),
-        "record": (value_hash(metrics["record"]), "the record in it is not that of"),
-    }
-    for name, (found, what) in beside.items():
-        if found != metrics["provenance"][name]:
+    beside = provenance_of(subject, configuration, metrics["record"])
+    for name, what in (
+        ("configuration", "configuration.toml has other settings than"),
+        ("subject", "subject.toml is another than that of"),
+        ("record", "the record in it is not that of"),
+    ):
+        if beside[name] != metrics["provenance"][name]:
             raise ArtefactError(
                 f"{file}: {what} the walk that was measured: the hash in `provenance` differs. A "
                 f"comparison would not be of like with like. {MEND}"

@@ -321,8 +321,9 @@ def simulate_stage(run: Run) -> Stage:
                 )
             walks.compared.save(run.folder / ROLLOUTS[which])
             starts[which] = [went.as_dict() for went in walks.starts]
-            found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
-            starts["torque_shares"] = torque_shares(walks.compared, found, task)
+        # of the last walk, which is the identified body's
+        found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
+        starts["torque_shares"] = torque_shares(walks.compared, found, task)
         write_json(run.folder / WALKS, starts)
 
     return Stage(

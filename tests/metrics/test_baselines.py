@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.metrics.baselines import dimensionless_speed, others_line, rms, skill
-from gaitval.metrics.comparison import Curves, recorded_curves
+from gaitval.metrics.baselines import dimensionless_speed, others_line, skill
+from gaitval.metrics.comparison import Curves, recorded_curves, rms
 
 SUBJECTS = builtin_subjects()
 
