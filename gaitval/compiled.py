@@ -31,7 +31,7 @@ SOURCES = (
     "policy/observation.py",
     "policy/reward.py",
     "reference/walking_laws.py",
-    "simulation/contact.py",
+    "model/contact.py",
     "simulation/dynamics.py",
     "simulation/walker.py",
 )

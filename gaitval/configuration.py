@@ -79,7 +79,7 @@ class EnvironmentSettings(Section):
     sides)."""
     physics_step: Positive = 0.002
     """s."""
-    steps_per_action: int = Field(15, ge=1)
+    steps_per_action: int = Field(5, ge=1)
     """Physics steps for one action."""
     action_scale: Positive = 0.2
     """Offset of a joint target for an action of 1, rad."""
@@ -185,11 +185,11 @@ class RandomisationSettings(Section):
 class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(3_000_000, ge=1)
+    samples: int = Field(6_000_000, ge=1)
     """Environment steps of the first training."""
     transfer_samples: int = Field(2_000_000, ge=0)
     """Environment steps of the first training when it starts from the general policy."""
-    refinement_samples: int = Field(400_000, ge=0)
+    refinement_samples: int = Field(800_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1)
     """Processes; each runs its share of the environments."""
@@ -199,8 +199,8 @@ class TrainingSettings(Section):
     """Steps of each environment between updates."""
     batch_size: int = Field(512, ge=2)
     epochs: int = Field(6, ge=1)
-    discount: Fraction = 0.985
-    gae_lambda: Fraction = 0.95
+    discount: Fraction = 0.995
+    gae_lambda: Fraction = 0.98
     learning_rate: Positive = 3e-4
     final_learning_rate: Positive = 5e-5
     """The rate falls linearly to this over `samples`."""

@@ -41,7 +41,7 @@ from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy, load_policy
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.contact import ground_forces
+from gaitval.model.contact import ground_forces
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
 
 ROOT = Path(__file__).parent.parent

@@ -22,6 +22,7 @@ from pydantic import (
 from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import implausible
 from gaitval.errors import SubjectError
+from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
@@ -187,6 +188,8 @@ class Subject(StoredPart):
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
     """Known for an import; None if the source does not state it."""
+    plates: PlateCorrection | None = None
+    """What is wrong with the force plates, which `record` corrects; None if nothing clearly is."""
     paper: Printed | None = None
     gait: Gait
     markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = Field(
@@ -208,7 +211,12 @@ class Subject(StoredPart):
         return self
 
     def record(self) -> GaitRecord:
-        """The recorded gait as periodic curves."""
+        """The recorded gait as periodic curves, without the faults of the force plates."""
+        measured = self.measured()
+        return measured if self.plates is None else corrected(measured, self.plates)
+
+    def measured(self) -> GaitRecord:
+        """The recorded gait as it was measured."""
         forces = {"right": self.gait.forces.right, "left": self.gait.forces.left}
         return GaitRecord(
             speed=self.walking_speed_m_s,
@@ -277,11 +285,13 @@ def _toml(subject: Subject) -> str:
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    tables = ("stance_fraction", "low_pass", "paper", "gait", "markers", "tape", "measurements")
+    tables = ("stance_fraction", "low_pass", "plates", "paper", "gait", "markers", "tape", "measurements")
     lines += _table_lines(subject, tables)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     if subject.low_pass is not None:
         lines += ["", "[low_pass]", *_table_lines(subject.low_pass)]
+    if subject.plates is not None:
+        lines += ["", "[plates]", *_table_lines(subject.plates)]
     if subject.paper is not None:
         lines += ["", "[paper]", *_table_lines(subject.paper)]
     if subject.markers:
@@ -306,7 +316,7 @@ def _toml(subject: Subject) -> str:
 
 _FIELDS: Final = tuple(
     name
-    for part in (Subject, RecordedLowPass, Printed, StanceFraction, Gait, Forces, Force, Curve)
+    for part in (Subject, RecordedLowPass, PlateCorrection, Printed, StanceFraction, Gait, Forces, Force, Curve)
     for name in part.model_fields
 )
 

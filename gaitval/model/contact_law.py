@@ -1,4 +1,4 @@
-"""Numbers of the contact law of `gaitval.simulation.contact`."""
+"""Numbers of the contact law of `gaitval.model.contact`."""
 
 from typing import NamedTuple
 

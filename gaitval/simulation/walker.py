@@ -27,7 +27,12 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import Frames, Tree, empty_frames, forward, tree_arrays, velocities
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.contact import ContactWorkspace, contact_forces, contact_workspace
+from gaitval.model.contact import (
+    ContactWorkspace,
+    contact_forces,
+    contact_workspace,
+    ground_forces,
+)
 from gaitval.simulation.dynamics import (
     DynamicsWorkspace,
     accelerations,
@@ -67,7 +72,7 @@ class WalkerBody(NamedTuple):
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as in `simulation.contact.contact_forces`.
+    lag : (2,) as in `model.contact.contact_forces`.
     physics_step : s.
     phase_step : fraction of a gait cycle in a physics step.
     """
@@ -285,7 +290,7 @@ def _advance(
     Parameters
     ----------
     state : (2, 31) in and out.
-    memory : (K, 3) in and out, as `simulation.contact.contact_forces`.
+    memory : (K, 3) in and out, as `model.contact.contact_forces`.
     account : filled; its length is the number of steps.
     """
     pace, offset, next_offset, root_force = action
@@ -363,7 +368,7 @@ class Walker:
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
     tree, law, lag : the body and its contact with the parameters `mu` (14,), see
-        `simulation.contact.contact_forces`.
+        `model.contact.contact_forces`.
     state : (2, 31) positions and velocities after the last physics step.
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.
@@ -427,7 +432,11 @@ class Walker:
             self._skeleton.skeleton.setVelocities(velocities)
         self.phase = float(phase)
         self.offset[:] = 0.0
-        self._memory[:] = 0.0
+        # The feet carry the body from the first step on, as if it had been walking.
+        ground_forces(
+            self.tree, self.law, self.state[0], self.state[1],
+            np.zeros(2), self._memory, np.zeros(31), np.zeros((2, 6)),
+        )  # fmt: skip
         self.mean_ground_reaction[:] = 0.0
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0

@@ -27,7 +27,7 @@ from gaitval.model.tree import (
 )
 from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, from_opensim, to_opensim
 from gaitval.opensim.osim import write_osim
-from gaitval.simulation.contact import ground_forces
+from gaitval.model.contact import ground_forces
 
 MARKERS = tuple(
     ModelMarker(f"M.{segment}", segment, np.array([0.01, -0.02, 0.03]) * (i + 1))

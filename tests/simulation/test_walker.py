@@ -27,7 +27,7 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import roll_out
-from gaitval.simulation.contact import ground_forces
+from gaitval.model.contact import ground_forces
 from gaitval.simulation.servo import servo_stiffness
 from gaitval.simulation.walker import Trajectory, Walker
 

@@ -172,7 +172,7 @@ STAGE_CODE = {
     "scale_stage": ("scaling/scaling.py", "model/urdf.py", "datasets/subject.py"),
     "reference_stage": ("reference/dynamic_fit.py", "datasets/subject.py", "compiled.py"),
     "train_stage": ("policy/training.py", "policy/learner.py", "simulation/walker.py"),
-    "identify_stage": ("identification/identify.py", "simulation/contact.py"),
+    "identify_stage": ("identification/identify.py", "model/contact.py"),
     "evaluate_stage": ("metrics/epsilon.py", "policy/rollouts.py"),
     "choose_stage": ("study/inputs.py",),
     "correct_stage": ("learning_control/correct.py", "metrics/tolerances.toml"),
