@@ -33,6 +33,7 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.model.contact import ground_forces
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.policy.environment import WalkingEnvironment, action_size
 from gaitval.policy.learner import Learner
@@ -41,7 +42,6 @@ from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy, load_policy
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
-from gaitval.model.contact import ground_forces
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
 
 ROOT = Path(__file__).parent.parent

@@ -285,7 +285,16 @@ def _toml(subject: Subject) -> str:
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    tables = ("stance_fraction", "low_pass", "plates", "paper", "gait", "markers", "tape", "measurements")
+    tables = (
+        "stance_fraction",
+        "low_pass",
+        "plates",
+        "paper",
+        "gait",
+        "markers",
+        "tape",
+        "measurements",
+    )
     lines += _table_lines(subject, tables)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     if subject.low_pass is not None:
@@ -316,7 +325,17 @@ def _toml(subject: Subject) -> str:
 
 _FIELDS: Final = tuple(
     name
-    for part in (Subject, RecordedLowPass, PlateCorrection, Printed, StanceFraction, Gait, Forces, Force, Curve)
+    for part in (
+        Subject,
+        RecordedLowPass,
+        PlateCorrection,
+        Printed,
+        StanceFraction,
+        Gait,
+        Forces,
+        Force,
+        Curve,
+    )
     for name in part.model_fields
 )
 

@@ -23,8 +23,8 @@ SHIFT_SIGNS: Final[Mapping[str, float]] = {
     "knee_angle": 1.0,
     "ankle_angle": -1.0,
 }
-"""Signs of what a force further forward adds to the internal moments of its leg: hip extension, knee
-flexion and ankle plantarflexion increase."""
+"""Signs of what a force further forward adds to the internal moments of its leg: hip extension,
+knee flexion and ankle plantarflexion increase."""
 
 _LOADED = 0.2
 """Body weights on a foot above which its moments are taken to be the ground's alone."""
@@ -68,10 +68,10 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
             sign = SHIFT_SIGNS.get(name[:-2], 0.0)
             lever = sign * plates.shift[side] * plates.scale * vertical * STANDARD_GRAVITY
             moments[name] = _curve(curve(phase) * loaded - lever)
-    forces = {
-        side: tuple(_scaled(curve, plates.scale) for curve in record.forces[side])
-        for side in SIDES
-    }
+    forces = {}
+    for side in SIDES:
+        forward, left, up = (_scaled(curve, plates.scale) for curve in record.forces[side])
+        forces[side] = (forward, left, up)
     return replace(record, moments=moments, forces=forces)
 
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.joint_power import BURSTS, JOINTS
 from gaitval.metrics.typed import Count, Number, Result, Size, named
 
 T = TypeVar("T")
@@ -94,10 +95,63 @@ class ConsistencyResult(Result):
     moment_asymmetry: MomentAsymmetry
 
 
+_POWER, _POWERS = named(_sided(JOINTS))
+_BURST, _BURST_NAMES = named(_sided(tuple(BURSTS)))
+
+
+class JointPowerResult(Result):
+    """Power and work of hip, knee and ankle, see gaitval/metrics/joint_power.py; W/kg, J/kg."""
+
+    power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
+    bursts: Annotated[dict[Annotated[str, _BURST], Number], *_BURST_NAMES]
+    generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+    absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+
+
+Path = Annotated[
+    list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
+    Field(min_length=101, max_length=101),
+]
+"""m: forward, left, up at 0 to 100 % of the right cycle, less the mean and the steady travel."""
+
+
+class PlatesResult(Result):
+    """What was wrong with the force plates and is corrected in the record, see
+    gaitval/gait/plate_correction.py; shifts in m, too far forward.
+    """
+
+    scale: Size
+    scale_sd: Size
+    shift_right: Number
+    shift_right_sd: Size
+    shift_left: Number
+    shift_left_sd: Size
+
+
+class MeasuredCurves(Result):
+    """Moments and forces as the plates measured them."""
+
+    moments: Annotated[dict[Annotated[str, _MOMENT], Curve], *_MOMENTS]
+    forces: Annotated[dict[Annotated[str, _FORCE], Curve], *_FORCES]
+
+
+class MeasuredErrors(Result):
+    """RMSE of the walk from the moments and forces as measured."""
+
+    moments: Annotated[dict[Annotated[str, _MOMENT], Size | None], *_MOMENTS]
+    forces: Annotated[dict[Annotated[str, _FORCE], Size | None], *_FORCES]
+
+
 class RecordResult(Result):
-    """The recorded gait."""
+    """The recorded gait, without the faults of the force plates."""
 
     curves: RecordedCurves
+    joint_power: JointPowerResult
+    centre_of_mass: Path
+    plates: PlatesResult | None
+    """Null if nothing is clearly wrong with them."""
+    as_measured: MeasuredCurves | None
+    """Null where `plates` is."""
     spatiotemporal: RecordedFigures
     left_phase: Number
     consistency: ConsistencyResult

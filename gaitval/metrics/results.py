@@ -7,7 +7,16 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from gaitval.metrics.record_results import Curve, Kinds, PredictionResult, RecordResult, Sides
+from gaitval.metrics.record_results import (
+    Curve,
+    JointPowerResult,
+    Kinds,
+    MeasuredErrors,
+    Path,
+    PredictionResult,
+    RecordResult,
+    Sides,
+)
 from gaitval.metrics.tolerances import WALK_UNITS
 from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.typed import (
@@ -24,7 +33,7 @@ from gaitval.metrics.typed import (
 )
 from gaitval.model.parameters import PARAMETERS
 
-SCHEMA_VERSION: Final = 5
+SCHEMA_VERSION: Final = 6
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
 """Of `identification.json`, which does not contain it."""
@@ -189,6 +198,10 @@ class WalkResult(Result):
     foot_contact: FootContacts
     curves: MeanCurves
     errors: CurveErrors
+    errors_as_measured: MeasuredErrors | None
+    """Null where the record needs no correction of its plates."""
+    joint_power: JointPowerResult | None
+    centre_of_mass: Path | None
     epsilon: EpsilonResult | None
 
 
@@ -359,7 +372,7 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[5]
+    schema_version: Literal[6]
     subject: SubjectResult
     units: CurveUnits
     method: Method

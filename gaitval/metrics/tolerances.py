@@ -24,6 +24,14 @@ WALK_UNITS = {
     "shoulder_moment_rms": "Nm",
     "shoulder_moment_peak": "Nm",
     "arm_work_share": "%",
+    "trunk_motion": "SD",
+    "lumbar_moment_peak": "Nm/kg",
+    "step_width": "SD",
+    "power_burst_error": "SD",
+    "joint_work_error": "J/kg",
+    "centre_of_mass_rmse": "mm",
+    "loading_peak_error": "% BW",
+    "pressure_arm_rmse": "mm",
     "speed_error": "%",
     "stride_time_error": "%",
     "stance_fraction_error": "% of cycle",
@@ -37,8 +45,9 @@ WALK_UNITS = {
 cycle; the errors of speed and stride time are sizes of relative differences from the record, those
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
 `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
-over that of a prediction without a model (`baselines`); ringing, shoulder moments and arm work
-are those of `unrecorded`."""
+over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
+are those of `unrecorded`, joint power and work those of `joint_power`, centre of mass, loading and
+the arm of the ground reaction those of `whole_body`. SD are standard deviations between people."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

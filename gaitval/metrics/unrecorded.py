@@ -1,4 +1,5 @@
-"""What no record tells of a walk, and must be humanly plausible all the same: arms and ringing.
+"""What no record tells of a walk, and must be humanly plausible all the same: arms, trunk, step
+width and ringing.
 
 A walker is free to use what is not compared with a record. These measures show where it does.
 """
@@ -7,12 +8,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, ARM, LEG, SIDES
-from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.coordinates import ACTUATED, ARM, LEG, LUMBAR, SIDES
+from gaitval.metrics.cycles import GaitCycles, cut, step_of
 from gaitval.metrics.tolerances import Measure
+from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 
 RINGING_HZ = (12.0, 25.0)
@@ -20,6 +23,18 @@ RINGING_HZ = (12.0, 25.0)
 Antonsson and Mann 1985, J Biomech 18:39), below the impact of the heel."""
 
 _SHOULDER = ("arm_flex", "arm_add", "arm_rot")
+
+_LUMBAR = [ACTUATED.index(name) for name in LUMBAR]
+
+TRUNK_RANGE: Final = {"tilt": (4.0, 1.8), "lean": (3.3, 1.4), "turn": (6.9, 2.9)}
+"""Degrees: range of the trunk's angles in the room over a gait cycle, mean and standard deviation
+of 20 healthy adults (Chung et al. 2010, J Neuroeng Rehabil 7:9, table 2)."""
+TRUNK_TILT_SD: Final = 3.6
+"""Degrees, of the mean forward tilt between the same people."""
+
+STEP_WIDTH: Final = (0.140, 0.031)
+"""Leg lengths: mean and standard deviation of healthy adults at their own speed, which changes it
+little (J Neuroeng Rehabil 2012;9:69, table 1)."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +47,17 @@ class Unrecorded:
     arm_work : positive work of both arms' joints over that of both legs', %.
     ringing : RMS of both feet's vertical force together in the band `RINGING_HZ`, unfiltered
         otherwise, % of body weight.
+    trunk : standard deviations between people by which the range of the trunk's tilt, lean and turn
+        is above their mean (0: not above), and its mean tilt is away from upright.
+    lumbar_peak : Nm/kg, largest size of the moment (3,) at the lumbar joint.
     """
 
     shoulder_rms: dict[str, float | None]
     shoulder_peak: dict[str, float | None]
     arm_work: float | None
     ringing: float | None
+    trunk: dict[str, float | None]
+    lumbar_peak: float | None
 
     def measures(self) -> list[Measure]:
         """The values as they are judged."""
@@ -46,10 +66,19 @@ class Unrecorded:
             *(Measure("shoulder_moment_peak", side, self.shoulder_peak[side]) for side in SIDES),
             Measure("arm_work_share", "walk", self.arm_work),
             Measure("force_ringing", "walk", self.ringing),
+            *(Measure("trunk_motion", name, value) for name, value in self.trunk.items()),
+            Measure("lumbar_moment_peak", "walk", self.lumbar_peak),
         ]
 
 
-NOTHING: Final = Unrecorded(dict.fromkeys(SIDES), dict.fromkeys(SIDES), None, None)
+NOTHING: Final = Unrecorded(
+    dict.fromkeys(SIDES),
+    dict.fromkeys(SIDES),
+    None,
+    None,
+    dict.fromkeys((*TRUNK_RANGE, "mean tilt")),
+    None,
+)
 """Without a gait cycle."""
 
 
@@ -76,7 +105,39 @@ def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecord
         shoulder_peak={side: float(each.max()) for side, each in moment.items()},
         arm_work=100.0 * arms / legs if legs > 0.0 else None,
         ringing=100.0 * force_ringing(rollout, rows) / (mass * GRAVITY),
+        trunk=_trunk(rollout, cycles),
+        lumbar_peak=float(np.linalg.norm(rollout.moments[rows][:, _LUMBAR], axis=1).max() / mass),
     )
+
+
+def trunk_angles(positions: Array) -> Array:
+    """Forward tilt, lean to the left and turn to the left (T, 3) deg of the trunk in the room, of
+    coordinates (T, 31).
+    """
+    pelvis = Rotation.from_rotvec(positions[:, :3])
+    # The lumbar joint turns about -y, x and z of the pelvis in this order.
+    lumbar = Rotation.from_euler("YXZ", positions[:, 6:][:, _LUMBAR] * np.array([-1.0, 1.0, 1.0]))
+    tilt, list_right, turn_right = pelvis_angles((pelvis * lumbar).as_matrix()).T
+    return np.asarray(np.rad2deg(np.column_stack([tilt, -list_right, turn_right])))
+
+
+def _trunk(rollout: Rollout, cycles: GaitCycles) -> dict[str, float | None]:
+    angles = cut(
+        trunk_angles(rollout.positions), cycles.starts["right"], cycles.ends["right"]
+    ).mean(axis=0)
+    found: dict[str, float | None] = {
+        name: max(0.0, float((np.ptp(angles[:, i]) - mean) / sd))
+        for i, (name, (mean, sd)) in enumerate(TRUNK_RANGE.items())
+    }
+    found["mean tilt"] = abs(float(angles[:, 0].mean())) / TRUNK_TILT_SD
+    return found
+
+
+def step_width_measure(width: float | None, leg_length: float) -> Measure:
+    """How many standard deviations between people a step width is from their mean; both in m."""
+    mean, sd = STEP_WIDTH
+    value = None if width is None else abs(width / leg_length - mean) / sd
+    return Measure("step_width", "walk", value)
 
 
 def _columns(names: tuple[str, ...], side: str) -> list[int]:

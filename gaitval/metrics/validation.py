@@ -26,12 +26,17 @@ from gaitval.metrics.comparison import (
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
-from gaitval.metrics.record_consistency import consistency
+from gaitval.metrics.joint_power import joint_power, power_measures
+from gaitval.metrics.recorded import CURVE_UNITS, KINETICS, by_kind, recorded_part, recorded_power
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
-from gaitval.metrics.unrecorded import unrecorded
+from gaitval.metrics.unrecorded import step_width_measure, unrecorded
+from gaitval.metrics.whole_body import (
+    walked_centre_of_mass,
+    whole_body_measures,
+)
 from gaitval.model.body import BodyModel
 from gaitval.simulation.rollout import Rollout
 
@@ -46,9 +51,6 @@ EXTERNAL_LOAD = (
 )
 """Stated instead of a verdict: a measured zero could not fail, but the test can."""
 
-CURVE_UNITS = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
-"""Units of the curves and their errors in `metrics.json`."""
-_SCALE = {"angles": 180.0 / math.pi, "moments": 1.0, "forces": 100.0}
 RMSE = {"angles": "angle_rmse", "moments": "moment_rmse", "forces": "force_rmse"}
 _SKILL = {"angles": "angle_skill", "moments": "moment_skill", "forces": "force_skill"}
 
@@ -64,38 +66,6 @@ _SPATIOTEMPORAL_UNITS = {
     "step_length_left": "m",
     "step_width": "m",
 }
-
-
-def _by_kind(curves: Curves) -> dict[str, dict[str, Any]]:
-    """The curves of each kind in the units of `CURVE_UNITS`."""
-    return {
-        kind: {name: curve * scale for name, curve in getattr(curves, kind).items()}
-        for kind, scale in _SCALE.items()
-    }
-
-
-def _recorded(record: GaitRecord) -> Json:
-    phase = np.arange(1000) / 1000
-    stride = record.speed * record.stride_time
-    right_on = phase <= record.stance_fraction["right"]
-    left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
-    return {
-        "curves": _by_kind(recorded_curves(record)),
-        "spatiotemporal": {
-            "walking_speed": record.speed,
-            "cadence": 120.0 / record.stride_time,
-            "stride_time_right": record.stride_time,
-            "stride_time_left": record.stride_time,
-            "stance_fraction_right": record.stance_fraction["right"],
-            "stance_fraction_left": record.stance_fraction["left"],
-            "double_support_fraction": float((right_on & left_on).mean()),
-            # both feet land equally far ahead of the body: see tolerances.toml, step-length
-            "step_length_right": stride * (1.0 - record.left_phase),
-            "step_length_left": stride * record.left_phase,
-        },
-        "left_phase": record.left_phase,
-        "consistency": consistency(record).as_dict(),
-    }
 
 
 def _spatiotemporal(
@@ -167,7 +137,7 @@ def _predicted(prediction: Prediction, recorded: Json) -> Json:
             kind: {
                 name: rms(curve - recorded["curves"][kind][name]) for name, curve in each.items()
             }
-            for kind, each in _by_kind(prediction.curves).items()
+            for kind, each in by_kind(prediction.curves).items()
         },
     }
 
@@ -208,6 +178,7 @@ def _walk(
     recorded: Json,
     predictions: Sequence[Json],
     model: BodyModel,
+    leg_length: float,
     configuration: Configuration,
 ) -> tuple[Json, list[Measure]]:
     """Everything reported on the rollouts with one set of body parameters, and their measures."""
@@ -217,7 +188,7 @@ def _walk(
     curves: Json = {}
     errors: Json = {}
     measures = []
-    for kind, simulated in _by_kind(compared).items():
+    for kind, simulated in by_kind(compared).items():
         curves[kind], errors[kind] = {}, {}
         for name, curve in simulated.items():
             curves[kind][name] = {
@@ -227,6 +198,8 @@ def _walk(
             found = compare_curve(curve, recorded["curves"][kind][name])
             errors[kind][name] = None if found is None else asdict(found)
             measures.append(Measure(RMSE[kind], name, None if found is None else found.rmse))
+    stride = {row["name"]: row["mean"] for row in rows}
+    power = joint_power(compared, {side[0]: stride[f"stride_time_{side}"] for side in SIDES})
     return {
         "mu": rollout.mu,
         "starts": [start.as_dict() for start in walks.starts],
@@ -235,16 +208,35 @@ def _walk(
         "foot_contact": {side: contact.as_dict() for side, contact in contacts.items()},
         "curves": curves,
         "errors": errors,
+        "errors_as_measured": _errors_as_measured(curves, recorded["as_measured"]),
+        "joint_power": None if power is None else asdict(power),
+        "centre_of_mass": walked_centre_of_mass(rollout, cycles),
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
         *skill_measures(errors, predictions),
         *_unfiltered_measures(rollout, cycles, recorded, model.mass),
         *unrecorded(rollout, cycles, mass=model.mass).measures(),
+        step_width_measure(stride["step_width"], leg_length),
+        *power_measures(power, recorded_power(record, recorded_curves(record))),
+        *whole_body_measures(rollout, cycles, compared, recorded_curves(record), record),
         *spatiotemporal_measures(rows),
         *endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
     ]
+
+
+def _errors_as_measured(curves: Json, measured: Json | None) -> Json | None:
+    """RMSE of mean curves from the record before its plates were corrected."""
+    if measured is None:
+        return None
+    return {
+        kind: {
+            name: None if curve["mean"] is None else rms(curve["mean"] - measured[kind][name])
+            for name, curve in curves[kind].items()
+        }
+        for kind in KINETICS
+    }
 
 
 def deviations(
@@ -258,12 +250,12 @@ def deviations(
     """
     if rollout.fell[0]:
         return None
-    recorded = _recorded(record)
+    recorded = recorded_part(record)
     cycles, compared, _, rows = _compared(rollout, record, recorded, model, configuration)
     if min(cycles.count(side) for side in SIDES) < 2:
         return None
     found = {}
-    for kind, curves in _by_kind(compared).items():
+    for kind, curves in by_kind(compared).items():
         for name, curve in curves.items():
             bound = aim(RMSE[kind], name)
             if bound is not None:
@@ -441,7 +433,7 @@ def validate(
     ------
     ArtefactError : the rollouts do not start from the configured phases.
     """
-    recorded = _recorded(record)
+    recorded = recorded_part(record, subject)
     predictions = _predictions(subject, others, recorded)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
@@ -450,7 +442,7 @@ def validate(
     for which, each in (("nominal", nominal), ("identified", identified)):
         if each is not None:
             _check_starts(each, phases if which == final else phases[:1], which)
-            shared = (record, recorded, predictions, model, configuration)
+            shared = (record, recorded, predictions, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
     verdicts = evaluate(measures)

@@ -79,7 +79,7 @@ class RecordAccuracy(NamedTuple):
     """Departures from the record, rad, Nm/kg, body weights (BW)."""
 
     sagittal: float = np.deg2rad(1.5)
-    frontal: float = np.deg2rad(1.4)
+    frontal: float = np.deg2rad(1.0)
     """Hip adduction and rotation."""
     pelvis: float = np.deg2rad(1.5)
     moment: float = 0.06
@@ -329,7 +329,9 @@ def _laws(
     problem: _Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
     """Weighted residuals (T, 48) of the numbers of `walking_laws`, and the weights."""
-    parts = [path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)]
+    parts = [
+        path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)
+    ]
     out = walking_laws(problem.tree, problem.law, np.hstack(parts), slope)
     weight = problem.weight.copy()
     weight[:, :ROOT_DOFS] *= ease
@@ -368,21 +370,21 @@ def _normal_equations(
     dofs, terms = change.shape
     size = dofs * terms
     # By coordinate and then by order of the derivative.
-    slope = slope.reshape(INSTANTS, OUTPUTS, 3, dofs).transpose(0, 1, 3, 2)
+    by_order = slope.reshape(INSTANTS, OUTPUTS, 3, dofs).transpose(0, 1, 3, 2)
     series = np.stack(problem.series, axis=1)  # (T, 3, n)
-    flat = np.ascontiguousarray(slope).reshape(INSTANTS, OUTPUTS, 3 * dofs)
+    flat = np.ascontiguousarray(by_order).reshape(INSTANTS, OUTPUTS, 3 * dofs)
     square = (flat.transpose(0, 2, 1) @ flat).reshape(INSTANTS, 3 * dofs, dofs, 3)
     matrix = np.zeros((size + _COMMON, size + _COMMON))
     left = series.reshape(INSTANTS * 3, terms).T  # (n, 3 T)
     for k in range(dofs):
-        right = (square[:, :, k] @ series).reshape(INSTANTS, dofs, 3, terms)
-        right = right.transpose(1, 0, 2, 3).reshape(dofs, INSTANTS * 3, terms)
+        product = (square[:, :, k] @ series).reshape(INSTANTS, dofs, 3, terms)
+        right = product.transpose(1, 0, 2, 3).reshape(dofs, INSTANTS * 3, terms)
         matrix[:size, k * terms : (k + 1) * terms] = (left @ right).reshape(size, terms)
     gradient = np.zeros(size + _COMMON)
-    force = np.einsum("tokj,to->ktj", slope, residual)
+    force = np.einsum("tokj,to->ktj", by_order, residual)
     gradient[:size] = np.einsum("ktj,tjn->kn", force, series).reshape(-1)
     lever = problem.lever * weight[:, :, None]
-    across = np.einsum("tokj,toi->iktj", slope, lever)
+    across = np.einsum("tokj,toi->iktj", by_order, lever)
     matrix[:size, size:] = np.einsum("iktj,tjn->kni", across, series).reshape(size, _COMMON)
     matrix[size:, :size] = matrix[:size, size:].T
     matrix[size:, size:] = np.einsum("toi,toj->ij", lever, lever)
@@ -462,16 +464,11 @@ def fitted(
     contact: ContactSettings,
     accuracy: Accuracy | None = None,
 ) -> ReferenceMotion:
-    """The motion near `reference` that obeys the laws of motion and of contact.
+    """The motion near `reference` that obeys the laws of motion and of contact; parameters as
+    `solve`.
 
     Its `moments` are the net joint moments that it needs, for all joints. Its `ground_reaction` is
     that of the contact law, with a mean of one body weight.
-
-    Parameters
-    ----------
-    reference : of `reference.motion.build_reference`, from `record`.
-    contact : the contact law; its friction is the nominal one.
-    accuracy : deviations of equal weight.
     """
     change = solve(reference, record, model, contact, accuracy).change.T
     whole, rates, second = _path(reference, record)
@@ -479,9 +476,7 @@ def fitted(
     parts = [
         path + part @ change for path, part in zip((whole, rates, second), series, strict=True)
     ]
-    out = walking_laws(
-        tree_arrays(model), contact_law(contact, NOMINAL_FRICTION), np.hstack(parts)
-    )
+    out = walking_laws(tree_arrays(model), contact_law(contact, NOMINAL_FRICTION), np.hstack(parts))
     positions, velocities = parts[0].copy(), parts[1].copy()
     root = np.empty((len(positions), 3, 3))
     root_states(parts[0][:, :3], parts[1][:, :3], np.zeros((len(positions), 3)), root)

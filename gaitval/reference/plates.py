@@ -73,7 +73,7 @@ def common_shift(evidence: Sequence[PlateEvidence]) -> tuple[Array, Array]:
         precision += own - before  # what was known beforehand counts once
         information += own @ each.shift
     covariance = np.linalg.inv(precision)
-    return covariance @ information, covariance
+    return np.asarray(covariance @ information), np.asarray(covariance, dtype=float)
 
 
 def plate_corrections(evidence: Sequence[PlateEvidence]) -> list[PlateCorrection | None]:

@@ -17,9 +17,9 @@ from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
 from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS
+from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.model.contact_law import ContactLaw
 from gaitval.model.tree import Tree, rotation_vector
-from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
 
 _DOFS = len(COORDINATES)
 

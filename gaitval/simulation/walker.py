@@ -22,17 +22,17 @@ from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
-from gaitval.model.contact_law import ContactLaw, contact_law
-from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.tree import Frames, Tree, empty_frames, forward, tree_arrays, velocities
-from gaitval.reference.dynamic_fit import consistent_reference
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.model.contact import (
     ContactWorkspace,
     contact_forces,
     contact_workspace,
     ground_forces,
 )
+from gaitval.model.contact_law import ContactLaw, contact_law
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.model.tree import Frames, Tree, empty_frames, forward, tree_arrays, velocities
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.dynamics import (
     DynamicsWorkspace,
     accelerations,

@@ -15,6 +15,7 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS
+from gaitval.model.contact import ground_forces
 from gaitval.model.contact_law import contact_law
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_angles
@@ -27,7 +28,6 @@ from gaitval.model.tree import (
 )
 from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, from_opensim, to_opensim
 from gaitval.opensim.osim import write_osim
-from gaitval.model.contact import ground_forces
 
 MARKERS = tuple(
     ModelMarker(f"M.{segment}", segment, np.array([0.01, -0.02, 0.03]) * (i + 1))

@@ -14,8 +14,9 @@ from gaitval.datasets.subject_file import BUILTIN
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.dynamic_fit import INSTANTS, consistent_reference
 from gaitval.reference.motion import side_phase
+from gaitval.simulation.walker import Trajectory, Walker
 
 GRAVITY = 9.81
 
@@ -78,13 +79,18 @@ def test_in_single_support_the_moments_are_those_that_dart_finds(fitted, tmp_pat
     tree = tree_arrays(model)
     for i, side in enumerate(SIDES):
         # Grid points of the fit where this foot stands alone.
-        grid = np.round(np.arange(0, 100) * len(reference.phase) / 100).astype(int)
+        grid = np.round(np.arange(INSTANTS) * len(reference.phase) / INSTANTS).astype(int)
         other = own[1 - i] > record.stance_fraction[SIDES[1 - i]] + 0.03
         rows = [t for t in grid if 0.15 < own[i][t] < 0.45 and other[t] and own[1 - i][t] < 0.97]
         assert len(rows) > 15
         needed, peer = needed_forces(model, reference, rows, tmp_path)
         frames = segment_frames(model, reference.positions[rows])
         for row, t in enumerate(rows):
+            # The smooth contact law drags a foot that swings near the ground by a few newtons.
+            swing = f"foot_{SIDES[1 - i][0]}"
+            place = frames[row, SEGMENTS.index(swing), :3, 3] * [1.0, 1.0, 0.0]
+            drag = weight * reference.ground_reaction[t, 1 - i]
+            needed[row] -= peer_jacobian(peer, reference, t, swing, place)[:3].T @ drag
             force = needed[row, 3:6]
             np.testing.assert_allclose(force / weight, reference.ground_reaction[t, i], atol=0.03)
             moment = needed[row, :3]  # about the pelvis's origin
@@ -112,7 +118,7 @@ def test_in_single_support_the_moments_are_those_that_dart_finds(fitted, tmp_pat
                 for leg in "rl"
                 for name in ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
             ]
-            assert np.abs(differences[places]).max() < 0.08
+            assert np.abs(differences[places]).max() < 0.05
 
 
 def peer_jacobian(peer, reference, t, segment, place):
@@ -148,10 +154,38 @@ def departures(model, record, reference):
     return {key: float(np.sqrt(np.mean(value**2))) for key, value in found.items()}
 
 
+def walked(task, start, seconds):
+    """Vertical forces (T, 2), body weights, of a walker that starts on the reference and follows it
+    without a policy, and those of the reference at the same phases."""
+    walker, reference = Walker(task), task.reference
+    row = round(start * len(reference.phase))
+    position = reference.positions[row].copy()
+    walker.reset(position, reference.velocities[row], start)
+    actions = round(seconds / walker.action_seconds)
+    trajectory = Trajectory(actions * walker.steps_per_action)
+    for _ in range(actions):
+        walker.step(np.zeros(25), np.zeros(6), trajectory)
+    closed = np.concatenate([reference.ground_reaction[..., 2]] * 2)
+    places = np.arange(len(closed)) / len(reference.phase)
+    expected = [np.interp(trajectory.phase % 1.0, places, closed[:, side]) for side in (0, 1)]
+    return trajectory.feet[:, :, 2] / walker.weight, np.stack(expected, axis=1)
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+@pytest.mark.parametrize("start", [0.9, 0.4])
+def test_a_body_on_it_carries_itself_without_a_policy(name, start):
+    """Through a heel strike and the loading of each foot, for a quarter of a cycle, with forces
+    within 4 % of body weight root mean square; later the unstable walk drifts away from it. What
+    remains is the simulation's step and the lag of its friction."""
+    task = task_of_subject(name)
+    force, expected = walked(task, start, 0.25 * task.reference.stride_time)
+    assert np.sqrt(((force - expected) ** 2).mean(axis=0)).max() < 0.04
+
+
 def test_it_stays_within_the_aims_of_the_project(fitted):
     """Goals and limits of the walks bound what they imitate."""
-    limits = {"angle": 3.0, "moment": 0.20}
-    forces = {"forward": 2.5, "sideways": 2.0, "vertical": 8.0}
+    limits = {"angle": 3.0, "moment": 0.15}
+    forces = {"forward": 1.5, "sideways": 1.2, "vertical": 2.5}
     for (kind, name), value in departures(*fitted).items():
         limit = limits[kind] if kind != "force" else forces[name[:-2]]
         assert value < limit, (kind, name, value)

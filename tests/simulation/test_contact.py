@@ -10,9 +10,9 @@ from simulation_fixtures import PREDSIM, mirror_image, random_state
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.model.body import SEGMENTS
+from gaitval.model.contact import ground_forces, sphere_force
 from gaitval.model.contact_law import contact_law
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.model.contact import ground_forces, sphere_force
 
 R = 0.032
 LAW = contact_law(PREDSIM, 0.8)

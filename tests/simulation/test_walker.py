@@ -23,11 +23,11 @@ from simulation_fixtures import (
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.model.contact import ground_forces
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import roll_out
-from gaitval.model.contact import ground_forces
 from gaitval.simulation.servo import servo_stiffness
 from gaitval.simulation.walker import Trajectory, Walker
 

@@ -1,0 +1,117 @@
+"""Joint power and work over the gait cycle, and the bursts of power that gait analysis names.
+
+Power is moment times angular velocity of hip, knee and ankle in the sagittal plane, from the curves
+over the gait cycle, alike for the walk and the record: positive where the joint adds energy.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.metrics.comparison import Curves
+from gaitval.metrics.tolerances import Measure
+
+JOINTS: Final[tuple[str, ...]] = ("hip_flexion", "knee_angle", "ankle_angle")
+
+
+class Burst(NamedTuple):
+    """A peak of power with a name (Winter 1991; Eng and Winter 1995, J Biomech 28:753).
+
+    Attributes
+    ----------
+    joint : whose power it is.
+    first, last : % of the gait cycle between which it is looked for; convention.
+    sign : 1 if energy is generated, -1 if it is absorbed.
+    spread : W/kg, half the width of the published band around the mean of healthy people at their
+        own speed (Schwartz et al. 2008, J Biomech 41:1639, the curves that come with it), at the
+        peak of their mean curve.
+    """
+
+    joint: str
+    first: int
+    last: int
+    sign: float
+    spread: float
+
+
+BURSTS: Final[Mapping[str, Burst]] = {
+    "H1": Burst("hip_flexion", 0, 35, 1.0, 0.34),
+    "H2": Burst("hip_flexion", 20, 60, -1.0, 0.26),
+    "H3": Burst("hip_flexion", 45, 85, 1.0, 0.41),
+    "K1": Burst("knee_angle", 2, 20, -1.0, 0.46),
+    "K2": Burst("knee_angle", 8, 35, 1.0, 0.27),
+    "K3": Burst("knee_angle", 45, 75, -1.0, 0.42),
+    "K4": Burst("knee_angle", 75, 99, -1.0, 0.40),
+    "A1": Burst("ankle_angle", 5, 50, -1.0, 0.48),
+    "A2": Burst("ankle_angle", 40, 70, 1.0, 1.01),
+}
+
+
+@dataclass(frozen=True)
+class JointPower:
+    """Power and work of a walk or a record, by name with `_r` or `_l`.
+
+    Attributes
+    ----------
+    power : (101,) W/kg of each of `JOINTS`, mean over the cycles.
+    bursts : W/kg, the largest (smallest) power of each of `BURSTS` in its part of the cycle.
+    generated, absorbed : J/kg in a gait cycle of each joint.
+    """
+
+    power: dict[str, Array]
+    bursts: dict[str, float]
+    generated: dict[str, float]
+    absorbed: dict[str, float]
+
+
+def joint_power(curves: Curves, stride_time: Mapping[str, float]) -> JointPower | None:
+    """Power of the curves of a walk (n, 101), or of a record (101,).
+
+    Parameters
+    ----------
+    stride_time : s, of the right and the left side, `r` and `l`; mean.
+
+    Returns
+    -------
+    power
+        None if there is no cycle.
+    """
+    found = JointPower({}, {}, {}, {})
+    for side, time in stride_time.items():
+        for joint in JOINTS:
+            name = f"{joint}_{side}"
+            angle, moment = np.atleast_2d(curves.angles[name]), curves.moments[name]
+            if len(angle) == 0:
+                return None
+            rate = np.gradient(angle, 0.01 * time, axis=1, edge_order=2)
+            power = (np.atleast_2d(moment) * rate).mean(axis=0)
+            found.power[name] = power
+            found.generated[name] = float(np.clip(power[:-1], 0.0, None).mean() * time)
+            found.absorbed[name] = float(np.clip(-power[:-1], 0.0, None).mean() * time)
+        for burst, each in BURSTS.items():
+            part = found.power[f"{each.joint}_{side}"][each.first : each.last + 1]
+            found.bursts[f"{burst}_{side}"] = float(each.sign * np.max(each.sign * part))
+    return found
+
+
+def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Measure]:
+    """Differences of the bursts, in units of their spread between people, and of the work that
+    each joint generates and absorbs, the larger of the two, J/kg.
+    """
+    measures = []
+    for name, expected in recorded.bursts.items():
+        spread = BURSTS[name.split("_")[0]].spread
+        value = None if walked is None else abs(walked.bursts[name] - expected) / spread
+        measures.append(Measure("power_burst_error", name, value))
+    for name in recorded.power:
+        error = None
+        if walked is not None:
+            error = max(
+                abs(walked.generated[name] - recorded.generated[name]),
+                abs(walked.absorbed[name] - recorded.absorbed[name]),
+            )
+        measures.append(Measure("joint_work_error", name, error))
+    return measures

@@ -1,0 +1,97 @@
+"""Where the whole body and its support move: centre of mass, loading of the feet, and how far ahead
+of the ankle the ground pushes.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.record import GaitRecord
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.comparison import Curves, rms
+from gaitval.metrics.cycles import GaitCycles, cut
+from gaitval.metrics.tolerances import Measure
+from gaitval.simulation.rollout import Rollout
+
+AXES: Final = ("forward", "left", "up")
+
+LOADING: Final = slice(0, 31)
+"""% of a side's cycle in which its vertical force has its first peak."""
+
+FLAT: Final = slice(12, 53)
+"""% of a side's cycle in which the ankle's moment is the ground's: the foot is loaded and its own
+weight and inertia add less than a millimetre."""
+
+
+def record_centre_of_mass(record: GaitRecord) -> Array:
+    """Path (101, 3) m of the centre of mass over the right cycle, less its mean and its steady
+    travel, as the recorded ground reaction makes it move: acceleration integrated twice as a
+    periodic series, with the mean force that steady walking needs.
+    """
+    count = SAMPLES - 1
+    phase = np.arange(count) / count
+    own = {"right": phase, "left": phase - record.left_phase}
+    force = sum(
+        (record.ground_reaction(side, np.mod(own[side], 1.0)) for side in SIDES),
+        start=np.zeros((count, 3)),
+    )
+    spectrum = np.fft.rfft(GRAVITY * force / force[:, 2].mean(), axis=0)
+    turns = 2.0 * np.pi * np.arange(len(spectrum)) / record.stride_time
+    spectrum[1:] /= -(turns[1:, None] ** 2)
+    spectrum[0] = 0.0
+    path = np.fft.irfft(spectrum, count, axis=0)
+    return np.concatenate([path, path[:1]])
+
+
+def walked_centre_of_mass(rollout: Rollout, cycles: GaitCycles) -> Array | None:
+    """The same of a walk, mean over its right cycles; None without any."""
+    if cycles.count("right") == 0:
+        return None
+    paths = cut(rollout.centre_of_mass, cycles.starts["right"], cycles.ends["right"])
+    travel = np.linspace(0.0, 1.0, SAMPLES)[:, None] * (paths[:, -1:] - paths[:, :1])
+    path = (paths - travel).mean(axis=0)
+    return np.asarray(path - path[:-1].mean(axis=0))
+
+
+def pressure_arm(moments: Mapping[str, Array], forces: Mapping[str, Array], side: str) -> Array:
+    """How far ahead of the ankle the ground pushes on a foot, m, at `FLAT`: the ankle's
+    plantarflexion moment over the vertical force. Force in body weights, moment in Nm/kg.
+    """
+    moment = np.atleast_2d(moments[f"ankle_angle_{side}"])[:, FLAT].mean(axis=0)
+    force = np.atleast_2d(forces[f"vertical_{side}"])[:, FLAT].mean(axis=0)
+    return np.asarray(-moment / (GRAVITY * force))
+
+
+def whole_body_measures(
+    rollout: Rollout, cycles: GaitCycles, walked: Curves, recorded: Curves, record: GaitRecord
+) -> list[Measure]:
+    """Centre of mass, mm RMS by axis; first peak of the vertical force, % of body weight, and how
+    far ahead of the ankle the ground pushes, mm RMS, by side.
+    """
+    path, expected = walked_centre_of_mass(rollout, cycles), record_centre_of_mass(record)
+    measures = [
+        Measure(
+            "centre_of_mass_rmse",
+            axis,
+            None if path is None else 1e3 * rms(path[:, i] - expected[:, i]),
+        )
+        for i, axis in enumerate(AXES)
+    ]
+    for side in SIDES:
+        name = f"vertical_{side[0]}"
+        force = walked.forces[name]
+        peak = arm = None
+        if len(force):
+            first = force.mean(axis=0)[LOADING].max() - recorded.forces[name][LOADING].max()
+            peak = 100.0 * abs(float(first))
+            arm = 1e3 * rms(
+                pressure_arm(walked.moments, walked.forces, side[0])
+                - pressure_arm(recorded.moments, recorded.forces, side[0])
+            )
+        measures.append(Measure("loading_peak_error", side, peak))
+        measures.append(Measure("pressure_arm_rmse", side, arm))
+    return measures
