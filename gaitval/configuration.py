@@ -108,8 +108,8 @@ class EnvironmentSettings(Section):
     """... but every other push is drawn from 0 to this, N: beyond it a sideways push makes a slow
     walker fall whatever it does, and teaches nothing."""
     push_seconds: Positive = 0.05
-    """Duration of a push, s (the paper's 50 ms). A push acts during whole actions: 50 ms are
-    applied as 30 ms of the full force and 30 ms of two thirds of it, so the impulse is exact."""
+    """Duration of a push, s (the paper's 50 ms). A push acts during whole actions; the last one
+    with less force if the duration is not a multiple of an action's, so the impulse is exact."""
 
     @property
     def slowest_pace(self) -> float:

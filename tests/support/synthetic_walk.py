@@ -7,13 +7,15 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.metrics.comparison import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.metrics.rollouts import Rollouts, compared_part, endurance
+from gaitval.metrics.whole_body import record_centre_of_mass
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.rotations import pelvis_rotation
+from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 
@@ -88,11 +90,12 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
     moments = np.zeros((len(time), 25))
     ground = np.zeros((len(time), 2, 3))
     pressure = np.full((len(time), 2, 3), np.nan)
-    positions[:, :3] = Rotation.from_matrix(
-        pelvis_rotation(
-            *(record.angles[f"pelvis_{name}_r"](phase) for name in ("tilt", "list", "rotation"))
-        )
-    ).as_rotvec()
+    pelvis = pelvis_rotation(
+        *(record.angles[f"pelvis_{name}_r"](phase) for name in ("tilt", "list", "rotation"))
+    )
+    positions[:, :3] = Rotation.from_matrix(pelvis).as_rotvec()
+    lumbar = [COORDINATES.index(name) for name in LUMBAR]
+    positions[:, lumbar] = trunk_upright(pelvis)
     positions[:, 3] = record.speed * time
     positions[:, 5] = 0.85
     for column, side in enumerate(SIDES):
@@ -111,7 +114,9 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         pressure[on, column, 0] = (record.speed * record.stride_time * strides + heel_to_toe)[on]
         pressure[on, column, 1] = (-0.5 if side == "right" else 0.5) * STEP_WIDTH
         pressure[on, column, 2] = 0.0
-    zeros = np.zeros((len(time), 3))
+    places = np.concatenate([record_centre_of_mass(record)[:-1]] * 2)
+    percent = np.arange(len(places)) / (len(places) // 2)
+    sway = [np.interp(phase % 1.0, percent, column) for column in places.T]
     velocities = np.zeros_like(positions)
     if len(time) > 1:
         velocities[:, 6:] = np.gradient(positions[:, 6:], STEP, axis=0)
@@ -123,7 +128,7 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         moments=moments,
         ground_reaction=ground,
         centre_of_pressure=pressure,
-        centre_of_mass=zeros + positions[:, 3:6],
+        centre_of_mass=positions[:, 3:6] + np.stack(sway, axis=1),
         root_force=np.zeros((len(time), 6)),
         mu=nominal_parameters(),
         start_phase=np.array([start_phase]),

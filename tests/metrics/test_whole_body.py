@@ -1,0 +1,117 @@
+"""Centre of mass, loading and the arm of the ground reaction, of walks where they are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_walk import MASS, periodic, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.constants import GRAVITY
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.whole_body import (
+    FLAT,
+    pressure_arm,
+    record_centre_of_mass,
+    walked_centre_of_mass,
+    whole_body_measures,
+)
+
+RECORD = synthetic_record()
+WALK = perfect_walk(RECORD, cycles=6)
+CYCLES = find_cycles(WALK, sharp_filter())
+
+
+def measured(walk=WALK):
+    filters = low_pass_of(RECORD, 100.0)
+    walked = simulated_curves(walk, CYCLES, mass=MASS, filters=filters)
+    found = whole_body_measures(walk, CYCLES, walked, recorded_curves(RECORD), RECORD)
+    return {(each.measure, each.target): each.value for each in found}
+
+
+def test_a_force_that_swings_moves_the_centre_of_mass_by_newton_s_law():
+    """a = g 0.1 cos ωt moves it by −g 0.1 / ω² cos ωt, ω = 2 · 2π / T."""
+    half = {side: 1.0 for side in ("right", "left")}
+    level = periodic(lambda phase: np.full(len(phase), 0.5), 3)
+    up = periodic(lambda phase: 0.5 + 0.05 * np.cos(4 * np.pi * phase), 3)
+    level = replace(level, mean=0.0)
+    record = replace(
+        RECORD,
+        left_phase=0.5,
+        stance_fraction=half,
+        forces=dict.fromkeys(("right", "left"), (level, level, up)),
+    )
+    path = record_centre_of_mass(record)
+    omega = 4 * np.pi / record.stride_time
+    expected = -GRAVITY * 0.1 / omega**2 * np.cos(4 * np.pi * np.arange(101) / 100)
+    np.testing.assert_allclose(path[:, 2], expected, atol=1e-6)
+    np.testing.assert_allclose(path[:, :2], 0.0, atol=1e-12)
+
+
+def test_a_force_to_the_left_accelerates_to_the_left():
+    sway = periodic(lambda phase: 0.1 * np.cos(2 * np.pi * phase), 3)
+    record = replace(
+        RECORD,
+        stance_fraction={"right": 1.0, "left": 0.0},
+        forces=RECORD.forces | {"right": (RECORD.forces["right"][0], sway, periodic(np.ones_like))},
+    )
+    path = record_centre_of_mass(record)[:-1, 1]
+    second = np.roll(path, -1) - 2 * path + np.roll(path, 1)
+    assert np.corrcoef(second, np.cos(2 * np.pi * np.arange(100) / 100))[0, 1] > 0.999
+
+
+def test_people_rise_and_sway_by_centimetres():
+    for subject in builtin_subjects():
+        forward, left, up = np.ptp(record_centre_of_mass(subject.record()), axis=0)
+        assert 0.005 < forward < 0.06
+        assert 0.01 < left < 0.15
+        assert 0.008 < up < 0.07
+
+
+def test_a_walk_that_does_what_the_record_says_has_no_error():
+    assert max(measured().values()) < 0.05
+
+
+def test_steady_travel_and_drift_do_not_count():
+    drift = replace(WALK, centre_of_mass=WALK.centre_of_mass + WALK.time[:, None] * [0.1, 0.02, 0])
+    np.testing.assert_allclose(
+        walked_centre_of_mass(drift, CYCLES), walked_centre_of_mass(WALK, CYCLES), atol=1e-9
+    )
+
+
+def test_a_centre_of_mass_that_sways_more_is_seen_along_its_axis():
+    sway = 0.01 * np.sqrt(2.0) * np.sin(2 * np.pi * WALK.phase)
+    found = measured(
+        replace(WALK, centre_of_mass=WALK.centre_of_mass + sway[:, None] * [0.0, 1.0, 0.0])
+    )
+    assert found["centre_of_mass_rmse", "left"] == pytest.approx(10.0, rel=0.02)
+    assert found["centre_of_mass_rmse", "up"] < 0.05
+
+
+@pytest.mark.parametrize(("column", "side"), [(0, "right"), (1, "left")])
+def test_a_foot_that_lands_harder_is_seen(column, side):
+    ground = WALK.ground_reaction.copy()
+    ground[:, column, 2] *= 1.1
+    found = measured(replace(WALK, ground_reaction=ground))
+    peak = recorded_curves(RECORD).forces[f"vertical_{side[0]}"][:31].max()
+    assert found["loading_peak_error", side] == pytest.approx(10.0 * peak, rel=0.02)
+    other = {"right": "left", "left": "right"}[side]
+    assert found["loading_peak_error", other] < 0.05
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+def test_a_plantarflexion_moment_needs_a_force_ahead_of_the_ankle(side):
+    moments = {f"ankle_angle_{side}": np.full(101, -0.5 * GRAVITY * 0.8)}
+    forces = {f"vertical_{side}": np.full(101, 0.8)}
+    arm = pressure_arm(moments, forces, side)
+    assert arm.shape == (FLAT.stop - FLAT.start,)
+    np.testing.assert_allclose(arm, 0.5)
+
+
+def test_without_a_cycle_nothing_is_measured():
+    short = perfect_walk(RECORD, cycles=0.5)
+    cycles = find_cycles(short, sharp_filter())
+    walked = simulated_curves(short, cycles, mass=MASS, filters=low_pass_of(RECORD, 100.0))
+    found = whole_body_measures(short, cycles, walked, recorded_curves(RECORD), RECORD)
+    assert {each.value for each in found} == {None}
