@@ -13,16 +13,15 @@ from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
-from gaitval.coordinates import ACTUATED, split_side
+from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.baselines import skill
-from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.comparison import FORCES, PELVIS_ANGLES
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figures, stick_figures
+from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -118,56 +117,6 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
             }
         )
     return sorted(entries, key=lambda entry: bool(entry["passed"]))
-
-
-def _error_table(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of every curve and side, beside the RMSE before identification and correction, and that
-    of a prediction without a model with the skill against it.
-    """
-    groups = (
-        ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
-        ("moments", JOINT_MOMENTS, 2),
-        ("forces", FORCES, 1),
-    )
-    walks = metrics["walks"]
-    guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
-    tables = []
-    for kind, names, digits in groups:
-        rows = []
-        for name in names:
-            for side in ("right", "left"):
-                key = f"{name}_{side[0]}"
-                error = walks[metrics["final"]]["errors"][kind][key]
-                guess = guesses[0][kind][key] if guesses else None
-                rows.append(
-                    {
-                        "name": figures.NAMES[name],
-                        "side": side,
-                        "error": error,
-                        "before": walks["nominal"]["errors"][kind][key],
-                        "guess": guess,
-                        "skill": skill(None if error is None else error["rmse"], guess),
-                    }
-                )
-        tables.append(
-            {"kind": kind, "unit": metrics["units"][kind], "digits": digits, "rows": rows}
-        )
-    return tables
-
-
-def _torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of each coordinate and side with the parts of its moment."""
-    if values is None:
-        return None
-    return [
-        {
-            "name": name.replace("_", " "),
-            "side": side,
-            "parts": values[joint],
-        }
-        for joint in ACTUATED
-        for side, name in (split_side(joint),)
-    ]
 
 
 def _correction(values: Json | None) -> dict[str, Any] | None:
@@ -402,6 +351,8 @@ def _drawings(
         "forces": figures.curves(metrics, "forces", FORCES, figure_name="forces"),
         "torque_loop": figures.torque_loop(metrics),
         "pressure": figures.pressure_path(metrics),
+        "joint_power": mechanics_figures.joint_power(metrics),
+        "centre_of_mass": mechanics_figures.centre_of_mass(metrics),
     }
     if metrics["push_recovery"] is not None:
         drawings["stability"] = figures.stability_regions(metrics["push_recovery"])
@@ -433,8 +384,11 @@ def _context(folder: Path) -> dict[str, Any]:
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
         "prediction": next(iter(metrics["predictions"]), None),
-        "torque_shares": _torque_shares(metrics.get("torque_shares")),
-        "error_tables": _error_table(metrics),
+        "torque_shares": tables.torque_shares(metrics.get("torque_shares")),
+        "error_tables": tables.error_table(metrics),
+        "plates": metrics["record"]["plates"],
+        "as_measured": tables.as_measured(metrics),
+        "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics["identification"]),
         "correction": _correction(metrics["correction"]),
         "spatiotemporal": [

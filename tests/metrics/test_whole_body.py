@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_walk import MASS, periodic, perfect_walk, sharp_filter, synthetic_record
+from synthetic_walk import MASS, perfect_walk, periodic, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects

@@ -31,7 +31,8 @@ def test_a_planted_shift_is_found_within_its_standard_deviation(planted):
     after = plate_evidence(worse, model)
     sd = np.sqrt(np.diag(before.covariance))
     assert (np.abs(after.shift - before.shift - planted) < 0.6 * sd).all()
-    assert (sd > 0.003).all() and (sd < 0.5 * SHIFT_SD).all()
+    assert (sd > 0.003).all()
+    assert (sd < 0.5 * SHIFT_SD).all()
 
 
 def test_one_record_alone_says_what_it_says():
@@ -57,10 +58,12 @@ def test_what_is_not_clear_is_left_alone():
 
 def test_a_clear_scale_is_corrected_without_the_shifts_and_the_other_way_round():
     (scaled,) = plate_corrections([evidence(0.0, 0.0, force=0.95)])
-    assert scaled is not None and scaled.scale == pytest.approx(1 / 0.95)
+    assert scaled is not None
+    assert scaled.scale == pytest.approx(1 / 0.95)
     assert scaled.shift == {"right": 0.0, "left": 0.0}
     (shifted,) = plate_corrections([evidence(0.03, 0.0)])
-    assert shifted is not None and shifted.scale == 1.0
+    assert shifted is not None
+    assert shifted.scale == 1.0
     assert shifted.shift_right == pytest.approx(0.03)
 
 

@@ -1,0 +1,88 @@
+"""Figures of joint power and of the centre of mass, as SVG text; style as in `figures`."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from gaitval.coordinates import SIDES
+from gaitval.metrics.joint_power import BURSTS, JOINTS
+from gaitval.metrics.whole_body import AXES
+from gaitval.reporting.figures import (
+    COLOURS,
+    PERCENT,
+    RECORD_COLOUR,
+    RECORD_SHADE,
+    SETTINGS,
+    WIDTH,
+    svg,
+)
+
+Json = Mapping[str, Any]
+
+_TITLES = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
+_PATHS = {"forward": "Forward", "left": "To the left", "up": "Up"}
+
+
+def joint_power(metrics: Json) -> str:
+    """Sagittal power of hip, knee and ankle of both sides, simulated and recorded, with the names
+    of the bursts at the recorded peaks; one row per side.
+    """
+    recorded = metrics["record"]["joint_power"]
+    walked = metrics["walks"][metrics["final"]]["joint_power"]
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
+        grid = figure.subplots(2, 3, sharex=True, sharey="col")
+        for row, side in enumerate(SIDES):
+            for axes, joint in zip(grid[row], JOINTS, strict=True):
+                name = f"{joint}_{side[0]}"
+                power = np.array(recorded["power"][name])
+                axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+                axes.plot(PERCENT, power, color=RECORD_SHADE, linewidth=4.0, zorder=1)
+                axes.plot(PERCENT, power, color=RECORD_COLOUR, linewidth=0.9, zorder=2)
+                if walked is not None:
+                    axes.plot(PERCENT, walked["power"][name], color=COLOURS[side], zorder=3)
+                for burst, each in BURSTS.items():
+                    if each.joint == joint:
+                        part = each.sign * power[each.first : each.last + 1]
+                        at = each.first + int(np.argmax(part))
+                        place = (0, 5 if each.sign > 0 else -5)
+                        axes.annotate(
+                            burst,
+                            (at, power[at]),
+                            xytext=place,
+                            textcoords="offset points",
+                            ha="center",
+                            va="bottom" if each.sign > 0 else "top",
+                            fontsize=7.5,
+                            color="#404040",
+                        )
+                axes.margins(y=0.18)
+                if row == 0:
+                    axes.set_title(f"{_TITLES[joint]} power, W/kg")
+                else:
+                    axes.set_xlabel("% of gait cycle")
+            grid[row][0].set_ylabel(side)
+        return svg(figure, "power")
+
+
+def centre_of_mass(metrics: Json) -> str:
+    """Path of the centre of mass about its steady travel, simulated and from the recorded forces,
+    mm.
+    """
+    recorded = 1e3 * np.array(metrics["record"]["centre_of_mass"])
+    walked = metrics["walks"][metrics["final"]]["centre_of_mass"]
+    with matplotlib.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, 1.9), layout="constrained")
+        for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            axes.plot(PERCENT, recorded[:, column], color=RECORD_SHADE, linewidth=4.0, zorder=1)
+            axes.plot(PERCENT, recorded[:, column], color=RECORD_COLOUR, linewidth=0.9, zorder=2)
+            if walked is not None:
+                path = 1e3 * np.array(walked)[:, column]
+                axes.plot(PERCENT, path, color=COLOURS["right"], zorder=3)
+            axes.set_title(f"{_PATHS[axis]}, mm")
+            axes.set_xlabel("% of right gait cycle")
+        return svg(figure, "com")

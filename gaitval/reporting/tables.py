@@ -1,0 +1,115 @@
+"""Rows of the report's tables of curves, plates, power and parts of the moments."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gaitval.coordinates import ACTUATED, split_side
+from gaitval.metrics.baselines import skill
+from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.joint_power import BURSTS
+from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
+from gaitval.reporting.figures import NAMES
+
+Json = Mapping[str, Any]
+
+
+def error_table(metrics: Json) -> list[dict[str, Any]]:
+    """Rows of every curve and side, beside the RMSE before identification and correction, and that
+    of a prediction without a model with the skill against it.
+    """
+    groups = (
+        ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
+        ("moments", JOINT_MOMENTS, 2),
+        ("forces", FORCES, 1),
+    )
+    walks = metrics["walks"]
+    guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
+    tables = []
+    for kind, names, digits in groups:
+        rows = []
+        for name in names:
+            for side in ("right", "left"):
+                key = f"{name}_{side[0]}"
+                error = walks[metrics["final"]]["errors"][kind][key]
+                guess = guesses[0][kind][key] if guesses else None
+                rows.append(
+                    {
+                        "name": NAMES[name],
+                        "side": side,
+                        "error": error,
+                        "before": walks["nominal"]["errors"][kind][key],
+                        "guess": guess,
+                        "skill": skill(None if error is None else error["rmse"], guess),
+                    }
+                )
+        tables.append(
+            {"kind": kind, "unit": metrics["units"][kind], "digits": digits, "rows": rows}
+        )
+    return tables
+
+
+def as_measured(metrics: Json) -> list[dict[str, Any]] | None:
+    """Rows of moments and forces whose recorded curve the correction of the plates changes: RMSE
+    against it, and against the record as measured.
+    """
+    walk = metrics["walks"][metrics["final"]]
+    measured = walk["errors_as_measured"]
+    if measured is None:
+        return None
+    rows = []
+    for kind, names, digits in (("moments", JOINT_MOMENTS, 3), ("forces", FORCES, 1)):
+        for name in names:
+            for side in ("right", "left"):
+                key = f"{name}_{side[0]}"
+                error = walk["errors"][kind][key]
+                rows.append(
+                    {
+                        "name": NAMES[name],
+                        "unit": metrics["units"][kind],
+                        "side": side,
+                        "digits": digits,
+                        "corrected": None if error is None else error["rmse"],
+                        "measured": measured[kind][key],
+                    }
+                )
+    return rows
+
+
+def bursts(metrics: Json) -> list[dict[str, Any]]:
+    """Rows of the bursts of power and of the work of the joints, by side."""
+    recorded = metrics["record"]["joint_power"]
+    walked = metrics["walks"][metrics["final"]]["joint_power"]
+
+    def row(name: str, unit: str, group: str, key: str, digits: int) -> dict[str, Any]:
+        sides = {
+            side: {
+                "recorded": recorded[group][f"{key}_{side[0]}"],
+                "walked": None if walked is None else walked[group][f"{key}_{side[0]}"],
+            }
+            for side in ("right", "left")
+        }
+        return {"name": name, "unit": unit, "digits": digits, "sides": sides}
+
+    return [
+        *(row(burst, "W/kg", "bursts", burst, 2) for burst in BURSTS),
+        *(
+            row(f"{label}, {title}", "J/kg", group, joint, 3)
+            for joint, label in zip(POWER_JOINTS, ("Hip", "Knee", "Ankle"), strict=True)
+            for group, title in (("generated", "generated"), ("absorbed", "absorbed"))
+        ),
+    ]
+
+
+def torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
+    """Rows of each coordinate and side with the parts of its moment."""
+    if values is None:
+        return None
+    return [
+        {
+            "name": name.replace("_", " "),
+            "side": side,
+            "parts": values[joint],
+        }
+        for joint in ACTUATED
+        for side, name in (split_side(joint),)
+    ]
