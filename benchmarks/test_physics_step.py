@@ -19,7 +19,6 @@ import dartpy
 import mujoco
 import numpy as np
 import pytest
-from mujoco_peer import MujocoPeer
 from speed_ratio import speed_ratio
 
 from gaitval.configuration import Configuration
@@ -27,6 +26,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.mujoco_body import MujocoBody
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
 
@@ -61,7 +61,7 @@ def walking_in_mujoco(task):
     """The same walk in MuJoCo; terms that do not depend on the state are set once per action."""
     walker, reference = Walker(task), task.reference
     stiffness, damping = walker.gains
-    peer = MujocoPeer(
+    peer = MujocoBody(
         task.model, option=f'timestep="{walker.physics_step}" integrator="Euler"', floor=True
     )
     hinges = np.array([peer.model.joint(name).id for name in ACTUATED])

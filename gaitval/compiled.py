@@ -33,7 +33,7 @@ SOURCES = (
     "reference/walking_laws.py",
     "model/contact.py",
     "simulation/dynamics.py",
-    "simulation/walker.py",
+    "simulation/physics_steps.py",
 )
 
 

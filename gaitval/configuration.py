@@ -74,9 +74,8 @@ class EnvironmentSettings(Section):
     observation: Literal["paper", "extended"] = "extended"
     """`paper`: the paper's 71 numbers; `extended`: those, and what balance needs."""
     mirror: bool = True
-    """In the second half of the right gait cycle observations and actions are mirrored, so the
-    policy learns one step for both legs (extended observation only; the reference keeps its
-    sides)."""
+    """Around the left heel strike observations and actions are mirrored, so the policy learns one
+    step for both legs (extended observation only; the reference keeps its sides)."""
     physics_step: Positive = 0.002
     """s."""
     steps_per_action: int = Field(5, ge=1)
@@ -85,6 +84,9 @@ class EnvironmentSettings(Section):
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
+    arm_share: Fraction = 0.0
+    """Fraction of an action's offset that reaches shoulders and elbows. 0: the arms swing as in the
+    reference, and the policy has no use of them; nothing was recorded of what they did."""
     pace_scale: float = Field(0.125, ge=0)
     """Change of pace for an action of 1: the policy may move through the recorded cycle faster or
     slower than the record, to step in time after a push. 0: the pace is the record's."""
@@ -162,6 +164,9 @@ class RewardSettings(Section):
     pace: float = Field(1.0, ge=0)
     pace_sharpness: Positive = 400.0
     """On the squared difference from the record's pace, 1."""
+    action_change: float = Field(2.0, ge=0)
+    action_change_sharpness: Positive = 8.0
+    """On the mean squared change of the action, in its units, from one to the next."""
     torque: float = Field(0.005, ge=0)
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 

@@ -355,6 +355,18 @@ TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], ShareResult], *_P
 """By actuated coordinate and part."""
 
 
+class WitnessResult(Result):
+    """The final walk's body and policy in a second physics engine, for the compared cycles."""
+
+    engine: str
+    fell: Flag
+    cycles: CountBySide
+    goals: Count
+    """Goals of acceptance that such a walk can be held against."""
+    goals_reached: Count
+    measures: list[MeasureResult]
+
+
 class Provenance(Result):
     """Versions, and hashes of the compared files."""
 
@@ -388,6 +400,7 @@ class Metrics(Result):
     push_recovery: PushRecoveryResult | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
+    witness: WitnessResult | None = None
     identification: IdentificationResult | None
     correction: CorrectionResult | None
     training: dict[str, Any] | None

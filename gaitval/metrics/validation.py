@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +45,9 @@ if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
 
 Json = dict[str, Any]
+
+ENDURANCE = ("consecutive_cycles", "falls")
+"""Measures of how far walks go; the second engine's is no longer than what is compared."""
 
 EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "
@@ -369,6 +373,21 @@ def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) 
     }
 
 
+def _witness(walks: Rollouts, measures: Sequence[Measure]) -> Json:
+    """What a walk in the second engine says about the walk that is validated."""
+    (start,) = walks.starts
+    verdicts = evaluate([each for each in measures if each.measure not in ENDURANCE])
+    counted = _summary(verdicts)
+    return {
+        "engine": f"MuJoCo {version('mujoco')}",
+        "fell": start.fell,
+        "cycles": start.cycles,
+        "goals": counted["goals"],
+        "goals_reached": counted["goals_reached"],
+        "measures": [{**asdict(each), "unit": UNITS[each.measure]} for each in measures],
+    }
+
+
 def _tidy(value: Any) -> Any:
     """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
 
@@ -411,6 +430,7 @@ def validate(
     pushes: Mapping[str, Any] | None = None,
     others: Sequence["Subject"] = (),
     torque_shares: Shares | None = None,
+    witness: Rollouts | None = None,
 ) -> Json:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
@@ -428,6 +448,7 @@ def validate(
     pushes : `PushRecovery.as_dict` of the validated body; None if no push was tested.
     others : people that predictions without a model are made from.
     torque_shares : of the validated body's rollout.
+    witness : the compared rollout of the validated body in the second physics engine.
 
     Raises
     ------
@@ -444,6 +465,7 @@ def validate(
             _check_starts(each, phases if which == final else phases[:1], which)
             shared = (record, recorded, predictions, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
+    told = None if witness is None else _witness(witness, _walk(witness, *shared)[1])
     measures += push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
@@ -468,6 +490,7 @@ def validate(
             "summary": _summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,
+            "witness": told,
             "identification": identification,
             "correction": correction,
             "training": training,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.configuration import EnvironmentSettings
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, ARM
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.policy.observation import (
@@ -22,6 +22,7 @@ from gaitval.policy.observation import (
     MIRROR_ORDER,
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
+    is_mirrored,
     measure,
     read_table,
     targets_of,
@@ -41,8 +42,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     Action: 25 numbers; times `action_scale` they are the offsets (rad) of the joint targets from
     the reference. Unless `pace_scale` is 0 there is a 26th; times `pace_scale` it is added to the
     pace of 1 at which the walker moves through the recorded cycle. Observation: see
-    `EnvironmentSettings.observation`. `info` of every step contains `errors` (11,), `reward_terms`
-    (9,) and `cycles`, the gait cycles walked since the start.
+    `EnvironmentSettings.observation`. `info` of every step contains `errors` (12,), `reward_terms`
+    (10,) and `cycles`, the gait cycles walked since the start.
 
     Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
     (14,) (else random within the bounds), `push` = (phase after which it starts, force N,
@@ -87,10 +88,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
         self._parameters = self._nominal
         self._observation = np.zeros(size)
-        self._errors = np.zeros(11)
-        self._terms = np.zeros(9)
+        self._errors = np.zeros(12)
+        self._terms = np.zeros(10)
         self._root_force = np.zeros(6)
         self._action = np.zeros(26)
+        self._action_before = np.zeros(26)
+        self._share = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
         self._half_action = 0.5 * self.walker.action_seconds / task.reference.stride_time
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
@@ -99,6 +102,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._push_left = 0.0
         self._start_phase = 0.0
         self._lift = 0.0
+
+    def _share_of(self, name: str) -> float:
+        """Fraction of an action's offset that reaches a joint."""
+        joint, _ = name.rsplit("_", 1)
+        return self.constants.arm_share if joint in ARM else 1.0
 
     def _random_parameters(self) -> Array:
         drawn = self.np_random.uniform(self._lower, self._upper)
@@ -149,6 +157,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         read_table(self._targets.ground_reaction, phase, ground)
         ground *= self.walker.weight
         self._action[:] = 0.0
+        self._action_before[:] = 0.0
         self._measure()
         return self._seen(), {}
 
@@ -157,10 +166,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return float(1.0 + self.constants.pace_scale * self._action[-1])
 
     def _is_mirrored(self) -> bool:
-        """Whether observations and actions are mirrored now: in the second half of the right
-        cycle.
-        """
-        return self._mirrors and self.walker.phase % 1.0 >= 0.5
+        """Whether observations and actions are mirrored now."""
+        return self._mirrors and is_mirrored(self.walker.phase)
 
     def _seen(self) -> NDArray[np.float32]:
         """The observation as the policy gets it."""
@@ -191,6 +198,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
                 walker.mean_ground_reaction,
                 walker.mean_moments,
                 self._action,
+                float(np.mean((self._action - self._action_before) ** 2)),
                 self._parameters,
                 self._extended,
                 self._mirrors,
@@ -222,9 +230,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance by one action; see the class for `action` and `info`."""
         limit = self.constants.action_limit
+        self._action_before[:] = self._action
         self._action[: self._size] = np.clip(action, -limit, limit)
         if self._is_mirrored():
             self._action[:] = ACTION_SIGNS * self._action[ACTION_ORDER]
+        self._action *= self._share
         self._push_now()
         offset = self.constants.action_scale * self._action[:-1]
         self.walker.step(offset, self._root_force, recording, pace=self._pace())
@@ -236,9 +246,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             )
             share = self.tolerance_share
             fell = not (
-                self._errors[8] < share * self.constants.height_tolerance
-                and self._errors[9] < share * self.constants.rotation_tolerance
-                and self._errors[10] < share * self.constants.drift_tolerance
+                self._errors[9] < share * self.constants.height_tolerance
+                and self._errors[10] < share * self.constants.rotation_tolerance
+                and self._errors[11] < share * self.constants.drift_tolerance
             )
         else:  # the simulation diverged, perhaps to NaN: keep the last observation
             self._terms[:] = 0.0

@@ -38,6 +38,12 @@ _VELOCITY_SCALE = 0.1
 """Joint velocities are observed in tens of rad/s, so that they have the same scale as the
 angles."""
 
+MIRROR_FROM = 0.25
+"""Phases of the right cycle between which it counts as the right leg's half: from a quarter before
+its heel strike to a quarter after it. At the ends, in the middle of stance, the policy passes from
+the body to its mirror image, and nothing makes its two actions equal there: with the ends at the
+heel strikes their difference kicked the body just when it lands."""
+
 _LARGEST_STATE = 1e3
 """rad, m, rad/s, m/s: a number beyond this is not a movement, and would spoil the running
 statistics of the whole training."""
@@ -81,6 +87,11 @@ MIRROR_ORDER, MIRROR_SIGNS = _mirror()
 ACTION_ORDER = MIRROR_ORDER[-26:] - (OBSERVATION_SIZES["extended"] - 26)
 ACTION_SIGNS = MIRROR_SIGNS[-26:]
 """An action's mirror image is `ACTION_SIGNS * action[ACTION_ORDER]`, an observation's likewise."""
+
+
+def is_mirrored(phase: float) -> bool:
+    """Whether the left leg's half of the cycle is now."""
+    return bool((phase + MIRROR_FROM) % 1.0 >= 0.5)
 
 
 class Targets(NamedTuple):
@@ -157,6 +168,7 @@ def measure(
     ground: Array,
     moments: Array,
     action: Array,
+    action_change: float,
     parameters: Array,
     extended: bool,
     half_cycle: bool,
@@ -180,10 +192,12 @@ def measure(
     ground : (2, 3) N, mean over the action.
     moments : (25,) Nm, mean over the action.
     action : (26,) the last action.
+    action_change : mean squared difference of the last action from the one before.
     parameters : (14,) the observed mu.
-    half_cycle : the sines and cosines are of the phase within its half of the cycle, 0 to 0.5.
+    half_cycle : the sines and cosines are of the phase within its half of the cycle, see
+        `is_mirrored`.
     observation : (71,) or (125,) out.
-    errors : (11,) out: squared errors of the first eight `REWARD_TERMS`, then height m,
+    errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m,
         rotation rad and drift m of the pelvis, for termination.
     """
     for i in range(2):
@@ -236,9 +250,10 @@ def measure(
     for i in range(25):
         errors[6] += targets.has_moment[i] * (moments[i] / mass - moment_ref[i]) ** 2
     errors[7] = (pace - 1.0) ** 2
-    errors[8] = abs(q[5] - q_ref[5])
-    errors[9] = np.sqrt(errors[3])
-    errors[10] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
+    errors[8] = action_change
+    errors[9] = abs(q[5] - q_ref[5])
+    errors[10] = np.sqrt(errors[3])
+    errors[11] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
 
     if extended:
         observation[0:25] = joint
@@ -252,8 +267,8 @@ def measure(
     # The phase says which leg is which even if the policy sees half cycles, because a person's two
     # sides are not the same.
     observation[56] = seen
-    if half_cycle and seen >= 0.5:
-        seen -= 0.5
+    if half_cycle:
+        seen = (seen + MIRROR_FROM) % 0.5
     observation[57:71] = parameters  # PARAMETERS_OBSERVED
     if extended:
         angle = 2.0 * np.pi * seen

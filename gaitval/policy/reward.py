@@ -18,6 +18,7 @@ REWARD_TERMS = (
     "ground_reaction",
     "joint_moments",
     "pace",
+    "action_change",
     "torque",
 )
 
@@ -26,22 +27,22 @@ REWARD_TERMS = (
 def weighted_reward(
     weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array
 ) -> float:
-    """Terms (9,) of the reward, in the order of `REWARD_TERMS`, and their sum. The first eight are
-    weight / (sum of the first eight weights) x exp(-sharpness (8,) x squared error); the last is
+    """Terms (10,) of the reward, in the order of `REWARD_TERMS`, and their sum. The first nine are
+    weight / (sum of the first nine weights) x exp(-sharpness (9,) x squared error); the last is
     the torque cost.
     """
     total, reward = 0.0, 0.0
-    for i in range(8):
+    for i in range(9):
         total += weights[i]
-    for i in range(8):
+    for i in range(9):
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
         reward += terms[i]
-    terms[8] = -weights[8] / total * effort
-    return float(reward + terms[8])
+    terms[9] = -weights[9] / total * effort
+    return float(reward + terms[9])
 
 
 def reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:
-    """Weights (9,) in the order of `REWARD_TERMS`, and sharpness (8,) of all but the last."""
+    """Weights (10,) in the order of `REWARD_TERMS`, and sharpness (9,) of all but the last."""
     weights = [getattr(reward, name) for name in REWARD_TERMS]
     sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]
     return np.array(weights, dtype=float), np.array(sharpness, dtype=float)

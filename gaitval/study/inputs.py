@@ -40,6 +40,8 @@ def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
 
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
 """The compared rollout with each mu, as far as it is compared."""
+WITNESS = "rollouts/witness.npz"
+"""The compared rollout of the identified body in the second physics engine."""
 WALKS = "rollouts/walks.json"
 """How far the rollout from each start phase went."""
 

@@ -10,6 +10,7 @@ from gaitval.study.inputs import (
     POLICY_FILES,
     ROLLOUTS,
     WALKS,
+    WITNESS,
     body_parameters,
     copy_files,
     corrected_task,
@@ -292,15 +293,15 @@ def simulate_stage(run: Run) -> Stage:
 
     The identified body with the corrected reference walks from every start phase. For comparison
     the nominal body with the uncorrected reference walks from the first phase, for the cycles that
-    are compared.
+    are compared; and the identified body does in MuJoCo.
     """
     validation = run.configuration.validation
 
     def simulate() -> None:
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.rollouts import roll_out_from
+        from gaitval.metrics.rollouts import compared_part, endurance, roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.policy.rollouts import RolloutPool
+        from gaitval.policy.rollouts import RolloutPool, roll_out
 
         policy = stored_policy(run, run.folder / "policy")
         planned = {
@@ -324,6 +325,16 @@ def simulate_stage(run: Run) -> Stage:
         # of the last walk, which is the identified body's
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
+        witness = roll_out(
+            task,
+            policy,
+            mu=mu,
+            start_phase=phases[0],
+            cycles=validation.settling_cycles + validation.cycles + 2,
+            engine="mujoco",
+        )
+        compared_part(witness, run.configuration).save(run.folder / WITNESS)
+        starts["witness"] = endurance(witness, run.configuration).as_dict()
         write_json(run.folder / WALKS, starts)
 
     return Stage(
@@ -336,7 +347,7 @@ def simulate_stage(run: Run) -> Stage:
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
-        outputs=(*ROLLOUTS.values(), WALKS),
+        outputs=(*ROLLOUTS.values(), WITNESS, WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
@@ -389,13 +400,13 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
     from gaitval.simulation.rollout import Rollout
 
     starts = read_json(run.folder / WALKS)
-    nominal, identified = (
-        Rollouts(
-            Rollout.load(run.folder / name),
-            tuple(Endurance.from_dict(start) for start in starts[which]),
+
+    def rollouts(name: str, went: Any) -> Rollouts:
+        return Rollouts(
+            Rollout.load(run.folder / name), tuple(Endurance.from_dict(each) for each in went)
         )
-        for which, name in ROLLOUTS.items()
-    )
+
+    nominal, identified = (rollouts(name, starts[which]) for which, name in ROLLOUTS.items())
     return validate(
         run.subject,
         run.subject.record(),
@@ -408,6 +419,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         pushes=pushes,
         others=builtin_subjects(),
         torque_shares=starts["torque_shares"],
+        witness=rollouts(WITNESS, [starts["witness"]]),
     )
 
 
@@ -428,6 +440,7 @@ def validate_stage(run: Run) -> Stage:
             "identification.json",
             "correction.json",
             *ROLLOUTS.values(),
+            WITNESS,
             WALKS,
             "push.json",
         ),

@@ -156,14 +156,14 @@ def test_a_free_fall_loses_no_momentum_of_its_own(task):
 @pytest.mark.parametrize("seed", range(4))
 def test_mujoco_agrees_on_mass_matrix_and_acceleration(task, human, seed):
     pytest.importorskip("mujoco")
-    from mujoco_peer import MujocoPeer
+    from gaitval.simulation.mujoco_body import MujocoBody
 
     q, qd = random_state(seed)
     forces = np.random.default_rng(seed + 100).uniform(-200.0, 200.0, 31)
     place(human, q, qd)
     human.setForces(forces)
     human.computeForwardDynamics()
-    peer = MujocoPeer(task.model)
+    peer = MujocoBody(task.model)
     peer.set(q, qd)
     close(peer.accelerations(forces), human.getAccelerations())
     close(peer.mass_matrix(), human.getMassMatrix())
@@ -172,9 +172,9 @@ def test_mujoco_agrees_on_mass_matrix_and_acceleration(task, human, seed):
 def test_mujocos_body_of_the_benchmark_is_the_same_with_twelve_spheres_on_the_ground(task, human):
     """benchmarks/test_physics_step.py compares the engines on it."""
     mujoco = pytest.importorskip("mujoco")
-    from mujoco_peer import MujocoPeer
+    from gaitval.simulation.mujoco_body import MujocoBody
 
-    peer = MujocoPeer(task.model, floor=True)
+    peer = MujocoBody(task.model, floor=True)
     q, qd = random_state(0)
     peer.set(q, qd)
     peer.accelerations(np.zeros(31))

@@ -1,4 +1,9 @@
-"""The body model in MuJoCo: another engine, fed from the same segments, joints and spheres."""
+"""The body model in MuJoCo: a second physics engine, fed from the same segments and joints.
+
+It is the witness that a walk does not depend on the engine it was learned in: another mass matrix,
+other Coriolis forces, another integrator, with a quarter of the step. Only the contact law, which
+MuJoCo does not have, is the same code.
+"""
 
 from typing import Any
 
@@ -6,6 +11,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import AXES, COORDINATES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, BodyModel, Segment
@@ -53,12 +59,17 @@ def mjcf(model: BodyModel, *, option: str = "", floor: bool = False) -> str:
     )
 
 
-class MujocoPeer:
+class MujocoBody:
     """A body in MuJoCo. Arrays go in and out in the order of `coordinates.COORDINATES`.
 
     MuJoCo's free joint has the place first, then the orientation, and its angular velocity in the
     pelvis's axes: v = T q̇ with T made of identities and Rᵀ. T's rate adds nothing to the
     acceleration, for Ṙᵀ ω = -Rᵀ (ω × ω) = 0.
+
+    Attributes
+    ----------
+    model, data : MuJoCo's own.
+    places, rates : (25,) where MuJoCo has the position and the velocity of each joint.
     """
 
     def __init__(self, model: BodyModel, *, option: str = "", floor: bool = False) -> None:
@@ -68,26 +79,65 @@ class MujocoPeer:
         self.places = np.array([joint.qposadr[0] for joint in joints])
         self.rates = np.array([joint.dofadr[0] for joint in joints])
 
-    def set(self, q: np.ndarray, qd: np.ndarray) -> None:
+    def set_servo(self, stiffness: Array, damping: Array) -> None:
+        """Springs about zero and dampers (25,) at the joints, Nm/rad and Nms/rad."""
+        hinges = np.array([self.model.joint(name).id for name in COORDINATES[6:]])
+        self.model.jnt_stiffness[hinges] = stiffness
+        self.model.dof_damping[self.rates] = damping
+
+    def set(self, q: Array, qd: Array) -> None:
+        """Place the body at positions and velocities (31,)."""
         rotation = Rotation.from_rotvec(q[:3])
-        self.transform = np.zeros((31, 31))
-        self.transform[0:3, 3:6] = np.eye(3)
-        self.transform[3:6, 0:3] = rotation.as_matrix().T
-        self.transform[self.rates, np.arange(6, 31)] = 1.0
         self.data.qpos[0:3] = q[3:6]
         self.data.qpos[3:7] = rotation.as_quat(scalar_first=True)
         self.data.qpos[self.places] = q[6:]
-        self.data.qvel[:] = self.transform @ qd
+        self.data.qvel[:] = self._transform() @ qd
 
-    def accelerations(self, forces: np.ndarray) -> np.ndarray:
-        """(31,) for generalised forces (31,), which pair with velocities: f = Tᵀ f_mujoco."""
-        self.data.qfrc_applied[:] = np.linalg.solve(self.transform.T, forces)
+    def state(self) -> tuple[Array, Array]:
+        """Positions and velocities (31,)."""
+        rotation = self._rotation()
+        q, qd = np.empty(31), np.empty(31)
+        q[:3] = rotation.as_rotvec()
+        q[3:6] = self.data.qpos[0:3]
+        q[6:] = self.data.qpos[self.places]
+        qd[:3] = rotation.apply(self.data.qvel[3:6])
+        qd[3:6] = self.data.qvel[0:3]
+        qd[6:] = self.data.qvel[self.rates]
+        return q, qd
+
+    def step(self, forces: Array) -> None:
+        """Advance by MuJoCo's time step under generalised forces (31,), which pair with velocities:
+        f = Tᵀ f_mujoco.
+        """
+        self._apply(forces)
+        mujoco.mj_step(self.model, self.data)
+
+    def accelerations(self, forces: Array) -> Array:
+        """(31,) for generalised forces (31,)."""
+        self._apply(forces)
         mujoco.mj_forward(self.model, self.data)
-        return np.linalg.solve(self.transform, self.data.qacc)
+        return np.linalg.solve(self._transform(), self.data.qacc)
 
-    def mass_matrix(self) -> np.ndarray:
+    def mass_matrix(self) -> Array:
         """(31, 31), after `accelerations`."""
         full = np.zeros((31, 31))  # symmetric
         for row, unit in zip(full, np.eye(31), strict=True):
             mujoco.mj_mulM(self.model, self.data, row, unit)
-        return self.transform.T @ full @ self.transform
+        transform = self._transform()
+        return np.asarray(transform.T @ full @ transform)
+
+    def _rotation(self) -> Rotation:
+        return Rotation.from_quat(self.data.qpos[3:7], scalar_first=True)
+
+    def _transform(self) -> Array:
+        transform = np.zeros((31, 31))
+        transform[0:3, 3:6] = np.eye(3)
+        transform[3:6, 0:3] = self._rotation().as_matrix().T
+        transform[self.rates, np.arange(6, 31)] = 1.0
+        return transform
+
+    def _apply(self, forces: Array) -> None:
+        applied = self.data.qfrc_applied
+        applied[0:3] = forces[3:6]
+        applied[3:6] = self._rotation().inv().apply(forces[:3])
+        applied[self.rates] = forces[6:]

@@ -1,0 +1,254 @@
+"""The physics steps of one action of a walker: servos, contact, dynamics (compiled)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit, njit_borrowing
+from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
+from gaitval.model.contact_law import ContactLaw
+from gaitval.model.tree import Frames, Tree, empty_frames, forward, velocities
+from gaitval.simulation.dynamics import (
+    DynamicsWorkspace,
+    accelerations,
+    dynamics_workspace,
+    integrate,
+)
+from gaitval.simulation.servo import ReferenceTables
+
+
+class WalkerBody(NamedTuple):
+    """What a physics step needs to know about a body and its servos.
+
+    Attributes
+    ----------
+    stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
+    total_damping : (25,) Nms/rad, with the passive joint damping.
+    lag : (2,) as in `model.contact.contact_forces`.
+    physics_step : s.
+    phase_step : fraction of a gait cycle in a physics step.
+    """
+
+    tree: Tree
+    law: ContactLaw
+    tables: ReferenceTables
+    stiffness: Array
+    damping: Array
+    total_damping: Array
+    lag: Array
+    physics_step: float
+    phase_step: float
+
+
+class Action(NamedTuple):
+    """What an action asks for.
+
+    Attributes
+    ----------
+    pace : rate of the phase over that of the reference.
+    offset, next_offset : (25,) rad, of the joint targets before and at the end of the action.
+    root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
+    """
+
+    pace: float
+    offset: Array
+    next_offset: Array
+    root_force: Array
+
+
+class Account(NamedTuple):
+    """The physics steps of one action, N rows.
+
+    Attributes
+    ----------
+    phase : (N,) of the right gait cycle, after the step.
+    positions, velocities : (N, 31) after the step.
+    moments : (N, 25) Nm, net joint moments that acted.
+    feet : (N, 2, 6) right and left foot, force N of the ground and moment Nm about the world
+        origin that acted.
+    mean_ground_reaction : (2, 3) N, right and left foot, mean over all rows.
+    mean_moments, mean_square_moments : (25,) Nm, Nm², likewise.
+    """
+
+    phase: Array
+    positions: Array
+    velocities: Array
+    moments: Array
+    feet: Array
+    mean_ground_reaction: Array
+    mean_moments: Array
+    mean_square_moments: Array
+
+
+def empty_account(steps: int) -> Account:
+    """Account of this many steps, to be filled."""
+    return Account(
+        np.zeros(steps),
+        np.zeros((steps, 31)),
+        np.zeros((steps, 31)),
+        np.zeros((steps, 25)),
+        np.zeros((steps, 2, 6)),
+        np.zeros((2, 3)),
+        np.zeros(25),
+        np.zeros(25),
+    )
+
+
+class Workspace(NamedTuple):
+    """Arrays that a physics step works in: what moves, the forces (31,) of `forces`, its command
+    (25,) and feet (2, 6), and the acceleration (31,) that they make.
+    """
+
+    frames: Frames
+    contact: ContactWorkspace
+    dynamics: DynamicsWorkspace
+    forces: Array
+    command: Array
+    feet: Array
+    acceleration: Array
+
+
+@njit
+def workspace(spheres: int) -> Workspace:
+    """Arrays to be filled, for a body with this many contact spheres."""
+    return Workspace(
+        empty_frames(),
+        contact_workspace(spheres),
+        dynamics_workspace(),
+        np.empty(31),
+        np.empty(25),
+        np.empty((2, 6)),
+        np.empty(31),
+    )
+
+
+@njit_borrowing
+def forces(
+    body: WalkerBody,
+    state: Array,
+    phase: float,
+    pace: float,
+    offset: Array,
+    root_force: Array,
+    memory: Array,
+    work: Workspace,
+) -> None:
+    """Frames of all segments and the generalised forces that one physics step applies.
+
+    Parameters
+    ----------
+    pace : rate of the phase over that of the reference.
+    offset : (25,) rad, of the joint targets.
+    root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
+    work : its frames, forces, command (the servos' share, Nm) and feet are filled.
+    """
+    tree, tables, frames = body.tree, body.tables, work.frames
+    forces, command = work.forces, work.command
+    count = tables.positions.shape[0] - 1
+    place = (phase - np.floor(phase)) * count
+    row = int(place)
+    part = place - row
+    for i in range(25):
+        target = (1.0 - part) * tables.positions[row, i] + part * tables.positions[row + 1, i]
+        rate = (1.0 - part) * tables.velocities[row, i] + part * tables.velocities[row + 1, i]
+        moment = (1.0 - part) * tables.moments[row, i] + part * tables.moments[row + 1, i]
+        command[i] = (
+            body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
+        )
+        forces[6 + i] = command[i]
+    for i in range(6):
+        forces[i] = root_force[i]
+    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
+    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    contact_forces(tree, body.law, frames, body.lag, memory, forces, work.feet, work.contact)
+
+
+@njit_borrowing
+def enter(
+    body: WalkerBody, state: Array, phase: float, row: int, account: Account, work: Workspace
+) -> None:
+    """Enter the step that led to `state` and `phase` in row `row` of the account."""
+    command, feet = work.command, work.feet
+    share = 1.0 / account.phase.shape[0]
+    if row == 0:
+        account.mean_ground_reaction[:, :] = 0.0
+        account.mean_moments[:] = 0.0
+        account.mean_square_moments[:] = 0.0
+    account.phase[row] = phase
+    for i in range(31):
+        account.positions[row, i] = state[0, i]
+        account.velocities[row, i] = state[1, i]
+    for side in range(2):
+        for i in range(6):
+            account.feet[row, side, i] = feet[side, i]
+        for i in range(3):
+            account.mean_ground_reaction[side, i] += share * feet[side, i]
+    for i in range(25):
+        moment = (
+            command[i]
+            - body.stiffness[i] * state[0, 6 + i]
+            - body.total_damping[i] * state[1, 6 + i]
+        )
+        account.moments[row, i] = moment
+        account.mean_moments[i] += share * moment
+        account.mean_square_moments[i] += share * moment * moment
+
+
+@njit_borrowing
+def _steps(
+    body: WalkerBody,
+    state: Array,
+    phase: float,
+    pace: float,
+    target: Array,
+    slope: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+    work: Workspace,
+) -> float:
+    """`advance`, with the change `slope` (25,) rad of the targets from step to step."""
+    for row in range(account.phase.shape[0]):
+        for i in range(25):
+            target[i] += slope[i]
+        forces(body, state, phase, pace, target, root_force, memory, work)
+        accelerations(
+            body.tree,
+            work.frames,
+            state,
+            work.forces,
+            body.stiffness,
+            body.total_damping,
+            body.physics_step,
+            work.dynamics,
+            work.acceleration,
+        )
+        integrate(state, work.acceleration, body.physics_step)
+        phase += pace * body.phase_step
+        enter(body, state, phase, row, account, work)
+    return phase
+
+
+@njit
+def advance(
+    body: WalkerBody,
+    state: Array,
+    phase: float,
+    action: Action,
+    memory: Array,
+    account: Account,
+) -> float:
+    """All physics steps of an action; returns the phase after them.
+
+    Parameters
+    ----------
+    state : (2, 31) in and out.
+    memory : (K, 3) in and out, as `model.contact.contact_forces`.
+    account : filled; its length is the number of steps.
+    """
+    pace, offset, next_offset, root_force = action
+    slope = (next_offset - offset) / account.phase.shape[0]
+    target, work = offset.copy(), workspace(memory.shape[0])
+    phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
+    return phase
