@@ -263,8 +263,10 @@ class CorrectionSettings(Section):
     (`correct`).
     """
 
-    rounds: int = Field(3, ge=0)
-    """Largest number of rounds in which the effect of each change is measured; 0: no correction."""
+    rounds: int = Field(0, ge=0)
+    """Largest number of rounds in which the effect of each change is measured; 0: no correction.
+    Three bring most sagittal angles below their goals, but the correction reads the measures that
+    judge it, and what nothing judges gets worse (docs/learning.md)."""
     harmonics: int = Field(3, ge=0, le=8)
     """Harmonics of the gait cycle in the change of each angle."""
     largest: Positive = 0.052

@@ -387,6 +387,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "torque_shares": tables.torque_shares(metrics.get("torque_shares")),
         "error_tables": tables.error_table(metrics),
         "plates": metrics["record"]["plates"],
+        "witness": tables.witness(metrics),
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics["identification"]),

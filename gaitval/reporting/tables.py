@@ -8,6 +8,7 @@ from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
+from gaitval.metrics.validation import ENDURANCE
 from gaitval.reporting.figures import NAMES
 
 Json = Mapping[str, Any]
@@ -113,3 +114,46 @@ def torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
         for joint in ACTUATED
         for side, name in (split_side(joint),)
     ]
+
+
+def witness(metrics: Json) -> dict[str, Any] | None:
+    """What a second engine says, with the rows in which it differs most from the walk, by kind."""
+    found = metrics.get("witness")
+    if found is None:
+        return None
+    here = {(row["measure"], row["target"]): row["value"] for row in metrics["measures"]}
+    there = {(row["measure"], row["target"]): row["value"] for row in found["measures"]}
+    rows = []
+    for measure, name, unit, digits in (
+        ("angle_rmse", "Angle", "deg", 2),
+        ("moment_rmse", "Moment", "Nm/kg", 3),
+        ("force_rmse", "Ground reaction", "% BW", 2),
+    ):
+        both = {
+            target: (value, there[measure, target])
+            for (kind, target), value in here.items()
+            if kind == measure and value is not None and there[measure, target] is not None
+        }
+        if not both:
+            continue
+        worst = max(both, key=lambda target: abs(both[target][1] - both[target][0]))
+        side, curve = split_side(worst)
+        rows.append(
+            {
+                "name": name,
+                "target": f"{NAMES[curve]}, {side}",
+                "here": both[worst][0],
+                "there": both[worst][1],
+                "unit": unit,
+                "digits": digits,
+            }
+        )
+    counted = [
+        row["reached"]
+        for row in metrics["tolerances"]
+        if (row["measure"], row["target"]) in there
+        and row["measure"] not in ENDURANCE
+        and row["role"] == "acceptance"
+        and row["reached"] is not None
+    ]
+    return {**found, "rows": rows, "here": sum(counted)}

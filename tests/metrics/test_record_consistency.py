@@ -96,6 +96,6 @@ def test_an_offset_of_one_leg_is_an_asymmetry_of_moments():
 def test_all_recorded_people_seem_lighter_than_they_are():
     """Which is why the bound is told in every report."""
     for subject in builtin_subjects():
-        found = consistency(subject.record())
+        found = consistency(subject.measured())
         assert 0.9 < found.mean_force["vertical"] < 1.0, subject.identifier
         assert found.force_rmse_bound["vertical"] < found.vertical_rmse_bound_in_stance < 0.06

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import changed
 from walking_states import put, reference_at
 
+from gaitval.coordinates import ACTUATED
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.model.tree import forward
 from gaitval.policy.environment import WalkingEnvironment
@@ -183,7 +184,21 @@ def test_actions_are_offsets_of_the_joint_targets(extended, task):
     action = np.linspace(-1.0, 1.0, 26).astype(np.float32)
     extended.step(action)
     scale = task.configuration.environment.action_scale
-    np.testing.assert_allclose(extended.walker.offset, scale * action[:25], rtol=1e-6)
+    arms = np.array([name.startswith(("arm", "elbow")) for name in ACTUATED])
+    expected = np.where(arms, 0.0, scale * action[:25])
+    np.testing.assert_allclose(extended.walker.offset, expected, rtol=1e-6)
+
+
+def test_arms_may_be_given_to_the_policy(task):
+    environment = WalkingEnvironment(changed(task, environment={"arm_share": 0.5}))
+    environment.reset(options={"phase": 0.2, "mu": nominal_parameters(), "push": None})
+    environment.step(np.ones(26, dtype=np.float32))
+    scale = task.configuration.environment.action_scale
+    elbow, knee = (
+        environment.walker.offset[ACTUATED.index(f"{n}_r")] for n in ("elbow_flex", "knee_angle")
+    )
+    assert elbow == pytest.approx(0.5 * scale)
+    assert knee == pytest.approx(scale)
 
 
 @pytest.mark.parametrize("phase", [0.2, 0.7])  # the mirror leaves the pace as it is
@@ -391,7 +406,7 @@ def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked
 
     monkeypatch.setattr(pushed.walker, "step", walks_on)
     acts, phases = [], []
-    for _ in range(150):
+    for _ in range(450):
         phases.append(pushed.walker.phase)
         pushed.step(NO_ACTION)
         acts.append(pushed._root_force.any())

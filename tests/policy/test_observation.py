@@ -140,9 +140,8 @@ def test_a_left_step_is_a_right_step_in_the_mirror(twins):
     compare(seen, other, SINGLE)
     stride = right.task.reference.speed * right.task.reference.stride_time
     random = np.random.default_rng(0)
-    for _ in range(
-        round(0.47 / right.walker.action_seconds)
-    ):  # past φ = 1/2 on one side and past 1 on the other
+    # past φ = 1/4 and 1/2 on one side, past 3/4 and 1 on the other
+    for _ in range(round(0.47 / right.walker.action_seconds)):
         action = random.normal(0.0, 0.4, 26).astype(np.float32)
         seen, reward, *_ = right.step(action)
         other, other_reward, *_ = left.step(action)
@@ -156,13 +155,13 @@ def test_a_left_step_is_a_right_step_in_the_mirror(twins):
     assert left.walker.phase > 1.0
 
 
-def test_the_mirror_acts_in_the_second_half_only(task):
+def test_the_mirror_acts_around_the_left_heel_strike_only(task):
     """Subject 5's left and right differ, so the reference keeps its sides; what the policy sees
-    of the right leg in the first half of the cycle, it sees of the left one in the second."""
+    of the right leg around its heel strike, it sees of the left one around that leg's."""
     plain = WalkingEnvironment(changed(task, environment={"mirror": False}))
     mirror = WalkingEnvironment(changed(task, environment={"mirror": True}))
     options = {"mu": nominal_parameters(), "push": None}
-    for phase, acts in ((0.2, False), (0.7, True)):
+    for phase, acts in ((0.2, False), (0.3, True), (0.7, True), (0.8, False)):
         straight, _ = plain.reset(seed=1, options={"phase": phase, **options})
         seen, _ = mirror.reset(seed=1, options={"phase": phase, **options})
         for i, name in enumerate(ACTUATED):

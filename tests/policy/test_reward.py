@@ -6,9 +6,11 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import changed, kinematics
 from walking_states import put, reference_at, restless
 
+from gaitval.coordinates import ACTUATED
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import is_mirrored
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.reference.motion import END_EFFECTORS
 
@@ -67,6 +69,7 @@ def test_every_term_falls_with_its_own_squared_error(task, extended, peer):
         "ground_reaction": ((force_weights * force_error) ** 2).sum(),
         "joint_moments": (moment_error**2).sum(),
         "pace": (pace - 1.0) ** 2,
+        "action_change": info["errors"][8],  # see the test below
     }
     assert has_moment.all()  # the fitted reference has the moment of every joint
     settings = task.configuration.reward
@@ -84,6 +87,29 @@ def test_every_term_falls_with_its_own_squared_error(task, extended, peer):
     assert terms["torque"] == pytest.approx(-settings.torque / total * effort, rel=1e-12)
     assert reward == pytest.approx(info["reward_terms"].sum(), abs=1e-12)
     assert reward < 1.0
+
+
+def test_the_change_of_the_action_is_that_of_what_acts(task):
+    """The mean over the 26 numbers of an action of the squared change since the last one, none at
+    the start; what the arms are asked for does not act, and mirrored actions are compared as the
+    body gets them."""
+    environment = WalkingEnvironment(task)
+    options = {"mu": nominal_parameters(), "push": None, "phase": 0.2}
+    environment.reset(seed=0, options=options)
+    first, second = NO_ACTION.copy(), NO_ACTION.copy()
+    knee, elbow = ACTUATED.index("knee_angle_r"), ACTUATED.index("elbow_flex_l")
+    first[[knee, elbow]] = 0.6, 2.0
+    second[[knee, elbow]] = -0.2, -2.0
+    place = REWARD_TERMS.index("action_change")
+    for action, change in ((first, 0.6), (second, 0.8), (second, 0.0)):
+        _, _, _, _, info = environment.step(action)
+        assert info["errors"][place] == pytest.approx(change**2 / 26, rel=1e-6)
+    while not is_mirrored(environment.walker.phase):
+        environment.step(second)
+    mirror_image = second.copy()
+    mirror_image[[knee, ACTUATED.index("knee_angle_l")]] = 0.0, -0.2
+    _, _, _, _, info = environment.step(mirror_image)
+    assert info["errors"][place] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_weights_and_sharpness_come_from_the_configuration(task):

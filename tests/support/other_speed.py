@@ -61,12 +61,12 @@ def change_from_t05(found: Import, gait_data: Path, title: str) -> Change:
 
     The usual change is that of Schwartz et al. 2008 from "free" to "very slow" walking: T05 and
     T01 are there by their dimensionless speeds, 0.41 and 0.17. Means of both sides, for the
-    published moments of right and left differ by what a shift of 3.6 cm between the two
-    plates makes, in all ten subjects.
+    published moments of right and left differ by what a shift between the two plates makes,
+    in all ten subjects.
     """
     name, group = SAGITTAL[title]
     moments = group.endswith("Moment")
-    published = load_subject("S01").record()
+    published = load_subject("S01").measured()
     curves, theirs = (
         (found.moments, published.moments) if moments else (found.angles, published.angles)
     )

@@ -10,10 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
 from typer.main import get_command
 
 from gaitval.cli.app import app
 from gaitval.configuration import Configuration
+from gaitval.datasets.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("gaitval", "scripts", "tests", "benchmarks", "docs", "models")
@@ -175,11 +177,20 @@ def test_the_lookups_can_fail():
     assert command(["data", "no_such"]) is None
 
 
-def test_pages_tell_the_shift_of_the_plates_that_is_computed(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    table = importlib.import_module("plate_shift").table()
-    (mean,) = re.findall(r"^\| mean .* ([\d.]+) \|$", table, re.MULTILINE)
-    assert table in (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+def test_pages_tell_the_faults_of_the_plates_that_the_subjects_have():
+    """The table of docs/decisions.md, and what pages say of it, are those of the subject files."""
+    page = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    subjects = builtin_subjects()
+    for subject in subjects:
+        (force,) = re.findall(rf"^\| {subject.identifier} \| ([\d.]+) \|", page, re.MULTILINE)
+        assert float(force) == pytest.approx(subject.mean_vertical_force, abs=2e-3)
+        assert subject.plates is not None
+        assert 1.0 / subject.plates.scale == pytest.approx(float(force), abs=6e-4)
+    (row,) = re.findall(r"^\| all together \|.*$", page, re.MULTILINE)
+    right, left, apart = (float(cell) for cell in re.findall(r"(-?[\d.]+) ±", row))
+    for subject in subjects:
+        assert 100 * subject.plates.shift_right == pytest.approx(right, abs=0.051)
+        assert 100 * subject.plates.shift_left == pytest.approx(left, abs=0.051)
     for name in ("README.md", "docs/learning.md", "docs/decisions.md"):
-        said = re.findall(r"plate(?: were)?\s([\d.]+) cm\s", (ROOT / name).read_text("utf-8"))
-        assert said == [mean], name
+        said = re.findall(r"off by ([\d.]+) cm relative", (ROOT / name).read_text("utf-8"))
+        assert [float(each) for each in said] == [apart], name

@@ -30,8 +30,10 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
+from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.push_recovery import Push, PushRecovery, evenly_spaced, required_pushes
 from gaitval.metrics.tolerances import WALK_UNITS, Tolerance, load_registry
+from gaitval.metrics.unrecorded import STEP_WIDTH, TRUNK_TILT_SD
 from gaitval.metrics.validation import validate
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
@@ -165,6 +167,91 @@ def swing_arm(simulated: Simulated, size: float) -> Simulated:
     return _compared(simulated, moments=moments, velocities=velocities)
 
 
+def tilt_trunk(simulated: Simulated, size: float) -> Simulated:
+    """The trunk leans forward."""
+    positions = simulated.walks[0].positions.copy()
+    tilt = np.deg2rad(size * TRUNK_TILT_SD)
+    positions[:, COORDINATES.index("lumbar_extension")] -= tilt
+    return _compared(simulated, positions=positions)
+
+
+def twist_trunk(simulated: Simulated, size: float) -> Simulated:
+    moments = simulated.walks[0].moments.copy()
+    moments[:, ACTUATED.index("lumbar_rotation")] = size * MASS
+    return _compared(simulated, moments=moments)
+
+
+def _narrowing(phase: np.ndarray) -> np.ndarray:
+    """A sway of the pelvis towards the left foot when the right one is flat, and back."""
+    return np.cos(2 * np.pi * (phase - 0.18))
+
+
+def step_wide(simulated: Simulated, size: float) -> Simulated:
+    walk = simulated.walks[0]
+    rows = unchanged_metrics()["walks"]["nominal"]["spatiotemporal"]
+    (now,) = (row["mean"] for row in rows if row["name"] == "step_width")
+    mean, sd = STEP_WIDTH
+    wider = SUBJECT.leg_length_m * (mean + size * sd) - now
+    positions = walk.positions.copy()
+    positions[:, 4] -= 0.5 * wider * _narrowing(walk.phase)
+    return _compared(simulated, positions=positions)
+
+
+def push_off(simulated: Simulated, size: float) -> Simulated:
+    """The right ankle pushes harder for an instant at its peak of power."""
+    walk = simulated.walks[0]
+    recorded = np.array(unchanged_metrics()["record"]["joint_power"]["power"]["ankle_angle_r"])
+    peak = recorded.argmax() / 100
+    column = ACTUATED.index("ankle_angle_r")
+    rate = walk.velocities[:, 6 + column]
+    fastest = np.abs(rate[np.abs(walk.phase % 1.0 - peak) < 0.02]).mean()
+    moments = walk.moments.copy()
+    instant = np.exp(-(((walk.phase % 1.0 - peak) / 0.012) ** 2))
+    moments[:, column] += size * BURSTS["A2"].spread * MASS / fastest * instant * np.sign(rate)
+    return _compared(simulated, moments=moments)
+
+
+def work_more(simulated: Simulated, size: float) -> Simulated:
+    """The left knee adds more energy wherever it adds any."""
+    walk = simulated.walks[0]
+    column = ACTUATED.index("knee_angle_l")
+    rate, moments = walk.velocities[:, 6 + column], walk.moments.copy()
+    adds = moments[:, column] * rate > 0.0
+    share = np.mean(np.where(adds, rate**2, 0.0)) * RECORD.stride_time
+    moments[:, column] += np.where(adds, size * MASS / share * rate, 0.0)
+    return _compared(simulated, moments=moments)
+
+
+def bob(simulated: Simulated, size: float) -> Simulated:
+    """The centre of mass rises and falls further."""
+    walk = simulated.walks[0]
+    centre = walk.centre_of_mass.copy()
+    centre[:, 2] += 1e-3 * size * np.sqrt(2.0) * np.sin(4 * np.pi * walk.phase)
+    return _compared(simulated, centre_of_mass=centre)
+
+
+def land_hard(simulated: Simulated, size: float) -> Simulated:
+    """The left foot is loaded more around its first peak."""
+    walk = simulated.walks[0]
+    recorded = np.array(unchanged_metrics()["record"]["curves"]["forces"]["vertical_l"])
+    peak = recorded[:31].argmax() / 100
+    away = (walk.phase - RECORD.left_phase - peak + 0.5) % 1.0 - 0.5
+    ground = walk.ground_reaction.copy()
+    ground[:, 1, 2] += size / 100.0 * WEIGHT * np.exp(-((away / 0.05) ** 2))
+    return _compared(simulated, ground_reaction=ground)
+
+
+def roll_forward(simulated: Simulated, size: float) -> Simulated:
+    """The ground pushes further ahead of the left ankle."""
+    walk = simulated.walks[0]
+    own = (walk.phase - RECORD.left_phase) % 1.0
+    vertical = walk.ground_reaction[:, 1, 2]
+    moments = walk.moments.copy()
+    rolls = (own > 0.10) & (own < 0.55)
+    moments[:, ACTUATED.index("ankle_angle_l")] -= np.where(rolls, 1e-3 * size * vertical, 0.0)
+    return _compared(simulated, moments=moments)
+
+
 def press_harder(simulated: Simulated, size: float) -> Simulated:
     """Scale the vertical force under the right foot, which leaves its swing empty."""
     ground = simulated.walks[0].ground_reaction.copy()
@@ -233,6 +320,9 @@ GOOD = frozenset({"angles-mcginley-good"})
 ANGLES, MOMENTS, FORCES = (frozenset({f"skill-{kind}"}) for kind in ("angles", "moments", "forces"))
 """What is this far off a guess comes nearer to."""
 
+WORK = frozenset({"power-bursts", "joint-work"})
+"""A moment that is off does other work."""
+
 LIMITS = {
     "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
     "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), CONCERN | GOOD | ANGLES),
@@ -246,17 +336,25 @@ LIMITS = {
         shift_angles(subtalar_angle_l=1.0), CONCERN | GOOD | ANGLES
     ),
     "angles-mcginley-good": Mutation(shift_angles(subtalar_angle_r=1.0), ANGLES),
-    "sagittal-moments": Mutation(shift_moment, MOMENTS),
+    "sagittal-moments": Mutation(shift_moment, MOMENTS | WORK),
     "force-forward": Mutation(shift_force(0), FORCES),
     "force-medial": Mutation(shift_force(1), FORCES),
-    "force-vertical": Mutation(press_harder, FORCES),
+    "force-vertical": Mutation(press_harder, FORCES | {"loading-peak"}),
     "skill-angles": Mutation(guess("angles")),
-    "skill-moments": Mutation(guess("moments")),
+    "skill-moments": Mutation(guess("moments"), WORK),
     "skill-forces": Mutation(guess("forces")),
     "force-ringing": Mutation(ring),
     "shoulder-moment-rms": Mutation(hold_arm),
     "shoulder-moment-peak": Mutation(jerk_arm),
     "arm-work": Mutation(swing_arm),
+    "trunk-motion": Mutation(tilt_trunk),
+    "lumbar-moment": Mutation(twist_trunk),
+    "step-width": Mutation(step_wide),
+    "power-bursts": Mutation(push_off),
+    "joint-work": Mutation(work_more),
+    "centre-of-mass": Mutation(bob),
+    "loading-peak": Mutation(land_hard),
+    "pressure-arm": Mutation(roll_forward, MOMENTS | {"joint-work"}),
     "walking-speed": Mutation(hurry),
     "stance-fraction": Mutation(leave_late),
     "step-length": Mutation(
@@ -271,10 +369,13 @@ GOALS = {name: replace(each, drags=frozenset()) for name, each in LIMITS.items()
     "push-survival": Mutation(fall_from_pushes(1)),
     "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
     "other-angles": Mutation(shift_angles(hip_rotation_r=1.0), GOOD | ANGLES, ANGLES),
-    "sagittal-moments": Mutation(shift_moment, MOMENTS, MOMENTS),
+    "sagittal-moments": Mutation(shift_moment, MOMENTS | WORK, MOMENTS | WORK),
     "force-forward": Mutation(shift_force(0), FORCES, FORCES),
     "force-medial": Mutation(shift_force(1), FORCES, FORCES),
-    "force-vertical": Mutation(press_harder, FORCES, FORCES),
+    "force-vertical": Mutation(press_harder, FORCES, FORCES | {"loading-peak"}),
+    "skill-moments": Mutation(guess("moments"), goals=WORK),
+    "loading-peak": Mutation(land_hard, goals=FORCES),
+    "pressure-arm": Mutation(roll_forward, goals=MOMENTS | {"joint-work"}),
 }
 """The same done by less, where not said otherwise; `drags` are limits that are stricter."""
 
