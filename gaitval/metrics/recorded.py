@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.comparison import Curves, recorded_curves
+from gaitval.metrics.comparison import Curves, recorded_curves, rms
 from gaitval.metrics.joint_power import JointPower, joint_power
 from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.whole_body import record_centre_of_mass
@@ -73,3 +74,21 @@ def recorded_power(record: GaitRecord, curves: Curves) -> JointPower:
     found = joint_power(curves, dict.fromkeys("rl", record.stride_time))
     assert found is not None  # a record has a cycle
     return found
+
+
+def kinetics(curves: Curves) -> dict[str, Array]:
+    """Moments and forces together, for `whole_body_measures`."""
+    return {**curves.moments, **curves.forces}
+
+
+def errors_as_measured(curves: Json, measured: Json | None) -> Json | None:
+    """RMSE of mean curves from the record before its plates were corrected."""
+    if measured is None:
+        return None
+    return {
+        kind: {
+            name: None if curve["mean"] is None else rms(curve["mean"] - measured[kind][name])
+            for name, curve in curves[kind].items()
+        }
+        for kind in KINETICS
+    }

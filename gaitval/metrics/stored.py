@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import rms
+from gaitval.metrics.joint_power import JointPower, power_measures
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.rollouts import Endurance
 from gaitval.metrics.tolerances import UNITS, Measure
@@ -25,6 +26,7 @@ from gaitval.metrics.validation import (
     skill_measures,
     spatiotemporal_measures,
 )
+from gaitval.metrics.whole_body import whole_body_measures
 
 AGREES: Final = 1e-3
 """Relative; stored numbers have six digits, and an error of curves that nearly agree loses some."""
@@ -122,6 +124,7 @@ def _implied(metrics: Json) -> list[Measure]:
     only_in_the_walk = [
         *(Measure("unfiltered_force_rmse", f"vertical_{side}", None) for side in "rl"),
         *(replace(measure, value=None) for measure in NOTHING.measures()),
+        Measure("step_width", "walk", None),
     ]
     return [
         *(
@@ -131,8 +134,33 @@ def _implied(metrics: Json) -> list[Measure]:
         ),
         *skill_measures(walk["errors"], metrics["predictions"]),
         *only_in_the_walk,
+        *_mechanics(walk, metrics["record"]),
         *spatiotemporal_measures(walk["spatiotemporal"]),
         *endurance_measures(starts),
         Measure("epsilon", "walk", walk["epsilon"]["total"] if walk["epsilon"] else None),
         *push_measures(metrics["push_recovery"]),
+    ]
+
+
+def _mechanics(walk: Json, record: Json) -> list[Measure]:
+    """Power, work, centre of mass and loading, from what is stored of walk and record."""
+
+    def kinetics(kinds: Json, mean: bool) -> dict[str, Any]:
+        return {
+            name: np.array(curve["mean"] if mean else curve, dtype=float) * scale
+            for kind, scale in (("moments", 1.0), ("forces", 0.01))
+            for name, curve in kinds[kind].items()
+        }
+
+    power, path = walk["joint_power"], walk["centre_of_mass"]
+    return [
+        *power_measures(
+            None if power is None else JointPower(**power), JointPower(**record["joint_power"])
+        ),
+        *whole_body_measures(
+            None if path is None else np.array(path),
+            np.array(record["centre_of_mass"]),
+            kinetics(walk["curves"], mean=True),
+            kinetics(record["curves"], mean=False),
+        ),
     ]

@@ -28,13 +28,21 @@ from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal,
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.joint_power import joint_power, power_measures
-from gaitval.metrics.recorded import CURVE_UNITS, KINETICS, by_kind, recorded_part, recorded_power
+from gaitval.metrics.recorded import (
+    CURVE_UNITS,
+    by_kind,
+    errors_as_measured,
+    kinetics,
+    recorded_part,
+    recorded_power,
+)
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.whole_body import (
+    record_centre_of_mass,
     walked_centre_of_mass,
     whole_body_measures,
 )
@@ -212,7 +220,7 @@ def _walk(
         "foot_contact": {side: contact.as_dict() for side, contact in contacts.items()},
         "curves": curves,
         "errors": errors,
-        "errors_as_measured": _errors_as_measured(curves, recorded["as_measured"]),
+        "errors_as_measured": errors_as_measured(curves, recorded["as_measured"]),
         "joint_power": None if power is None else asdict(power),
         "centre_of_mass": walked_centre_of_mass(rollout, cycles),
         "epsilon": None if error is None else error.as_dict(),
@@ -223,24 +231,16 @@ def _walk(
         *unrecorded(rollout, cycles, mass=model.mass).measures(),
         step_width_measure(stride["step_width"], leg_length),
         *power_measures(power, recorded_power(record, recorded_curves(record))),
-        *whole_body_measures(rollout, cycles, compared, recorded_curves(record), record),
+        *whole_body_measures(
+            walked_centre_of_mass(rollout, cycles),
+            record_centre_of_mass(record),
+            {name: each.mean(axis=0) for name, each in kinetics(compared).items() if len(each)},
+            kinetics(recorded_curves(record)),
+        ),
         *spatiotemporal_measures(rows),
         *endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
     ]
-
-
-def _errors_as_measured(curves: Json, measured: Json | None) -> Json | None:
-    """RMSE of mean curves from the record before its plates were corrected."""
-    if measured is None:
-        return None
-    return {
-        kind: {
-            name: None if curve["mean"] is None else rms(curve["mean"] - measured[kind][name])
-            for name, curve in curves[kind].items()
-        }
-        for kind in KINETICS
-    }
 
 
 def deviations(
@@ -445,7 +445,7 @@ def validate(
         Those that are validated start from each of `validation.start_phases`; nominal ones that are
         only compared, from the first one.
     identification, correction, training : stored unchanged.
-    pushes : `PushRecovery.as_dict` of the validated body; None if no push was tested.
+    pushes : `PushRecovery.as_dict` of the validated body.
     others : people that predictions without a model are made from.
     torque_shares : of the validated body's rollout.
     witness : the compared rollout of the validated body in the second physics engine.
@@ -465,7 +465,6 @@ def validate(
             _check_starts(each, phases if which == final else phases[:1], which)
             shared = (record, recorded, predictions, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
-    told = None if witness is None else _witness(witness, _walk(witness, *shared)[1])
     measures += push_measures(pushes)
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
@@ -490,7 +489,7 @@ def validate(
             "summary": _summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,
-            "witness": told,
+            "witness": witness and _witness(witness, _walk(witness, *shared)[1]),
             "identification": identification,
             "correction": correction,
             "training": training,

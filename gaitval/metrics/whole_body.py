@@ -12,7 +12,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.comparison import Curves, rms
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.cycles import GaitCycles, cut
 from gaitval.metrics.tolerances import Measure
 from gaitval.simulation.rollout import Rollout
@@ -57,22 +57,26 @@ def walked_centre_of_mass(rollout: Rollout, cycles: GaitCycles) -> Array | None:
     return np.asarray(path - path[:-1].mean(axis=0))
 
 
-def pressure_arm(moments: Mapping[str, Array], forces: Mapping[str, Array], side: str) -> Array:
+def pressure_arm(moment: Array, force: Array) -> Array:
     """How far ahead of the ankle the ground pushes on a foot, m, at `FLAT`: the ankle's
-    plantarflexion moment over the vertical force. Force in body weights, moment in Nm/kg.
+    plantarflexion moment (101,) Nm/kg over the vertical force (101,), body weights.
     """
-    moment = np.atleast_2d(moments[f"ankle_angle_{side}"])[:, FLAT].mean(axis=0)
-    force = np.atleast_2d(forces[f"vertical_{side}"])[:, FLAT].mean(axis=0)
-    return np.asarray(-moment / (GRAVITY * force))
+    return np.asarray(-moment[FLAT] / (GRAVITY * force[FLAT]))
 
 
 def whole_body_measures(
-    rollout: Rollout, cycles: GaitCycles, walked: Curves, recorded: Curves, record: GaitRecord
+    path: Array | None, expected: Array, walked: Mapping[str, Array], recorded: Mapping[str, Array]
 ) -> list[Measure]:
     """Centre of mass, mm RMS by axis; first peak of the vertical force, % of body weight, and how
     far ahead of the ankle the ground pushes, mm RMS, by side.
+
+    Parameters
+    ----------
+    path, expected : (101, 3) m, `walked_centre_of_mass` and `record_centre_of_mass`; without a
+        path there is no cycle.
+    walked, recorded : (101,) mean curves `vertical_r`, body weights, and `ankle_angle_r`, Nm/kg,
+        likewise left.
     """
-    path, expected = walked_centre_of_mass(rollout, cycles), record_centre_of_mass(record)
     measures = [
         Measure(
             "centre_of_mass_rmse",
@@ -82,15 +86,14 @@ def whole_body_measures(
         for i, axis in enumerate(AXES)
     ]
     for side in SIDES:
-        name = f"vertical_{side[0]}"
-        force = walked.forces[name]
+        force, ankle = f"vertical_{side[0]}", f"ankle_angle_{side[0]}"
         peak = arm = None
-        if len(force):
-            first = force.mean(axis=0)[LOADING].max() - recorded.forces[name][LOADING].max()
+        if force in walked:
+            first = walked[force][LOADING].max() - recorded[force][LOADING].max()
             peak = 100.0 * abs(float(first))
             arm = 1e3 * rms(
-                pressure_arm(walked.moments, walked.forces, side[0])
-                - pressure_arm(recorded.moments, recorded.forces, side[0])
+                pressure_arm(walked[ankle], walked[force])
+                - pressure_arm(recorded[ankle], recorded[force])
             )
         measures.append(Measure("loading_peak_error", side, peak))
         measures.append(Measure("pressure_arm_rmse", side, arm))

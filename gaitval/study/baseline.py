@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -145,7 +146,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
         open_run(subject, configuration, Path(temporary), observer) as run,
     ):
         copy_files(baseline, run.folder, STORED_FILES[2:-1])
-        for stage in (scale_stage, reference_stage, simulate_stage):
+        for stage in (scale_stage, reference_stage, partial(simulate_stage, witness=not quick)):
             run_stage(stage(run), run.folder, observer=observer)
         if quick:
             return metrics_of(run, pushes=None)

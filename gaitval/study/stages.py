@@ -288,12 +288,16 @@ def correct_stage(run: Run) -> Stage:
     )
 
 
-def simulate_stage(run: Run) -> Stage:
+def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
     """Policy, mu and correction → rollouts of the deterministic policy without pushes.
 
     The identified body with the corrected reference walks from every start phase. For comparison
     the nominal body with the uncorrected reference walks from the first phase, for the cycles that
     are compared; and the identified body does in MuJoCo.
+
+    Parameters
+    ----------
+    witness : walk in MuJoCo too.
     """
     validation = run.configuration.validation
 
@@ -325,7 +329,10 @@ def simulate_stage(run: Run) -> Stage:
         # of the last walk, which is the identified body's
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
-        witness = roll_out(
+        if not witness:
+            write_json(run.folder / WALKS, starts | {"witness": None})
+            return
+        other = roll_out(
             task,
             policy,
             mu=mu,
@@ -333,8 +340,8 @@ def simulate_stage(run: Run) -> Stage:
             cycles=validation.settling_cycles + validation.cycles + 2,
             engine="mujoco",
         )
-        compared_part(witness, run.configuration).save(run.folder / WITNESS)
-        starts["witness"] = endurance(witness, run.configuration).as_dict()
+        compared_part(other, run.configuration).save(run.folder / WITNESS)
+        starts["witness"] = endurance(other, run.configuration).as_dict()
         write_json(run.folder / WALKS, starts)
 
     return Stage(
@@ -347,7 +354,7 @@ def simulate_stage(run: Run) -> Stage:
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
-        outputs=(*ROLLOUTS.values(), WITNESS, WALKS),
+        outputs=(*ROLLOUTS.values(), *([WITNESS] if witness else []), WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
@@ -419,7 +426,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         pushes=pushes,
         others=builtin_subjects(),
         torque_shares=starts["torque_shares"],
-        witness=rollouts(WITNESS, [starts["witness"]]),
+        witness=rollouts(WITNESS, [starts["witness"]]) if starts["witness"] else None,
     )
 
 

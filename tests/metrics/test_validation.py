@@ -28,7 +28,7 @@ from gaitval.metrics.validation import validate
 RECORD = synthetic_record()
 SUBJECT = load_subject("S05")
 CONFIGURATION = sharp_filter(cycles=20, start_phases=(0.0, 0.5))
-NOT_OF_A_MADE_UP_BODY = ("step-length",)
+NOT_OF_A_MADE_UP_BODY = ("step-length", "step-width")
 """The angles of the record are not those of legs that stand on the ground."""
 
 
@@ -229,5 +229,5 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older = copy.deepcopy(metrics)
     older["schema_version"] -= 1
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
-    with pytest.raises(ArtefactError, match=r"has version 4 .* reads version 5\. Write it again"):
+    with pytest.raises(ArtefactError, match=r"has version 5 .* reads version 6\. Write it again"):
         check_metrics(older, "stored.json")
