@@ -87,6 +87,11 @@ class EnvironmentSettings(Section):
     arm_share: Fraction = 0.0
     """Fraction of an action's offset that reaches shoulders and elbows. 0: the arms swing as in the
     reference, and the policy has no use of them; nothing was recorded of what they did."""
+    centring: Fraction = 0.5
+    """Share of a trained policy's habit that is taken from its actions outside training. The habit
+    is what it does at each phase when the body is exactly on the reference, where nothing needs to
+    be done; it is learned under noise, pushes and other bodies, and moves the walk away from the
+    reference. 0: the policy as trained."""
     pace_scale: float = Field(0.125, ge=0)
     """Change of pace for an action of 1: the policy may move through the recorded cycle faster or
     slower than the record, to step in time after a push. 0: the pace is the record's."""

@@ -5,6 +5,7 @@ docs/decisions.md: bounded reward kernels (`reward`), an `extended` observation 
 paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -29,6 +30,13 @@ from gaitval.policy.observation import (
 )
 from gaitval.policy.reward import reward_numbers, weighted_reward
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkingTask
+
+Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
+"""A policy: observation to action."""
+
+HABIT_PHASES = 100
+"""Phases of the cycle at which a policy's habit is known, see `WalkingEnvironment.centre`; a
+multiple of four, so that none is used on both sides of the mirror's seam."""
 
 
 def action_size(constants: EnvironmentSettings) -> int:
@@ -102,6 +110,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._push_left = 0.0
         self._start_phase = 0.0
         self._lift = 0.0
+        self._habit: Array | None = None
 
     def _share_of(self, name: str) -> float:
         """Fraction of an action's offset that reaches a joint."""
@@ -160,6 +169,24 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._action_before[:] = 0.0
         self._measure()
         return self._seen(), {}
+
+    def centre(self, policy: Act, mu: Array) -> None:
+        """Take `centring` of a policy's habit from its actions from now on.
+
+        The habit is its action at each phase when a body with the parameters mu (14,) is on the
+        reference. It is not used in training.
+        """
+        share = self.constants.centring
+        self._habit = None
+        if share == 0.0:
+            return
+        options = {"mu": mu, "push": None, "noise": 0.0}
+        actions = []
+        for i in range(HABIT_PHASES):
+            phase = (i + 0.5) / HABIT_PHASES
+            observation, _ = self.reset(seed=0, options={"phase": phase, **options})
+            actions.append(policy(observation))
+        self._habit = np.asarray(share * np.array(actions), dtype=float)
 
     def _pace(self) -> float:
         """Pace of the last action."""
@@ -230,6 +257,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance by one action; see the class for `action` and `info`."""
         limit = self.constants.action_limit
+        if self._habit is not None:
+            action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
         self._action_before[:] = self._action
         self._action[: self._size] = np.clip(action, -limit, limit)
         if self._is_mirrored():

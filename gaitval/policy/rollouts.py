@@ -53,6 +53,7 @@ def score_rollout(
     push : see `WalkingEnvironment`.
     """
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
+    environment.centre(policy.act, mu)
     observation, _ = environment.reset(seed=0, options=options)
     planned = round(seconds / environment.walker.action_seconds)
     total, fell, info = 0.0, False, {"cycles": 0.0}
@@ -102,6 +103,7 @@ def record_rollout(
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
+    environment.centre(policy.act, mu)
     observation, _ = environment.reset(seed=0, options=options)
     constants = environment.constants
     longest = cycles * environment.task.reference.stride_time / constants.slowest_pace
