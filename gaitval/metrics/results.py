@@ -297,6 +297,8 @@ class IdentificationResult(FoundParameters):
     epsilon_identified: EpsilonResult | None
     rounds: list[Round]
     chosen_round: Count | None = None
+    searched: _Parameters | None = None
+    """What the search found, where the record does not support it and the body stays nominal."""
 
 
 class CorrectedMeasure(Result):

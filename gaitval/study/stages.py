@@ -205,8 +205,11 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
             run.folder / "policy" / "training.csv",
         )
+        searched = read_json(source / "identification" / "identification.json")
+        if not supported(errors[best - 1]):
+            searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
         found = IdentificationResult(
-            **read_json(source / "identification" / "identification.json"),
+            **searched,
             chosen_round=best,
             epsilon_nominal=errors[best - 1]["nominal"],
             epsilon_identified=errors[best - 1]["identified"],
@@ -234,6 +237,17 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             "identification.json",
         ),
     )
+
+
+def supported(errors: Mapping[str, Any]) -> bool:
+    """Whether the record says anything for the body that the search found: the walk must be nearer
+    to it, by epsilon, than with the nominal body, for which the reference was made. Else the body
+    stays nominal.
+    """
+    nominal, identified = errors["nominal"], errors["identified"]
+    if identified is None:
+        return nominal is None
+    return nominal is None or bool(identified["total"] < nominal["total"])
 
 
 def _join_logs(logs: Sequence[Path], target: Path) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulation_fixtures import random_policy
+from simulation_fixtures import changed, random_policy
 
 from gaitval.errors import ModelError
 from gaitval.identification.identify import _Candidate, _score
@@ -20,6 +20,7 @@ def environment(task):
 
 def by_hand(environment, policy, start_phase, steps, push=None):
     options = {"phase": start_phase, "mu": MU, "push": push, "noise": 0.0}
+    environment.centre(policy.act, MU)
     observation, _ = environment.reset(seed=0, options=options)
     rewards, fell = [], False
     while len(rewards) < steps and not fell:
@@ -39,11 +40,39 @@ def test_a_score_is_the_mean_reward_of_a_planned_step(task, environment):
     assert not score.fell
 
 
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("phase", [0.005, 0.245, 0.255, 0.605])
+def test_on_the_reference_a_share_of_the_habit_is_left(task, share, phase):
+    """Wherever the habit is known, on both sides of the mirror's seam at a quarter of the cycle;
+    away from the reference the policy answers as it did."""
+    policy = random_policy(task, scale=0.1)
+    environment = WalkingEnvironment(changed(task, environment={"centring": share, "arm_share": 1}))
+    options = {"phase": phase, "mu": MU, "push": None, "noise": 0.0}
+    asked = {}
+    for centred in (False, True):
+        if centred:
+            environment.centre(policy.act, MU)
+        observation, _ = environment.reset(seed=0, options=options)
+        environment.step(policy.act(observation))
+        asked[centred] = environment.walker.offset.copy()
+    assert np.abs(asked[False]).max() > 1e-4
+    np.testing.assert_allclose(asked[True], (1.0 - share) * asked[False], atol=1e-9)
+    observation, _ = environment.reset(seed=0, options=options)
+    away = policy.act(observation) + np.float32(0.1)
+    environment.step(away)
+    gained = environment.walker.offset - asked[True]
+    np.testing.assert_allclose(np.abs(gained), 0.1 * environment.constants.action_scale, atol=1e-6)
+
+
+def test_a_new_training_environment_has_no_habit_taken_away(task):
+    assert WalkingEnvironment(task)._habit is None
+
+
 def test_steps_after_a_fall_count_as_nothing(task, environment):
     """So a walk that falls is worse than one that stands, however long both were planned."""
     policy = random_policy(task, scale=20.0)
     score = score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=9.0)
-    rewards, fell, info = by_hand(environment, policy, 0.3, 300)
+    rewards, fell, info = by_hand(environment, policy, 0.3, 900)
     planned = round(9.0 / environment.walker.action_seconds)
     assert fell
     assert score.fell
