@@ -111,6 +111,7 @@ def test_a_recorded_walk_is_the_scored_walk(task, engine):
 
 @pytest.mark.parametrize("action", [-3.0, 2.0])
 def test_a_recorded_walk_covers_its_cycles_at_any_pace(task, action):
+    task = changed(task, environment={"centring": 0.0})
     policy = random_policy(task, scale=0.0)
     policy.tensors["action_net.bias"][-1] = action
     rollout = roll_out(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine="compiled")

@@ -28,8 +28,11 @@ from gaitval.policy.training import _read_checkpoint, train, train_general
 from gaitval.policy.training_log import LOG_COLUMNS
 
 EASY = {
-    "environment": {"push_probability": 0.0, "initial_noise": 0.0},
+    # actions of 30 ms: the same seconds of walking in a third of the samples
+    "environment": {"push_probability": 0.0, "initial_noise": 0.0, "steps_per_action": 15},
     "training": {
+        "discount": 0.985,
+        "gae_lambda": 0.95,
         "workers": 1,
         "environments": 16,
         "rollout_steps": 64,

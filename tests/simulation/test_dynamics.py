@@ -206,7 +206,7 @@ def test_both_engines_walk_the_same_walk(task, row):
     """500 steps through heel strikes and toe-offs, from both halves of the cycle. What DART
     leaves out of the pelvis's rotation (2e-10 a step) is all that lies between them, and an
     unstable walk makes it grow: to 1e-8 here, of which the test allows a hundred times."""
-    actions = 33
+    actions = 100
     ours, seen = walked(task, "compiled", row, actions)
     darts, expected = walked(task, "dart", row, actions)
     assert seen.rows == expected.rows == actions * ours.steps_per_action

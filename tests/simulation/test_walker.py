@@ -66,7 +66,7 @@ def test_a_standing_body_presses_with_its_weight_and_nothing_else(task, peer):
     walker = Walker(standing)
     walker.reset(q, np.zeros(31), 0.0)
     ankles = [ACTUATED.index(f"ankle_angle_{side}") for side in "rl"]
-    for _ in range(300):
+    for _ in range(900):
         offset = np.zeros(25)
         offset[ankles] = -3.0 * walker.state[0, 1] - walker.state[1, 1]
         walker.step(offset, NO_FORCE)
@@ -89,6 +89,9 @@ def ground(walker, positions, velocities, *, plain=False):
     or one step after the other as in the walker."""
     memory, results = np.zeros((12, 3)), []
     lag = np.zeros(2) if plain else walker.lag
+    # as a walker is placed: carried from the first step on
+    start = positions[0], velocities[0], np.zeros(2), memory, np.zeros(31), np.zeros((2, 6))
+    ground_forces(walker.tree, walker.law, *start)
     for q, qd in zip(positions, velocities, strict=True):
         generalised, feet = np.zeros(31), np.zeros((2, 6))
         ground_forces(walker.tree, walker.law, q, qd, lag, memory, generalised, feet)
@@ -236,9 +239,9 @@ def recorded(task):
     options = {"phase": 0.2, "mu": nominal_parameters(), "push": (0.25, 300.0, 0.5), "noise": 0.0}
     environment.reset(seed=1, options=options)
     start = environment.walker.state.copy()
-    recording = Trajectory(20 * environment.walker.steps_per_action)
+    recording = Trajectory(60 * environment.walker.steps_per_action)
     random = np.random.default_rng(0)
-    for _ in range(20):
+    for _ in range(60):
         environment.step(random.normal(0.0, 0.3, 26), recording)
     assert recording.rows == len(recording.phase)
     positions = np.vstack([start[0], recording.positions])
@@ -303,11 +306,11 @@ def test_a_push_gives_its_force_times_fifty_milliseconds(recorded):
     impulse = walker.physics_step * recording.root_force.sum(axis=0)
     expected = 300.0 * 0.05 * np.array([np.cos(0.5), np.sin(0.5)])
     np.testing.assert_allclose(impulse, [0.0, 0.0, 0.0, *expected, 0.0], rtol=1e-12)
-    # It starts with the first action after phase 0.25 and is over two actions later.
+    # It starts with the first action after phase 0.25 and is over five actions later.
     pushed = np.flatnonzero(recording.root_force[:, 3])
     began = 0.2 + (pushed[0] * walker.physics_step) / walker.task.reference.stride_time
     assert 0.25 <= began < 0.25 + walker.action_seconds / walker.task.reference.stride_time
-    assert len(pushed) == 2 * walker.steps_per_action
+    assert len(pushed) == 5 * walker.steps_per_action
 
 
 @pytest.mark.parametrize("engine", ["compiled", "dart"])
