@@ -31,14 +31,13 @@ EASY = {
     # actions of 30 ms: the same seconds of walking in a third of the samples
     "environment": {"push_probability": 0.0, "initial_noise": 0.0, "steps_per_action": 15},
     "training": {
-        "discount": 0.985,
-        "gae_lambda": 0.95,
         "workers": 1,
         "environments": 16,
         "rollout_steps": 64,
         "batch_size": 256,
         "epochs": 8,
         "discount": 0.95,
+        "gae_lambda": 0.95,
         "learning_rate": 2e-3,
         "final_learning_rate": 3e-4,
         "hidden_units": 64,
