@@ -72,7 +72,7 @@ def balance(signs):
     """
     left_over = []
     for subject in SUBJECTS:
-        record = subject.record()
+        record = subject.measured()
         for side in SIDES:
             letter, axes = side[0], axes_of(side)
             _, thigh, shank, foot = leg(record, side, STANCE)
