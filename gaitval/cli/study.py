@@ -242,7 +242,7 @@ def report(
 
 @command(
     "gaitval subject 5               # from the stored policy: 3 minutes",
-    "gaitval subject 5 --scratch     # from nothing: 6 minutes",
+    "gaitval subject 5 --scratch     # from nothing: 9 minutes",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",
