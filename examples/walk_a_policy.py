@@ -18,7 +18,7 @@ def main(name: str = "5", folder: str = "walk") -> None:
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     policy = gv.load_policy(name)
-    walk = gv.rollout(policy, cycles=5)
+    walk = gv.rollout(policy, cycles=6)
     walk.save(out / "walk.npz")
     comparison = gv.compare(walk, policy.subject)
     print(walk.title())

@@ -434,9 +434,9 @@ def validate(
 ) -> Json:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
-    The rollout from the first start phase is compared curve by curve; those from all start phases
-    must reach the number of cycles, and none may end in a fall. Tolerances are applied to the
-    identified body if there is one. Equal rollouts give equal bytes; no times are in them.
+    The rollout from the first start phase is compared curve by curve; those from all phases must
+    reach the number of cycles without a fall. Tolerances are applied to the identified body if any.
+    Equal rollouts give equal bytes.
 
     Parameters
     ----------
@@ -446,9 +446,8 @@ def validate(
         only compared, from the first one.
     identification, correction, training : stored unchanged.
     pushes : `PushRecovery.as_dict` of the validated body.
-    others : people that predictions without a model are made from.
-    torque_shares : of the validated body's rollout.
-    witness : the compared rollout of the validated body in the second physics engine.
+    others, torque_shares : who predictions without a model are made from; of the validated rollout.
+    witness : the compared rollout of that body in the second physics engine.
 
     Raises
     ------

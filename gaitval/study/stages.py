@@ -240,9 +240,8 @@ def choose_stage(run: Run, rounds: int) -> Stage:
 
 
 def supported(errors: Mapping[str, Any]) -> bool:
-    """Whether the record says anything for the body that the search found: the walk must be nearer
-    to it, by epsilon, than with the nominal body, for which the reference was made. Else the body
-    stays nominal.
+    """Whether the walk with the body that the search found is nearer to the record, by epsilon,
+    than with the nominal body, for which the reference was made. Else the body stays nominal.
     """
     nominal, identified = errors["nominal"], errors["identified"]
     if identified is None:

@@ -118,7 +118,7 @@ def test_in_single_support_the_moments_are_those_that_dart_finds(fitted, tmp_pat
                 for leg in "rl"
                 for name in ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
             ]
-            assert np.abs(differences[places]).max() < 0.05
+            assert np.abs(differences[places]).max() < 0.08
 
 
 def peer_jacobian(peer, reference, t, segment, place):

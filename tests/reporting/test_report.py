@@ -175,6 +175,7 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
         made[which] = walks_of(rollouts, configuration)
         made[which].compared.save(folder / "rollouts" / f"{which}.npz")
     write_json(folder / "push.json", _pushes())
+    last = made.get("identified", made["nominal"])
     metrics = validate(
         subject,
         record,
@@ -187,6 +188,7 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
         pushes=_pushes()["recovery"],
         others=builtin_subjects(),
         torque_shares=_torque_shares(),
+        witness=replace(last, starts=last.starts[:1]),
     )
     write_json(folder / "metrics.json", metrics)
     (folder / "policy").mkdir()
@@ -249,7 +251,7 @@ def test_every_section_is_there(page):
     ):
         assert heading in page.text
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 11
+    assert page.tags.count("svg") == 13
     assert "compliant" not in page.text.lower()
 
 
@@ -269,10 +271,17 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     assert number(walk["errors"]["forces"]["vertical_l"]["peak_error"], 1) in text
     consistency = metrics["record"]["consistency"]
     assert number(consistency["mean_force"]["vertical"], 3) in text
-    assert f"below {number(100 * consistency['force_rmse_bound']['vertical'], 1)} %" in text
+    plates = metrics["record"]["plates"]
+    assert f"{number(100 * (plates['scale'] - 1), 1)} % too small" in text
+    assert f"{number(100 * plates['shift_right'], 1)} ± " in text
+    as_measured = walk["errors_as_measured"]["moments"]["hip_flexion_r"]
+    assert number(as_measured, 3) in text
+    assert number(metrics["record"]["joint_power"]["bursts"]["A2_r"], 2) in text
+    told = metrics["witness"]
+    assert f"{told['goals_reached']} of {told['goals']} goals are reached there" in text
     contact = walk["foot_contact"]["left"]
     assert number(contact["transient_peak"], 0) in text
-    assert "under the subject's weight" in text
+    assert "the subject's weight" in text
     assert "on a bound" in text
     assert "unverified" in text
 
