@@ -13,10 +13,16 @@ from typing import Annotated, Final
 import numpy as np
 from pydantic import Field
 
-from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.record import HARMONICS_CAP, GaitRecord, Number, PeriodicCurve, StoredPart
+from gaitval.gait.record import (
+    HARMONICS_CAP,
+    GaitRecord,
+    Number,
+    PeriodicCurve,
+    StoredPart,
+    periodic_through,
+)
 
 SHIFT_SIGNS: Final[Mapping[str, float]] = {
     "hip_flexion": -1.0,
@@ -67,7 +73,7 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
                 continue
             sign = SHIFT_SIGNS.get(name[:-2], 0.0)
             lever = sign * plates.shift[side] * plates.scale * vertical * STANDARD_GRAVITY
-            moments[name] = _curve(curve(phase) * loaded - lever)
+            moments[name] = periodic_through(curve(phase) * loaded - lever, HARMONICS_CAP)
     forces = {}
     for side in SIDES:
         forward, left, up = (_scaled(curve, plates.scale) for curve in record.forces[side])
@@ -80,14 +86,4 @@ def _scaled(curve: PeriodicCurve, factor: float) -> PeriodicCurve:
         factor * curve.mean,
         tuple(factor * value for value in curve.cosine),
         tuple(factor * value for value in curve.sine),
-    )
-
-
-def _curve(values: Array) -> PeriodicCurve:
-    """The series through equally spaced samples (N,) of a cycle."""
-    spectrum = 2.0 * np.fft.rfft(values)[: HARMONICS_CAP + 1] / len(values)
-    return PeriodicCurve(
-        float(0.5 * spectrum[0].real),
-        tuple(spectrum[1:].real.tolist()),
-        tuple((-spectrum[1:].imag).tolist()),
     )

@@ -113,6 +113,16 @@ class PeriodicCurve:
         )
 
 
+def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:
+    """The first harmonics of one cycle of equally spaced samples (N,)."""
+    spectrum = np.fft.rfft(samples) / len(samples)
+    return PeriodicCurve(
+        mean=float(spectrum[0].real),
+        cosine=tuple((2 * spectrum[1 : harmonics + 1].real).tolist()),
+        sine=tuple((-2 * spectrum[1 : harmonics + 1].imag).tolist()),
+    )
+
+
 def fit_periodic(
     phase: ArrayLike, values: ArrayLike, tolerance: float
 ) -> tuple[PeriodicCurve, float]:

@@ -48,7 +48,7 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Json:
         measured = {kind: kinds[kind] for kind in KINETICS}
     return {
         "curves": by_kind(curves),
-        "joint_power": asdict(recorded_power(record, curves)),
+        "joint_power": asdict(_power(record, curves)),
         "centre_of_mass": record_centre_of_mass(record),
         "plates": None if plates is None else plates.model_dump(),
         "as_measured": measured,
@@ -69,7 +69,7 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Json:
     }
 
 
-def recorded_power(record: GaitRecord, curves: Curves) -> JointPower:
+def _power(record: GaitRecord, curves: Curves) -> JointPower:
     """Joint power of the record, from its `curves`."""
     found = joint_power(curves, dict.fromkeys("rl", record.stride_time))
     assert found is not None  # a record has a cycle

@@ -27,14 +27,13 @@ from gaitval.metrics.comparison import (
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
-from gaitval.metrics.joint_power import joint_power, power_measures
+from gaitval.metrics.joint_power import JointPower, joint_power, power_measures
 from gaitval.metrics.recorded import (
     CURVE_UNITS,
     by_kind,
     errors_as_measured,
     kinetics,
     recorded_part,
-    recorded_power,
 )
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
@@ -42,7 +41,6 @@ from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.whole_body import (
-    record_centre_of_mass,
     walked_centre_of_mass,
     whole_body_measures,
 )
@@ -196,7 +194,8 @@ def _walk(
     """Everything reported on the rollouts with one set of body parameters, and their measures."""
     rollout = walks.compared
     cycles, compared, contacts, rows = _compared(rollout, record, recorded, model, configuration)
-    error = epsilon(compared, recorded_curves(record))
+    of_record = recorded_curves(record)
+    error = epsilon(compared, of_record)
     curves: Json = {}
     errors: Json = {}
     measures = []
@@ -210,6 +209,7 @@ def _walk(
             found = compare_curve(curve, recorded["curves"][kind][name])
             errors[kind][name] = None if found is None else asdict(found)
             measures.append(Measure(RMSE[kind], name, None if found is None else found.rmse))
+    path = walked_centre_of_mass(rollout, cycles)
     stride = {row["name"]: row["mean"] for row in rows}
     power = joint_power(compared, {side[0]: stride[f"stride_time_{side}"] for side in SIDES})
     return {
@@ -222,7 +222,7 @@ def _walk(
         "errors": errors,
         "errors_as_measured": errors_as_measured(curves, recorded["as_measured"]),
         "joint_power": None if power is None else asdict(power),
-        "centre_of_mass": walked_centre_of_mass(rollout, cycles),
+        "centre_of_mass": path,
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
@@ -230,12 +230,12 @@ def _walk(
         *_unfiltered_measures(rollout, cycles, recorded, model.mass),
         *unrecorded(rollout, cycles, mass=model.mass).measures(),
         step_width_measure(stride["step_width"], leg_length),
-        *power_measures(power, recorded_power(record, recorded_curves(record))),
+        *power_measures(power, JointPower(**recorded["joint_power"])),
         *whole_body_measures(
-            walked_centre_of_mass(rollout, cycles),
-            record_centre_of_mass(record),
+            path,
+            recorded["centre_of_mass"],
             {name: each.mean(axis=0) for name, each in kinetics(compared).items() if len(each)},
-            kinetics(recorded_curves(record)),
+            kinetics(of_record),
         ),
         *spatiotemporal_measures(rows),
         *endurance_measures(walks.starts),

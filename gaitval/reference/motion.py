@@ -30,7 +30,7 @@ from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve
+from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
@@ -147,16 +147,6 @@ def _angular_velocity(angles: Array, rates: Array) -> Array:
     )
 
 
-def _smooth(values: Array, harmonics: int) -> PeriodicCurve:
-    """The first harmonics of one cycle of equally spaced samples."""
-    spectrum = np.fft.rfft(values) / len(values)
-    return PeriodicCurve(
-        mean=float(spectrum[0].real),
-        cosine=tuple(2 * spectrum[1 : harmonics + 1].real),
-        sine=tuple(-2 * spectrum[1 : harmonics + 1].imag),
-    )
-
-
 def _toe_extension(
     record: GaitRecord, side: Side, phase: Array, offsets: dict[str, float]
 ) -> PeriodicCurve:
@@ -180,7 +170,7 @@ def _toe_extension(
     rolled = np.clip(-TOE_ROLL * pitch, 0.0, limit)
     extension = np.where(phase < toe_off, rolled, limit)
     extension = np.where(phase < 0.2, 0.0, extension) * np.clip((0.98 - phase) / 0.08, 0.0, 1.0)
-    return _smooth(extension, 10)
+    return periodic_through(extension, 10)
 
 
 def _joint_curves(

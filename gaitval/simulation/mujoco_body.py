@@ -73,7 +73,13 @@ class MujocoBody:
     """
 
     def __init__(self, model: BodyModel, *, option: str = "", floor: bool = False) -> None:
-        self.model = mujoco.MjModel.from_xml_string(mjcf(model, option=option, floor=floor))
+        self._option, self._floor = option, floor
+        self.configure(model)
+
+    def configure(self, model: BodyModel) -> None:
+        """Become another body, without servos."""
+        text = mjcf(model, option=self._option, floor=self._floor)
+        self.model = mujoco.MjModel.from_xml_string(text)
         self.data = mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in COORDINATES[6:]]
         self.places = np.array([joint.qposadr[0] for joint in joints])
@@ -105,12 +111,13 @@ class MujocoBody:
         qd[6:] = self.data.qvel[self.rates]
         return q, qd
 
-    def step(self, forces: Array) -> None:
+    def advance(self, forces: Array) -> tuple[Array, Array]:
         """Advance by MuJoCo's time step under generalised forces (31,), which pair with velocities:
-        f = Tᵀ f_mujoco.
+        f = Tᵀ f_mujoco; positions and velocities (31,).
         """
         self._apply(forces)
         mujoco.mj_step(self.model, self.data)
+        return self.state()
 
     def accelerations(self, forces: Array) -> Array:
         """(31,) for generalised forces (31,)."""

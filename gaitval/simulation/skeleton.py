@@ -100,3 +100,16 @@ class HumanSkeleton:
             dof.setSpringStiffness(k)
             dof.setRestPosition(0.0)
             dof.setDampingCoefficient(d)
+
+    def set(self, q: NDArray[np.float64], qd: NDArray[np.float64]) -> None:
+        """Place the body at positions and velocities (31,)."""
+        self.skeleton.setPositions(q)
+        self.skeleton.setVelocities(qd)
+
+    def advance(
+        self, forces: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Advance one step under generalised forces (31,); positions and velocities (31,)."""
+        self.skeleton.setForces(forces)
+        self.step()
+        return self.skeleton.getPositions(), self.skeleton.getVelocities()

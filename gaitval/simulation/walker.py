@@ -70,14 +70,25 @@ class WalkingTask:
         return cls(model, record, reference, configuration)
 
 
-def _skeleton(model: BodyModel, physics_step: float) -> "HumanSkeleton":
-    from gaitval.simulation.skeleton import HumanSkeleton  # imports dartpy, which is slow
+def _outside_engine(
+    engine: Engine, model: BodyModel, physics_step: float
+) -> "HumanSkeleton | MujocoBody | None":
+    """The body in DART or MuJoCo, which are slow to import; None for the compiled engine."""
+    if engine == "dart":
+        from gaitval.simulation.skeleton import HumanSkeleton
 
-    return HumanSkeleton(model, physics_step=physics_step)
+        return HumanSkeleton(model, physics_step=physics_step)
+    if engine == "mujoco":
+        from gaitval.simulation.mujoco_body import MujocoBody
+
+        step = physics_step / MUJOCO_STEPS
+        return MujocoBody(model, option=f'timestep="{step}" integrator="Euler"')
+    return None
 
 
-def _advance_in_dart(
-    skeleton: "HumanSkeleton",
+def _advance_outside(
+    engine: "HumanSkeleton | MujocoBody",
+    substeps: int,
     body: WalkerBody,
     state: Array,
     phase: float,
@@ -85,51 +96,23 @@ def _advance_in_dart(
     memory: Array,
     account: Account,
 ) -> float:
-    """`advance` with DART's dynamics and integrator; the skeleton is at `state`."""
+    """`advance` with another engine's dynamics and integrator, which is at `state`.
+
+    Parameters
+    ----------
+    substeps : the engine's steps in a physics step.
+    """
     pace, offset, next_offset, root_force = action
+    body = body._replace(lag=body.lag / substeps)
     work = workspace(len(memory))
     target = offset.copy()
-    slope = (next_offset - offset) / len(account.phase)
+    slope = (next_offset - offset) / (len(account.phase) * substeps)
     for row in range(len(account.phase)):
-        target += slope
-        forces(body, state, phase, pace, target, root_force, memory, work)
-        skeleton.skeleton.setForces(work.forces)
-        skeleton.step()
-        state[0] = skeleton.skeleton.getPositions()
-        state[1] = skeleton.skeleton.getVelocities()
-        phase += pace * body.phase_step
-        enter(body, state, phase, row, account, work)
-    return phase
-
-
-def _mujoco(model: BodyModel, physics_step: float) -> "MujocoBody":
-    from gaitval.simulation.mujoco_body import MujocoBody  # imports mujoco, which is slow
-
-    return MujocoBody(model, option=f'timestep="{physics_step / MUJOCO_STEPS}" integrator="Euler"')
-
-
-def _advance_in_mujoco(
-    other: "MujocoBody",
-    body: WalkerBody,
-    state: Array,
-    phase: float,
-    action: Action,
-    memory: Array,
-    account: Account,
-) -> float:
-    """`advance` with MuJoCo's dynamics and integrator; the body is at `state`."""
-    pace, offset, next_offset, root_force = action
-    body = body._replace(lag=body.lag / MUJOCO_STEPS)
-    work = workspace(len(memory))
-    target = offset.copy()
-    slope = (next_offset - offset) / (len(account.phase) * MUJOCO_STEPS)
-    for row in range(len(account.phase)):
-        for _ in range(MUJOCO_STEPS):
+        for _ in range(substeps):
             target += slope
             forces(body, state, phase, pace, target, root_force, memory, work)
-            other.step(work.forces)
-            state[0], state[1] = other.state()
-            phase += pace * body.phase_step / MUJOCO_STEPS
+            state[0], state[1] = engine.advance(work.forces)
+            phase += pace * body.phase_step / substeps
         enter(body, state, phase, row, account, work)
     return phase
 
@@ -188,8 +171,8 @@ class Walker:
         stiffness = servo_stiffness(task.configuration.servo, task.model.mass)
         self.gains = np.vstack([stiffness, task.configuration.servo.damping_time * stiffness])
         self._tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
-        self._skeleton = _skeleton(task.model, self.physics_step) if engine == "dart" else None
-        self._other: MujocoBody | None = None
+        self._outside = _outside_engine(engine, task.model, self.physics_step)
+        self._substeps = MUJOCO_STEPS if engine == "mujoco" else 1
         self.state = np.zeros((2, 31))
         self.phase = 0.0
         self.offset = np.zeros(25)
@@ -222,22 +205,16 @@ class Walker:
             self.physics_step,
             self.physics_step / self.task.reference.stride_time,
         )
-        if self._skeleton is not None:
-            self._skeleton.configure(model)
-            self._skeleton.set_servo(stiffness, self._body.total_damping)
-        if self.engine == "mujoco":
-            self._other = _mujoco(model, self.physics_step)
-            self._other.set_servo(stiffness, self._body.total_damping)
+        if self._outside is not None:
+            self._outside.configure(model)
+            self._outside.set_servo(stiffness, self._body.total_damping)
 
     def reset(self, positions: Array, velocities: Array, phase: float) -> None:
         """Place the body at a state (31,), (31,) and a phase."""
         self.state[0] = positions
         self.state[1] = velocities
-        if self._skeleton is not None:
-            self._skeleton.skeleton.setPositions(positions)
-            self._skeleton.skeleton.setVelocities(velocities)
-        if self._other is not None:
-            self._other.set(positions, velocities)
+        if self._outside is not None:
+            self._outside.set(positions, velocities)
         self.phase = float(phase)
         self.offset[:] = 0.0
         # The feet carry the body from the first step on, as if it had been walking.
@@ -271,12 +248,10 @@ class Walker:
         account = self._account
         action = Action(pace, self.offset, offset, root_force)
         walk = (self._body, self.state, self.phase, action, self._memory, account)
-        if self._skeleton is not None:
-            self.phase = _advance_in_dart(self._skeleton, *walk)
-        elif self._other is not None:
-            self.phase = _advance_in_mujoco(self._other, *walk)
-        else:
+        if self._outside is None:
             self.phase = advance(*walk)
+        else:
+            self.phase = _advance_outside(self._outside, self._substeps, *walk)
         self.offset[:] = offset
         if recording is not None:
             recording.append(account, root_force)

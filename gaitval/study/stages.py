@@ -342,19 +342,18 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         # of the last walk, which is the identified body's
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
-        if not witness:
-            write_json(run.folder / WALKS, starts | {"witness": None})
-            return
-        other = roll_out(
-            task,
-            policy,
-            mu=mu,
-            start_phase=phases[0],
-            cycles=validation.settling_cycles + validation.cycles + 2,
-            engine="mujoco",
-        )
-        compared_part(other, run.configuration).save(run.folder / WITNESS)
-        starts["witness"] = endurance(other, run.configuration).as_dict()
+        starts["witness"] = None
+        if witness:
+            other = roll_out(
+                task,
+                policy,
+                mu=mu,
+                start_phase=phases[0],
+                cycles=validation.settling_cycles + validation.cycles + 2,
+                engine="mujoco",
+            )
+            compared_part(other, run.configuration).save(run.folder / WITNESS)
+            starts["witness"] = endurance(other, run.configuration).as_dict()
         write_json(run.folder / WALKS, starts)
 
     return Stage(

@@ -34,7 +34,7 @@ def test_a_force_on_the_pelvis_accelerates_the_body_as_newton_says(task):
     forces = np.zeros(31)
     forces[3:6] = 100.0, -50.0, task.model.mass * GRAVITY
     for _ in range(10):
-        body.step(forces)
+        body.advance(forces)
     body.accelerations(forces)  # brings the mass matrix to the last state
     momentum = (body.mass_matrix() @ body.state()[1])[3:6]
     np.testing.assert_allclose(momentum, [0.1, -0.05, 0.0], atol=2e-3)
