@@ -29,6 +29,15 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
+class RecordSettings(Section):
+    """What a run may know of the recorded gait."""
+
+    use: Literal["all", "kinematics"] = "all"
+    """`all`: angles, moments and forces; the walk is then fitted to the record that it is compared
+    with. `kinematics`: angles, speed and timing only; moments and forces are predicted, and the
+    recorded ones are read by nothing but the comparison (docs/untold.md)."""
+
+
 class ContactSettings(Section):
     """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
 
@@ -347,6 +356,7 @@ class Configuration(Section):
     """All sections, and the seed of all random numbers."""
 
     seed: int = Field(0, ge=0)
+    record: RecordSettings = RecordSettings()
     contact: ContactSettings = ContactSettings()
     servo: ServoSettings = ServoSettings()
     environment: EnvironmentSettings = EnvironmentSettings()

@@ -32,6 +32,7 @@ ORDER = (
     "reference",
     "opensim",
     "inverse",
+    "prediction",
     "datasets",
     "scaling",
     "gait",

@@ -1,25 +1,45 @@
 """Train the general policy of reports/general: one walker for the bodies of several people.
 
 Training for anybody without a stored policy starts from it, which takes a few minutes instead of a
-training from nothing. If interrupted, it resumes.
+training from nothing. It learns on the people's angles only, each at three speeds; forces and
+moments are those expected from the other people (record.use = "kinematics"), so it has never been
+told anybody's own. If interrupted, it resumes.
 """
 
 import argparse
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from gaitval.artefacts import value_hash, write_json
-from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import BUILTIN, load_subject
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
+from gaitval.prediction.speed import at_speed
+from gaitval.prediction.told import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.run import GENERAL
 
 TARGET = Path(__file__).parent.parent / "reports" / GENERAL
+
+
+SPEEDS = (0.75, 1.0, 1.25)
+"""Of the recorded one; at the others the angles are those expected of a change of speed."""
+
+
+def task_of(wanted: tuple[str, float, Configuration]) -> WalkingTask:
+    """The walking task of a subject at a share of the recorded speed."""
+    name, share, configuration = wanted
+    subject, others = load_subject(name), builtin_subjects()
+    known = told(subject, "kinematics", others)
+    if share != 1.0:
+        known = at_speed(subject, [known.record], share * known.record.speed, others)
+    model = scale_subject(subject).model
+    return WalkingTask.of(model, known.record, configuration, known.accuracy)
 
 
 def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
@@ -44,14 +64,14 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
     arguments = parser.parse_args()
-    environments = 4 * len(arguments.subjects)
-    configuration = load_configuration(settings=[f"training.environments={environments}"])
-    tasks = []
-    for name in arguments.subjects:
-        subject = load_subject(name)
-        model = scale_subject(subject).model
-        tasks.append(WalkingTask.of(model, subject.record(), configuration))
-        print(f"{name}: reference", flush=True)
+    environments = 2 * len(SPEEDS) * len(arguments.subjects)
+    configuration = load_configuration(
+        settings=[f"training.environments={environments}", "record.use=kinematics"]
+    )
+    with ProcessPoolExecutor(2) as pool:
+        wanted = [(name, speed, configuration) for name in arguments.subjects for speed in SPEEDS]
+        tasks = list(pool.map(task_of, wanted))
+    print(f"{len(tasks)} references", flush=True)
     began = time.monotonic()
 
     def show(values: dict[str, float]) -> None:

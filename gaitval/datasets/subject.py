@@ -7,6 +7,7 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 
 import difflib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -143,6 +144,24 @@ class RecordedLowPass(StoredPart):
     forces_hz: Annotated[Number, Field(gt=0)]
 
 
+class Trial(StoredPart):
+    """A further trial of a person; the fields are those of `Subject`."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+    """Of the trial in its source: "T03"."""
+    walking_speed_m_s: Number
+    stride_time_s: Number
+    left_phase: Number
+    left_phase_from_force: Number | None = None
+    mean_vertical_force: Number
+    stance_fraction: StanceFraction
+    low_pass: RecordedLowPass | None = None
+    plates: PlateCorrection | None = None
+    """If not given, the plates are as far out of place as in the subject's first trial, and the
+    scale makes this trial's mean vertical force one body weight."""
+    gait: Gait
+
+
 class Printed(StoredPart):
     """What the paper's table prints for this subject, errors included; not used to compute."""
 
@@ -199,16 +218,65 @@ class Subject(StoredPart):
     tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = Field(default_factory=dict)
     """Lengths by tape measure, m (`TAPE`), for scaling without markers; the others follow from
     stature."""
+    trials: tuple[Trial, ...] = ()
+    """Further trials of the same person, at other speeds."""
     measurements: dict[str, Number | Position | dict[str, str]] = Field(default_factory=dict)
     """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they take
     precedence over the markers. Empty if scaling finds them from the markers."""
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
-        problems = implausible(self.model_dump())
+        problems = implausible(self.model_dump(exclude={"trials"}))
+        names = [self.trial, *(trial.name for trial in self.trials)]
+        problems += [
+            f"trials: {name} is there {names.count(name)} times, the trial of the subject itself "
+            "included. Give each its own name."
+            for name in dict.fromkeys(names)
+            if names.count(name) > 1
+        ]
+        for trial in self.trials:
+            values = self.on_trial(trial.name).model_dump(exclude={"trials", "markers"})
+            problems += [f"trial {trial.name}: {problem}" for problem in implausible(values)]
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+    @property
+    def trial(self) -> str:
+        """Name of the trial that the subject's own values are of: the last word of `source`."""
+        last = "".join(self.source.split()[-1:])
+        return re.sub(r"[^A-Za-z0-9_-]", "", last) or "recorded"
+
+    @property
+    def person(self) -> str:
+        """Who it is in the source, its first word: "WBDS14"; the identifier if it is empty."""
+        return (self.source.split() or [self.identifier])[0]
+
+    def on_trial(self, name: str) -> "Subject":
+        """The same person with the values of another trial; the others stay as `trials`.
+
+        Raises
+        ------
+        SubjectError : there is no trial of this name.
+        """
+        if name == self.trial:
+            return self
+        chosen = next((trial for trial in self.trials if trial.name == name), None)
+        if chosen is None:
+            raise SubjectError(
+                f"{self.identifier}: no trial {name!r}. It has "
+                f"{', '.join([self.trial, *(trial.name for trial in self.trials)])}."
+            )
+        plates = chosen.plates
+        if plates is None and self.plates is not None:
+            scale = 1.0 / chosen.mean_vertical_force
+            plates = self.plates.model_copy(update={"scale": scale})
+        own = {field: getattr(self, field) for field in Trial.model_fields if field != "name"}
+        rest = [trial for trial in self.trials if trial is not chosen]
+        taken = {field: getattr(chosen, field) for field in own} | {"plates": plates}
+        source = " ".join([*self.source.split()[:-1], name])
+        trials = (Trial.model_construct(name=self.trial, **own), *rest)
+        return self.model_copy(update={**taken, "source": source, "trials": trials})
 
     def record(self) -> GaitRecord:
         """The recorded gait as periodic curves, without the faults of the force plates."""
@@ -286,6 +354,7 @@ def _toml(subject: Subject) -> str:
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
     tables = (
+        "trials",
         "stance_fraction",
         "low_pass",
         "plates",
@@ -312,21 +381,37 @@ def _toml(subject: Subject) -> str:
     if subject.measurements:
         lines += ["", "[measurements]"]
         lines += [_value_line(name, value) for name, value in subject.measurements.items()]
-    lines += ["", "[gait]", f"samples = {subject.gait.samples}"]
-    lines += ["", "[gait.angles]"]
-    lines += [_curve_line(name, curve) for name, curve in subject.gait.angles.items()]
-    lines += ["", "[gait.moments]"]
-    lines += [_curve_line(name, curve) for name, curve in subject.gait.moments.items()]
-    for side, force in (("right", subject.gait.forces.right), ("left", subject.gait.forces.left)):
-        lines += ["", f"[gait.forces.{side}]"]
-        lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
+    lines += _gait_lines(subject.gait, "gait")
+    for trial in subject.trials:
+        lines += ["", "[[trials]]", *_table_lines(trial, (*_PARTS, "gait"))]
+        for part in _PARTS:
+            value = getattr(trial, part)
+            if value is not None:
+                lines += ["", f"[trials.{part}]", *_table_lines(value)]
+        lines += _gait_lines(trial.gait, "trials.gait")
     return "\n".join(lines) + "\n"
+
+
+_PARTS: Final = ("stance_fraction", "low_pass", "plates")
+"""Tables of a trial, besides its gait."""
+
+
+def _gait_lines(gait: Gait, where: str) -> list[str]:
+    lines = ["", f"[{where}]", f"samples = {gait.samples}", "", f"[{where}.angles]"]
+    lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
+    lines += ["", f"[{where}.moments]"]
+    lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
+    for side, force in (("right", gait.forces.right), ("left", gait.forces.left)):
+        lines += ["", f"[{where}.forces.{side}]"]
+        lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
+    return lines
 
 
 _FIELDS: Final = tuple(
     name
     for part in (
         Subject,
+        Trial,
         RecordedLowPass,
         PlateCorrection,
         Printed,

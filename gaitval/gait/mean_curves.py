@@ -1,6 +1,7 @@
 """Turn mean curves of a gait (101 rows, 0 to 100 % of the cycle) into a subject's periodic curves.
 
-Tolerances are in the curve's unit; a curve that needs too many harmonics is refused as noisy.
+Tolerances are in the curve's unit. A curve that even `HARMONICS_CAP` harmonics miss by more than
+`REFUSED` tolerances is refused as noisy; what they miss by is stored with the curve.
 """
 
 from collections.abc import Mapping
@@ -21,6 +22,8 @@ MOMENT_TOLERANCE: Final = 0.02
 """Nm/kg, about 1 % of the largest moment."""
 FORCE_TOLERANCE: Final = 0.01
 """Body weights."""
+REFUSED: Final = 3.0
+"""Tolerances: some mean forces jump at toe-off by a little more than one, and are good curves."""
 STANCE_THRESHOLD: Final = 0.03
 """Body weights of vertical force at which stance ends: 20 N, the usual threshold, at 68 kg."""
 
@@ -53,13 +56,13 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
     Raises
     ------
     RecordError
-        When `HARMONICS_CAP` harmonics leave more than `tolerance`.
+        When `HARMONICS_CAP` harmonics leave more than `REFUSED` tolerances.
     """
     curve, residual = fit_periodic(phase, values, tolerance)
-    if residual > tolerance:
+    if residual > REFUSED * tolerance:
         raise RecordError(
             f"{path}: with {len(curve.cosine)} harmonics the curve of {name} still has an error "
-            f"of {residual:.3g} (allowed {tolerance:.3g}): it is noisy or jumps. Give more cycles "
+            f"of {residual:.3g} (allowed {REFUSED * tolerance:.3g}): it is noisy or jumps. Give more cycles "
             "or another trial, or filter it."
         )
     return Curve.fitted((curve, residual))

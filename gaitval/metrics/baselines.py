@@ -10,13 +10,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.comparison import Curves, recorded_curves
-
-FEWEST_PEOPLE = 3
-"""People that a straight line needs so that it does not pass through all of them."""
-
+from gaitval.prediction.population import (
+    FEWEST_PEOPLE,
+    dimensionless_speed,
+    line_weights,
+    same_person,
+)
 
 @dataclass(frozen=True)
 class Prediction:
@@ -36,11 +37,6 @@ class Prediction:
     curves: Curves
 
 
-def dimensionless_speed(subject: Subject) -> float:
-    """Speed over the square root of gravity times leg length (Hof 1996, Gait Posture 4:222)."""
-    return float(subject.record().speed / np.sqrt(GRAVITY * subject.leg_length_m))
-
-
 def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
     """The curves that other people would have at the person's speed.
 
@@ -57,12 +53,11 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
     prediction
         None with fewer than `FEWEST_PEOPLE` others.
     """
-    learned = [other for other in others if not _same_person(subject, other)]
+    learned = [other for other in others if not same_person(subject, other)]
     if len(learned) < FEWEST_PEOPLE:
         return None
-    speed = np.array([dimensionless_speed(other) for other in learned])
-    line = np.linalg.pinv(np.column_stack([np.ones(len(speed)), speed]))
-    weights = np.array([1.0, dimensionless_speed(subject)]) @ line
+    speeds = np.array([dimensionless_speed(other) for other in learned])
+    weights = line_weights(speeds, dimensionless_speed(subject))
     recorded = [recorded_curves(other.record()) for other in learned]
     return Prediction(
         name="line through others",
@@ -80,11 +75,6 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
             )
         ),
     )
-
-
-def _same_person(one: Subject, other: Subject) -> bool:
-    person, of_other = (each.source.split()[:1] for each in (one, other))
-    return one.identifier == other.identifier or (bool(person) and person == of_other)
 
 
 def skill(error: float | None, baseline: float | None) -> float | None:

@@ -107,3 +107,9 @@ class BodyModel:
     def mass(self) -> float:
         """Total mass, kg."""
         return float(sum(segment.mass for segment in self.segments))
+
+    @property
+    def leg_length(self) -> float:
+        """From hip to ankle with a straight knee, mean of both sides, m."""
+        joints = [self[f"{name}_{side}"] for name in ("shank", "foot") for side in "rl"]
+        return float(-0.5 * sum(joint.joint_position[2] for joint in joints))

@@ -39,6 +39,11 @@ HABIT_PHASES = 100
 multiple of four, so that none is used on both sides of the mirror's seam."""
 
 
+SIDEWAYS = (np.deg2rad(45.0), np.deg2rad(100.0))
+"""Directions from straight ahead that every other push of a training is drawn from, left or right:
+a little beyond the pushes that are tested, which would be at the edge of what was learned."""
+
+
 def action_size(constants: EnvironmentSettings) -> int:
     """Size of an action: one number per joint, and the pace if the policy chooses it."""
     return len(ACTUATED) + (constants.pace_scale > 0.0)
@@ -88,7 +93,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._size = action_size(self.constants)
         self.action_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
         self._mass = task.model.mass
-        self._targets = targets_of(task.reference, self._mass)
+        self._targets = targets_of(task.reference, task.model)
         self._weights, self._sharpness = reward_numbers(configuration.reward)
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
@@ -128,8 +133,17 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return (
             self.np_random.uniform(earliest, latest),
             self.difficulty * self.np_random.uniform(0.0, largest),
-            self.np_random.uniform(-0.5 * np.pi, 0.5 * np.pi),
+            self._random_direction(),
         )
+
+    def _random_direction(self) -> float:
+        """Uniform over the forward half, or every other time over the sides, where pushes are
+        hardest to survive.
+        """
+        if self.np_random.uniform() < 0.5:
+            return float(self.np_random.uniform(-0.5 * np.pi, 0.5 * np.pi))
+        side = 1.0 if self.np_random.uniform() < 0.5 else -1.0
+        return side * float(self.np_random.uniform(*SIDEWAYS))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

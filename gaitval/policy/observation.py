@@ -4,14 +4,16 @@ The paper's 71 numbers (section III-A), or an `extended` observation (docs/decis
 mirror image in the sagittal plane.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit, njit_borrowing
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, mirrored
-from gaitval.model.body import SEGMENTS
+from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import (
     Tree,
     empty_frames,
@@ -24,7 +26,7 @@ from gaitval.model.tree import (
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.simulation.servo import closed_cycle
 
-OBSERVATION_SIZES = {"paper": 71, "extended": 125}
+OBSERVATION_SIZES = {"paper": 71, "extended": 126}
 
 PARAMETERS_OBSERVED = slice(57, 71)
 """Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
@@ -50,7 +52,7 @@ statistics of the whole training."""
 
 
 def _mirror() -> tuple[Index, Array]:
-    """Order (125,) and signs (125,) that turn an extended observation into its mirror image in the
+    """Order (126,) and signs (126,) that turn an extended observation into its mirror image in the
     sagittal plane. The last 26 mirror an action.
     """
     joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
@@ -78,6 +80,7 @@ def _mirror() -> tuple[Index, Array]:
     add(same, polar)  # pelvis velocity
     add(swapped, polar * 2)  # feet
     add(swapped, polar * 2)  # ground reaction
+    add([0], [1])  # walking speed
     add(joints, joint_signs)  # last action
     add([0], [1])  # its pace
     return np.array(order), np.array(signs, dtype=float)
@@ -107,10 +110,11 @@ class Targets(NamedTuple):
     moments: Array  # (N + 1, 25), Nm/kg
     has_moment: Array  # (25,), 1 where the record has a moment
     stride_length: float
+    speed: float  # over the square root of gravity times leg length
 
 
-def targets_of(reference: ReferenceMotion, mass: float) -> Targets:
-    """The targets that `measure` compares a body of `mass` kg with."""
+def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
+    """The targets that `measure` compares a body with."""
     stride = reference.speed * reference.stride_time
     travel = stride * reference.phase
     positions = reference.positions.copy()
@@ -129,9 +133,10 @@ def targets_of(reference: ReferenceMotion, mass: float) -> Targets:
         closed(com),
         closed(effectors),
         closed(reference.ground_reaction),
-        closed(reference.moments / mass),
+        closed(reference.moments / model.mass),
         np.any(reference.moments != 0.0, axis=0).astype(float),
         stride,
+        reference.speed / math.sqrt(GRAVITY * model.leg_length),
     )
 
 
@@ -196,7 +201,7 @@ def measure(
     parameters : (14,) the observed mu.
     half_cycle : the sines and cosines are of the phase within its half of the cycle, see
         `is_mirrored`.
-    observation : (71,) or (125,) out.
+    observation : (71,) or (126,) out.
     errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m,
         rotation rad and drift m of the pelvis, for termination.
     """
@@ -283,5 +288,6 @@ def measure(
         observation[87:93] = effector[0:6]
         for i in range(6):
             observation[93 + i] = ground[i // 3, i % 3] / weight
-        observation[99:125] = action
+        observation[99] = targets.speed
+        observation[100:126] = action
     return True

@@ -30,6 +30,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
+from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.inverse.motion_rates import cardan_coordinates, root_states
@@ -73,20 +74,6 @@ SMALLEST_GAIN = 3e-3
 """Relative decrease of the sum of squares at which the Gauss-Newton steps end."""
 
 MOST_DAMPING = 1e4
-
-
-class RecordAccuracy(NamedTuple):
-    """Departures from the record, rad, Nm/kg, body weights (BW)."""
-
-    sagittal: float = np.deg2rad(1.5)
-    frontal: float = np.deg2rad(1.0)
-    """Hip adduction and rotation."""
-    pelvis: float = np.deg2rad(1.5)
-    moment: float = 0.06
-    adduction_moment: float = 0.15
-    forward_force: float = 0.010
-    sideways_force: float = 0.0075
-    vertical_force: float = 0.010
 
 
 class LawAccuracy(NamedTuple):
@@ -492,8 +479,12 @@ def fitted(
 
 
 def consistent_reference(
-    record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
+    record: GaitRecord,
+    model: BodyModel,
+    contact: ContactSettings | None = None,
+    accuracy: RecordAccuracy | None = None,
 ) -> ReferenceMotion:
     """Reference motion of a record on a scaled model: built from the record, then `fitted`."""
     contact = contact or ContactSettings()
-    return fitted(build_reference(record, model, contact), record, model, contact)
+    wanted = Accuracy(record=accuracy or RecordAccuracy())
+    return fitted(build_reference(record, model, contact), record, model, contact, wanted)

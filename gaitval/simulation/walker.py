@@ -20,6 +20,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
+from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.contact import (
@@ -63,10 +64,14 @@ class WalkingTask:
 
     @classmethod
     def of(
-        cls, model: BodyModel, record: GaitRecord, configuration: Configuration
+        cls,
+        model: BodyModel,
+        record: GaitRecord,
+        configuration: Configuration,
+        accuracy: RecordAccuracy | None = None,
     ) -> "WalkingTask":
-        """The task with the reference motion of a record on a model."""
-        reference = consistent_reference(record, model, configuration.contact)
+        """The task with the reference motion of a record, as accurate as told, on a model."""
+        reference = consistent_reference(record, model, configuration.contact, accuracy)
         return cls(model, record, reference, configuration)
 
 

@@ -34,8 +34,8 @@ def test_gymnasiums_checker_has_no_objection(environment):
 
 def test_spaces(paper, extended, task):
     assert paper.observation_space.shape == (71,)
-    assert extended.observation_space.shape == (125,)
-    assert OBSERVATION_SIZES == {"paper": 71, "extended": 125}
+    assert extended.observation_space.shape == (126,)
+    assert OBSERVATION_SIZES == {"paper": 71, "extended": 126}
     assert extended.action_space.shape == (26,)
     limit = task.configuration.environment.action_limit
     assert extended.action_space.high.min() == extended.action_space.high.max() == limit

@@ -1,0 +1,1 @@
+"""Gait that was not recorded, predicted from other trials and other people."""

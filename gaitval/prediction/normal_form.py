@@ -1,0 +1,129 @@
+"""Gaits as numbers that can be added and averaged.
+
+Records of different people and speeds become comparable: speed and stride time without dimension
+(Hof 1996, Gait Posture 4:222), curves by percent of the gait cycle. Everything predicted without a
+model is a linear combination of such numbers. (Forces by percent of stance instead predict other
+people's forces worse: they rise and fall with the other foot's step.)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.mean_curves import FORCE_TOLERANCE
+from gaitval.gait.record import (
+    HARMONICS_CAP,
+    MOMENT_NAMES,
+    REQUIRED_ANGLES,
+    GaitRecord,
+    LowPass,
+    fit_periodic,
+    periodic_through,
+)
+
+SAMPLES = 100
+_CYCLE = np.arange(SAMPLES) / SAMPLES
+_MIRROR = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
+
+
+@dataclass(frozen=True)
+class NormalForm:
+    """A gait without dimension; n is `SAMPLES`.
+
+    Attributes
+    ----------
+    speed : over the square root of gravity times leg length.
+    stride_time : over the square root of leg length by gravity.
+    left_phase : as `GaitRecord.left_phase`.
+    stance : (2,) stance fractions, right and left.
+    angles : (18, n) rad, `REQUIRED_ANGLES` by percent of each side's cycle.
+    moments : (18, n) Nm/kg, `MOMENT_NAMES` likewise.
+    forces : (2, n, 3) body weights likewise, zero in swing: forward, towards the midline, up.
+    """
+
+    speed: float
+    stride_time: float
+    left_phase: float
+    stance: Array
+    angles: Array
+    moments: Array
+    forces: Array
+
+
+def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
+    """A record without dimension; `leg_length` in m."""
+    return NormalForm(
+        speed=record.speed / np.sqrt(GRAVITY * leg_length),
+        stride_time=record.stride_time / np.sqrt(leg_length / GRAVITY),
+        left_phase=record.left_phase,
+        stance=np.array([record.stance_fraction[side] for side in SIDES]),
+        angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
+        moments=np.array([record.moments[name](_CYCLE) for name in MOMENT_NAMES]),
+        forces=np.array(
+            [record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]
+        ),
+    )
+
+
+def combined(gaits: Sequence[NormalForm], weights: Array) -> NormalForm:
+    """The sum of gaits times weights; an average if the weights add up to one."""
+    return NormalForm(
+        **{
+            each.name: np.tensordot(weights, [getattr(gait, each.name) for gait in gaits], 1)
+            for each in fields(NormalForm)
+        }
+    )
+
+
+def symmetric(gait: NormalForm) -> NormalForm:
+    """The mean of a gait and its mirror image."""
+
+    def sides(values: Array) -> Array:
+        # all of the right come first, then all of the left in the same order
+        mean = 0.5 * (values[: len(values) // 2] + values[len(values) // 2 :])
+        return np.concatenate([mean, mean])
+
+    return NormalForm(
+        gait.speed,
+        gait.stride_time,
+        0.5,
+        sides(gait.stance),
+        sides(gait.angles),
+        sides(gait.moments),
+        sides(gait.forces),
+    )
+
+
+def record_from(
+    gait: NormalForm, leg_length: float, low_pass: LowPass | None = None
+) -> GaitRecord:
+    """The record of a gait on legs of this length, m."""
+    forces, stance = {}, {}
+    for i, side in enumerate(SIDES):
+        values = gait.forces[i] * _MIRROR[side]
+        rows = np.concatenate([values, values[:1]])
+        # An average of several gaits fades out behind the mean end of stance.
+        stance[side] = float(gait.stance[i])
+        on = np.append(np.arange(int(stance[side] * SAMPLES) + 1), SAMPLES)
+        series = [fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in rows[on].T]
+        forces[side] = (series[0], series[1], series[2])
+    return GaitRecord(
+        speed=float(gait.speed * np.sqrt(GRAVITY * leg_length)),
+        stride_time=float(gait.stride_time * np.sqrt(leg_length / GRAVITY)),
+        left_phase=float(gait.left_phase),
+        stance_fraction=stance,
+        angles={
+            name: periodic_through(values, HARMONICS_CAP)
+            for name, values in zip(REQUIRED_ANGLES, gait.angles, strict=True)
+        },
+        moments={
+            name: periodic_through(values, HARMONICS_CAP)
+            for name, values in zip(MOMENT_NAMES, gait.moments, strict=True)
+        },
+        forces=forces,
+        low_pass=low_pass,
+    )

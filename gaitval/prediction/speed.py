@@ -1,0 +1,131 @@
+"""A person's gait at a speed at which it was not recorded.
+
+From the person's own trials, and from how other people change with speed. Between two trials and
+beyond them the person's own change counts the more, the further apart the trials are; with one
+trial the change is other people's alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.constants import GRAVITY
+from gaitval.datasets.subject import Subject
+from gaitval.errors import SubjectError
+from gaitval.gait.accuracy import RecordAccuracy
+from gaitval.gait.record import GaitRecord
+from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from
+from gaitval.prediction.population import change_with_speed, on_the_line, other_people
+from gaitval.prediction.told import Told
+
+LARGEST_CHANGE: Final = 0.5
+"""Of the nearest trial's speed: beyond it people change how they walk, not only how fast."""
+
+TRUST: Final = 0.8
+"""Share of other people's change that is expected of a person. What three people have in common is
+known with an error, so the whole of it predicts a fourth's angles worse (docs/untold.md)."""
+
+STRIDE_TIME_EXPONENT: Final = -0.47
+"""Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
+standard deviation of 0.08 (Fukuchi et al. 2018; tests/prediction/test_speed.py computes it)."""
+
+OWN_CHANGE_SPAN: Final = 0.1
+"""Difference of dimensionless speed between a person's own trials at which their own change counts
+as much as other people's."""
+
+PREDICTED_ACCURACY: Final = RecordAccuracy()
+"""Of a predicted record, of which moments, forces and angles are predicted together."""
+
+
+def at_speed(
+    subject: Subject,
+    records: Sequence[GaitRecord],
+    speed: float,
+    others: Sequence[Subject],
+    *,
+    forced: bool = False,
+) -> Told:
+    """What a person's gait at another speed is expected to be.
+
+    Parameters
+    ----------
+    records : of the person, as they are told.
+    speed : m/s.
+    others : people with several trials; the person of `subject` is left out.
+    forced : also beyond `LARGEST_CHANGE`.
+
+    Raises
+    ------
+    SubjectError : the speed is too far from those of the records.
+    """
+    speeds = [record.speed for record in records]
+    if not speed > 0.0:
+        raise SubjectError(f"speed {speed:g} m/s: not a walking speed. Give one above zero.")
+    change = min(abs(speed / each - 1.0) for each in speeds)
+    if change > LARGEST_CHANGE and not forced:
+        walked = ", ".join(f"{each:g}" for each in sorted(speeds))
+        raise SubjectError(
+            f"{subject.identifier}: {speed:g} m/s is {100 * change:.0f} % from the nearest speed "
+            f"that was walked ({walked} m/s), and beyond {100 * LARGEST_CHANGE:.0f} % a prediction "
+            "is a guess. Give a speed nearer to one that was walked, or --force."
+        )
+    wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
+    own = [normal_form(record, subject.leg_length_m) for record in records]
+    gait = _moved(own, wanted, change_of_others(subject, others))
+    return Told(record_from(gait, subject.leg_length_m), PREDICTED_ACCURACY)
+
+
+def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
+    """The person on each of their trials but one.
+
+    Raises
+    ------
+    SubjectError : there is no trial of that name, or none is left.
+    """
+    names = [subject.trial, *(trial.name for trial in subject.trials)]
+    if without is not None:
+        subject.on_trial(without)
+        names.remove(without)
+    if not names:
+        raise SubjectError(
+            f"{subject.identifier}: {without} is the only trial, so nothing is left to predict it "
+            "from. Add another trial ([[trials]] in the subject's file; `gaitval curves --to` "
+            "writes it), or hold out none."
+        )
+    return [subject.on_trial(name) for name in names]
+
+
+def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
+    """Change of other people's gait per unit of dimensionless speed."""
+    people = other_people(subject, others)
+    change = change_with_speed(people)
+    if change is not None:
+        return change
+    return combined([on_the_line(people, speed) for speed in (1.0, 0.0)], np.array([1.0, -1.0]))
+
+
+def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> NormalForm:
+    """A person's gaits, interpolated or extrapolated to a dimensionless speed."""
+    ordered = sorted(own, key=lambda gait: gait.speed)
+    nearest = min(ordered, key=lambda gait: abs(gait.speed - speed))
+    away = speed - nearest.speed
+    gaits, weights = [nearest, change], [1.0, TRUST * away]
+    exponent = STRIDE_TIME_EXPONENT
+    if len(ordered) > 1:
+        # The person's own change, over the trials on both sides of the speed or the last two.
+        speeds = [gait.speed for gait in ordered]
+        place = int(np.clip(np.searchsorted(speeds, speed), 1, len(ordered) - 1))
+        below, above = ordered[place - 1], ordered[place]
+        span = above.speed - below.speed
+        # Between two trials their straight line is all that is needed.
+        between = below.speed <= speed <= above.speed
+        share = 1.0 if between else span**2 / (span**2 + OWN_CHANGE_SPAN**2)
+        gaits += [above, below]
+        weights = [1.0, (1.0 - share) * TRUST * away, share * away / span, -share * away / span]
+        step = np.log(above.stride_time / below.stride_time) / np.log(above.speed / below.speed)
+        exponent += share * (float(step) - exponent)
+    stride_time = nearest.stride_time * (speed / nearest.speed) ** exponent
+    moved = combined(gaits, np.array(weights))
+    return replace(moved, speed=speed, stride_time=stride_time)
