@@ -36,6 +36,11 @@ class RecordSettings(Section):
     """`all`: angles, moments and forces; the walk is then fitted to the record that it is compared
     with. `kinematics`: angles, speed and timing only; moments and forces are predicted, and the
     recorded ones are read by nothing but the comparison (docs/untold.md)."""
+    holdout: str = ""
+    """Name of a trial that the run is not told and is compared with; the walk is then predicted
+    from the person's other trials. Empty: the subject's own trial, which is told."""
+    speed: float = Field(0.0, ge=0)
+    """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
 
 
 class ContactSettings(Section):
@@ -208,6 +213,9 @@ class TrainingSettings(Section):
     """Environment steps of the first training."""
     transfer_samples: int = Field(2_000_000, ge=0)
     """Environment steps of the first training when it starts from the general policy."""
+    range_samples: int = Field(3_000_000, ge=0)
+    """Environment steps of the training of one policy for several speeds (`predict`), when it
+    starts from the general policy."""
     refinement_samples: int = Field(800_000, ge=0)
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1)

@@ -17,7 +17,6 @@ from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
-from gaitval.prediction.speed import at_speed
 from gaitval.prediction.told import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -35,9 +34,9 @@ def task_of(wanted: tuple[str, float, Configuration]) -> WalkingTask:
     """The walking task of a subject at a share of the recorded speed."""
     name, share, configuration = wanted
     subject, others = load_subject(name), builtin_subjects()
-    known = told(subject, "kinematics", others)
-    if share != 1.0:
-        known = at_speed(subject, [known.record], share * known.record.speed, others)
+    speed = None if share == 1.0 else share * subject.walking_speed_m_s
+    first = subject.model_copy(update={"trials": ()})
+    known = told(first, configuration.record, others, speed=speed)
     model = scale_subject(subject).model
     return WalkingTask.of(model, known.record, configuration, known.accuracy)
 

@@ -102,6 +102,17 @@ ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
 
+UseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--use",
+        metavar="all|kinematics",
+        help="What the run may know of the record: all of it, or angles, speed and timing only. "
+        "Not given: as in the settings (record.use), else all.",
+        show_default=False,
+    ),
+]
+
 
 def _paragraphs(text: str) -> str:
     """One line per paragraph, for the terminal to wrap."""

@@ -199,6 +199,25 @@ def print_tolerances(metrics: Mapping[str, Any]) -> None:
     output.print(table)
 
 
+def print_groups(metrics: Mapping[str, Any]) -> None:
+    """Errors of groups of curves beside those of predictions without a model, with the skill."""
+    from gaitval.metrics.groups import group_rows
+
+    rows = group_rows(metrics)
+    where = f"{metrics['subject']['identifier']} ({metrics['subject']['source']})"
+    table = Table(title=f"{where}: mean RMSE, and skill against predictions without a model")
+    for name in ("group", "", "walker", *rows[0].guesses):
+        table.add_column(name)
+    for row in rows:
+        cells = [
+            f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
+            for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)
+        ]
+        walked = "fell" if row.walked is None else f"{row.walked:.3g} {row.unit}"
+        table.add_row(row.group, row.status, walked, *cells)
+    output.print(table)
+
+
 def print_pushes(recovery: Mapping[str, Any]) -> None:
     """Largest push survived by phase and direction; left is positive."""
     table = Table(title="Largest push survived, N (degrees from straight ahead, left positive)")

@@ -1,5 +1,6 @@
 """Commands of a subject's run: one for each stage, all of them, and stored baselines."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,9 +18,10 @@ from gaitval.cli.app import (
     ScratchOption,
     SetOption,
     SubjectArgument,
+    UseOption,
     command,
 )
-from gaitval.errors import ToleranceError
+from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -241,9 +243,105 @@ def report(
 
 
 @command(
+    "gaitval predict 5 --speed 0.95",
+    "gaitval predict 5 --holdout T03",
+    "gaitval predict 5 --holdout slow_trial.toml",
+    "gaitval predict my_patient.toml --speed 1.3 --use kinematics",
+)
+def predict(
+    subject: SubjectArgument,
+    speed: Annotated[
+        float | None,
+        typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
+    ] = None,
+    holdout: Annotated[
+        str | None,
+        typer.Option(
+            "--holdout",
+            metavar="TRIAL",
+            help="Predict this trial of the subject, which the walker is not told, and compare. A "
+            "name, or the file of the same person on another trial.",
+            show_default=False,
+        ),
+    ] = None,
+    use: UseOption = None,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
+    ] = False,
+) -> None:
+    """Walk at a speed that was not recorded, or that the walker is not told.
+
+    What is expected at that speed follows from the person's other trials and from how other people
+    change with speed. One policy for each person learns the range of speeds (the first time: 5
+    minutes); a speed then takes a minute. With --holdout the walk is compared with the trial that
+    was held out, beside predictions that need no model: the nearest trial copied, the straight line
+    of two trials, the change of other people added.
+    """
+    from gaitval.configuration import load_configuration
+    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.prediction.told import told
+    from gaitval.study.predict import run_prediction, run_range
+    from gaitval.study.stage import open_run
+
+    person = load_subject(subject)
+    if holdout is not None and holdout.endswith(".toml"):
+        person = person.with_trial(load_subject(holdout))
+        holdout = person.trials[-1].name
+    wanted = _wanted(speed, holdout)
+    chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
+    configuration = load_configuration(config, settings=chosen)
+    record = configuration.record
+    told(person, record, builtin_subjects(), forced=force)  # refuses what cannot be predicted
+    name = f"{person.identifier}-range"
+    name += f"-without-{record.holdout}" if record.holdout else ""
+    name += "-kinematics" if record.use == "kinematics" else ""
+    folder = out or Path("reports") / name
+    of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
+    at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
+    with display.live_view() as live:
+        with open_run(person, of_range, folder, live) as run:
+            run_range(run, force=force)
+        with open_run(person, configuration, folder / f"at-{at:g}", live) as run:
+            run_prediction(run, folder, force=force)
+    metrics = read_json(run.folder / "metrics.json")
+    if record.holdout:
+        display.print_groups(metrics)
+    else:
+        display.output.print(
+            "Nothing was recorded at this speed: the walk is compared with what it was asked to be."
+        )
+    display.print_tolerances(metrics)
+    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+
+
+def _wanted(speed: float | None, holdout: str | None) -> list[str]:
+    """Settings for the speed or the trial to predict."""
+    if (speed is None) == (holdout is None):
+        raise ConfigurationError(
+            "give one of --speed (m/s) and --holdout (a trial, whose speed is predicted)."
+        )
+    if holdout is not None and not holdout.strip():
+        raise ConfigurationError(
+            "--holdout: empty. Give the name of a trial of the subject, such as T03."
+        )
+    if speed is not None:
+        if not 0.0 < speed < math.inf:
+            raise ConfigurationError(
+                f"--speed {speed:g}: not a walking speed. Give one above zero, in m/s."
+            )
+        return [f"record.speed={speed}"]
+    return [f'record.holdout="{holdout}"']
+
+
+@command(
     "gaitval subject 5               # from the stored policy: 3 minutes",
     "gaitval subject 5 --scratch     # from nothing: 9 minutes",
     "gaitval subject my_patient.toml --out runs/patient",
+    "gaitval subject 5 --use kinematics   # told angles only; moments and forces are predicted",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",
 )
@@ -254,17 +352,25 @@ def subject_command(
     settings: SetOption = None,
     force: ForceOption = False,
     scratch: ScratchOption = False,
+    use: UseOption = None,
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
 
     Alternates training and identification until epsilon is below identification.kappa or
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
+    from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
+    if use is not None:
+        settings = [*(settings or ()), f"record.use={use}"]
+        if use != "all" and out is None:
+            out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False) as run:
         run_subject(run, scratch=scratch, force=force)
-    display.print_tolerances(read_json(run.folder / "metrics.json"))
+    metrics = read_json(run.folder / "metrics.json")
+    display.print_tolerances(metrics)
+    display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
 
 

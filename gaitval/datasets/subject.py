@@ -271,12 +271,55 @@ class Subject(StoredPart):
         if plates is None and self.plates is not None:
             scale = 1.0 / chosen.mean_vertical_force
             plates = self.plates.model_copy(update={"scale": scale})
-        own = {field: getattr(self, field) for field in Trial.model_fields if field != "name"}
         rest = [trial for trial in self.trials if trial is not chosen]
-        taken = {field: getattr(chosen, field) for field in own} | {"plates": plates}
+        taken = {field: getattr(chosen, field) for field in Trial.model_fields if field != "name"}
+        taken |= {"plates": plates}
         source = " ".join([*self.source.split()[:-1], name])
-        trials = (Trial.model_construct(name=self.trial, **own), *rest)
+        trials = (self.as_trial(), *rest)
         return self.model_copy(update={**taken, "source": source, "trials": trials})
+
+    def with_trial(self, other: "Subject") -> "Subject":
+        """The person with the own trial of another file added to `trials`.
+
+        Raises
+        ------
+        SubjectError : it is another person's, or a trial that is there already.
+        """
+        differences = [
+            f"{name} {here:g} and {there:g}"
+            for name, here, there, slack in (
+                ("mass_kg", self.mass_kg, other.mass_kg, 0.1 * self.mass_kg),
+                ("height_m", self.height_m, other.height_m, 0.03),
+                ("leg_length_m", self.leg_length_m, other.leg_length_m, 0.03),
+            )
+            if abs(here - there) > slack
+        ]
+        if self.sex != other.sex:
+            differences.append(f"sex {self.sex} and {other.sex}")
+        if differences:
+            raise SubjectError(
+                f"{other.identifier} ({other.source}): a trial of another person than "
+                f"{self.identifier} ({self.source}): {', '.join(differences)}. Give a trial of the "
+                "same person."
+            )
+        trial = other.as_trial()
+        for known in (self.as_trial(), *self.trials):
+            if known.gait == trial.gait:
+                raise SubjectError(
+                    f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
+                    f"of {self.identifier}. A trial cannot be both used and held out; give another."
+                )
+        names = {self.trial, *(known.name for known in self.trials)}
+        name = trial.name
+        for number in range(2, 2 + len(names)):
+            name = name if name not in names else f"{trial.name}-{number}"
+        added = trial.model_copy(update={"name": name})
+        return self.model_copy(update={"trials": (*self.trials, added)})
+
+    def as_trial(self) -> Trial:
+        """The subject's own trial, to be kept beside another."""
+        own = {field: getattr(self, field) for field in Trial.model_fields if field != "name"}
+        return Trial.model_construct(name=self.trial, **own)
 
     def record(self) -> GaitRecord:
         """The recorded gait as periodic curves, without the faults of the force plates."""

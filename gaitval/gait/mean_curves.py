@@ -62,8 +62,8 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
     if residual > REFUSED * tolerance:
         raise RecordError(
             f"{path}: with {len(curve.cosine)} harmonics the curve of {name} still has an error "
-            f"of {residual:.3g} (allowed {REFUSED * tolerance:.3g}): it is noisy or jumps. Give more cycles "
-            "or another trial, or filter it."
+            f"of {residual:.3g} (allowed {REFUSED * tolerance:.3g}): it is noisy or jumps. Give "
+            "more cycles or another trial, or filter it."
         )
     return Curve.fitted((curve, residual))
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.comparison import Curves, recorded_curves
 from gaitval.prediction.population import (
@@ -18,6 +19,7 @@ from gaitval.prediction.population import (
     line_weights,
     same_person,
 )
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -63,17 +65,91 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
         name="line through others",
         told="walking speed and leg length",
         people=len(learned),
-        curves=Curves(
-            *(
-                {
-                    name: np.tensordot(
-                        weights, [getattr(each, field.name)[name] for each in recorded], 1
-                    )
-                    for name in getattr(recorded[0], field.name)
-                }
-                for field in fields(Curves)
-            )
+        curves=_combined(recorded, weights),
+    )
+
+
+def nearest_trial(subject: Subject) -> Prediction | None:
+    """The person's other trial at the nearest speed, copied; None without another."""
+    trials = _other_trials(subject)
+    if not trials:
+        return None
+    nearest = min(trials, key=lambda t: abs(t.walking_speed_m_s - subject.walking_speed_m_s))
+    return Prediction(
+        name="nearest trial copied",
+        told=f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s",
+        people=0,
+        curves=recorded_curves(nearest.record()),
+    )
+
+
+def line_of_trials(subject: Subject) -> Prediction | None:
+    """The straight line on speed through the person's two other trials at the nearest speeds; None
+    without two of different speed.
+    """
+    speed = subject.walking_speed_m_s
+    trials = sorted(_other_trials(subject), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
+    speeds = [trial.walking_speed_m_s for trial in trials]
+    if len(set(speeds)) < 2:
+        return None
+    return Prediction(
+        name="line through two trials",
+        told="the person's " + " and ".join(trial.trial for trial in trials),
+        people=0,
+        curves=_combined(
+            [recorded_curves(trial.record()) for trial in trials],
+            line_weights(np.array(speeds), speed),
         ),
+    )
+
+
+def change_added(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
+    """The person's other trial at the nearest speed, and the change to this speed of the straight
+    line through other people; None without another trial or enough people.
+    """
+    copied = nearest_trial(subject)
+    learned = [other for other in others if not same_person(subject, other)]
+    if copied is None or len(learned) < FEWEST_PEOPLE:
+        return None
+    near = min(
+        _other_trials(subject), key=lambda t: abs(t.walking_speed_m_s - subject.walking_speed_m_s)
+    )
+    speeds = np.array([dimensionless_speed(other) for other in learned])
+    here, there = (line_weights(speeds, dimensionless_speed(each)) for each in (subject, near))
+    recorded = [recorded_curves(other.record()) for other in learned]
+    return Prediction(
+        name="other people's change added",
+        told=copied.told,
+        people=len(learned),
+        curves=_combined([copied.curves, *recorded], np.append(1.0, here - there)),
+    )
+
+
+def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]:
+    """All that can be made for the record of a subject; the line through others comes first."""
+    found = (
+        others_line(subject, others),
+        nearest_trial(subject),
+        line_of_trials(subject),
+        change_added(subject, others),
+    )
+    return [each for each in found if each is not None]
+
+
+def _other_trials(subject: Subject) -> list[Subject]:
+    return [subject.on_trial(trial.name) for trial in subject.trials]
+
+
+def _combined(curves: Sequence[Curves], weights: Array) -> Curves:
+    """Sum of curves times weights."""
+    return Curves(
+        *(
+            {
+                name: np.tensordot(weights, [getattr(each, field.name)[name] for each in curves], 1)
+                for name in getattr(curves[0], field.name)
+            }
+            for field in fields(Curves)
+        )
     )
 
 

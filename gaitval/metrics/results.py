@@ -17,6 +17,7 @@ from gaitval.metrics.record_results import (
     RecordResult,
     Sides,
 )
+from gaitval.metrics.told_measures import ReadBy, Status
 from gaitval.metrics.tolerances import WALK_UNITS
 from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.typed import (
@@ -32,8 +33,9 @@ from gaitval.metrics.typed import (
     same_version,
 )
 from gaitval.model.parameters import PARAMETERS
+from gaitval.prediction.told import QUANTITIES
 
-SCHEMA_VERSION: Final = 6
+SCHEMA_VERSION: Final = 7
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
 """Of `identification.json`, which does not contain it."""
@@ -224,6 +226,12 @@ class MeasureResult(Result):
     unit: str
 
 
+class ComparedMeasure(MeasureResult):
+    """A measured value of the final walk, and whether what it is compared with was told."""
+
+    comparison: Status
+
+
 class VerdictResult(Result):
     """The verdict of a tolerance on a measured value."""
 
@@ -378,6 +386,9 @@ class Provenance(Result):
     record: Sha256
 
 
+_QUANTITY, _QUANTITIES = named(QUANTITIES)
+
+
 class Metrics(Result):
     """The validation of a subject's simulated walks against the recorded gait.
 
@@ -386,17 +397,19 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[6]
+    schema_version: Literal[7]
     subject: SubjectResult
     units: CurveUnits
     method: Method
     record: RecordResult
+    told: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
+    """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
     """Of the record, without a model; skill is told against the first."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""
-    measures: list[MeasureResult]
+    measures: list[ComparedMeasure]
     tolerances: list[VerdictResult]
     summary: Summary
     push_recovery: PushRecoveryResult | None

@@ -15,7 +15,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.baselines import Prediction, others_line, skill
+from gaitval.metrics.baselines import Prediction, predictions, skill
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
@@ -37,6 +37,7 @@ from gaitval.metrics.recorded import (
 )
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
+from gaitval.metrics.told_measures import status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
@@ -132,12 +133,6 @@ def _compared(
     return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
 
 
-def _predictions(subject: "Subject", others: Sequence["Subject"], recorded: Json) -> list[Json]:
-    """Predictions without a model, and how far they are from the record."""
-    prediction = others_line(subject, others)
-    return [] if prediction is None else [_predicted(prediction, recorded)]
-
-
 def _predicted(prediction: Prediction, recorded: Json) -> Json:
     return {
         "name": prediction.name,
@@ -152,7 +147,7 @@ def _predicted(prediction: Prediction, recorded: Json) -> Json:
     }
 
 
-def skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
+def skill_measures(errors: Json, guesses: Sequence[Json]) -> list[Measure]:
     """Skill against the first prediction, of every curve."""
     return [
         Measure(
@@ -160,7 +155,7 @@ def skill_measures(errors: Json, predictions: Sequence[Json]) -> list[Measure]:
             name,
             skill(None if error is None else error["rmse"], prediction["rmse"][kind][name]),
         )
-        for prediction in predictions[:1]
+        for prediction in guesses[:1]
         for kind, each in errors.items()
         for name, error in each.items()
     ]
@@ -186,7 +181,7 @@ def _walk(
     walks: Rollouts,
     record: GaitRecord,
     recorded: Json,
-    predictions: Sequence[Json],
+    guesses: Sequence[Json],
     model: BodyModel,
     leg_length: float,
     configuration: Configuration,
@@ -226,7 +221,7 @@ def _walk(
         "epsilon": None if error is None else error.as_dict(),
     }, [
         *measures,
-        *skill_measures(errors, predictions),
+        *skill_measures(errors, guesses),
         *_unfiltered_measures(rollout, cycles, recorded, model.mass),
         *unrecorded(rollout, cycles, mass=model.mass).measures(),
         step_width_measure(stride["step_width"], leg_length),
@@ -454,7 +449,8 @@ def validate(
     ArtefactError : the rollouts do not start from the configured phases.
     """
     recorded = recorded_part(record, subject)
-    predictions = _predictions(subject, others, recorded)
+    guesses = [_predicted(each, recorded) for each in predictions(subject, others)]
+    told = uses(configuration)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -462,7 +458,7 @@ def validate(
     for which, each in (("nominal", nominal), ("identified", identified)):
         if each is not None:
             _check_starts(each, phases if which == final else phases[:1], which)
-            shared = (record, recorded, predictions, model, subject.leg_length_m, configuration)
+            shared = (record, recorded, guesses, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
     verdicts = evaluate(measures)
@@ -478,11 +474,17 @@ def validate(
             "units": CURVE_UNITS,
             "method": _method(record, model, configuration),
             "record": recorded,
-            "predictions": predictions,
+            "told": told,
+            "predictions": guesses,
             "walks": walks,
             "final": final,
             "measures": [
-                {**asdict(measure), "unit": UNITS[measure.measure]} for measure in measures
+                {
+                    **asdict(measure),
+                    "unit": UNITS[measure.measure],
+                    "comparison": status(measure.measure, [name for name in told if told[name]]),
+                }
+                for measure in measures
             ],
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
             "summary": _summary(verdicts),

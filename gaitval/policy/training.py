@@ -168,6 +168,7 @@ def train(
     folder: Path,
     *,
     samples: int,
+    also: Sequence[WalkingTask] = (),
     start: Policy | None = None,
     subject: str = "",
     on_progress: Progress | None = None,
@@ -186,6 +187,7 @@ def train(
     ----------
     folder : receives `training.csv`, TensorBoard logs and checkpoints.
     samples : environment steps in all.
+    also : tasks of the same body, at other speeds, that the policy learns too.
     start : policy whose weights are used (a warm start: full randomisation and a smaller learning
         rate from the beginning), for the same body or general.
     on_progress : called after each update with samples, total, reward and cycles.
@@ -195,7 +197,7 @@ def train(
     PolicyError : `start` has other observations than this task.
     ConfigurationError : the configured device does not exist.
     """
-    learner = _train([task], Path(folder), samples, start, on_progress)
+    learner = _train([task, *also], Path(folder), samples, start, on_progress)
     about = {"subject": subject, "model_hash": model_hash(task.model)}
     return _policy(task.configuration, learner, about)
 

@@ -63,19 +63,21 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
         moments=np.array([record.moments[name](_CYCLE) for name in MOMENT_NAMES]),
-        forces=np.array(
-            [record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]
-        ),
+        forces=np.array([record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]),
     )
 
 
 def combined(gaits: Sequence[NormalForm], weights: Array) -> NormalForm:
     """The sum of gaits times weights; an average if the weights add up to one."""
+
+    def total(name: str) -> Array:
+        return np.asarray(np.tensordot(weights, [getattr(gait, name) for gait in gaits], 1))
+
     return NormalForm(
-        **{
-            each.name: np.tensordot(weights, [getattr(gait, each.name) for gait in gaits], 1)
-            for each in fields(NormalForm)
-        }
+        float(total("speed")),
+        float(total("stride_time")),
+        float(total("left_phase")),
+        *(total(each.name) for each in fields(NormalForm)[3:]),
     )
 
 
@@ -98,9 +100,7 @@ def symmetric(gait: NormalForm) -> NormalForm:
     )
 
 
-def record_from(
-    gait: NormalForm, leg_length: float, low_pass: LowPass | None = None
-) -> GaitRecord:
+def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = None) -> GaitRecord:
     """The record of a gait on legs of this length, m."""
     forces, stance = {}, {}
     for i, side in enumerate(SIDES):

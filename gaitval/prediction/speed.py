@@ -14,11 +14,9 @@ import numpy as np
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
-from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from
 from gaitval.prediction.population import change_with_speed, on_the_line, other_people
-from gaitval.prediction.told import Told
 
 LARGEST_CHANGE: Final = 0.5
 """Of the nearest trial's speed: beyond it people change how they walk, not only how fast."""
@@ -35,9 +33,6 @@ OWN_CHANGE_SPAN: Final = 0.1
 """Difference of dimensionless speed between a person's own trials at which their own change counts
 as much as other people's."""
 
-PREDICTED_ACCURACY: Final = RecordAccuracy()
-"""Of a predicted record, of which moments, forces and angles are predicted together."""
-
 
 def at_speed(
     subject: Subject,
@@ -46,7 +41,7 @@ def at_speed(
     others: Sequence[Subject],
     *,
     forced: bool = False,
-) -> Told:
+) -> GaitRecord:
     """What a person's gait at another speed is expected to be.
 
     Parameters
@@ -74,7 +69,7 @@ def at_speed(
     wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
     own = [normal_form(record, subject.leg_length_m) for record in records]
     gait = _moved(own, wanted, change_of_others(subject, others))
-    return Told(record_from(gait, subject.leg_length_m), PREDICTED_ACCURACY)
+    return replace(record_from(gait, subject.leg_length_m), speed=speed)
 
 
 def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:

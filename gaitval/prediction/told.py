@@ -1,20 +1,23 @@
 """What a run is told of a person's record, and what it is not.
 
 Everything but the comparison at the end - reference, feed-forward, reward, identification,
-correction - reads the told record. With `record.use = "all"` that is the person's record. With
-`"kinematics"` it has the person's angles, speed, stride time and time of left heel strike; moments,
-forces and stance are what nine other people lead to expect of anybody at this speed, and the
-person's own are read by nothing but the comparison (tests/workflows/test_poison.py).
+correction - reads the told record. By default that is the person's record. With `record.use =
+"kinematics"` it has the person's angles, speed, stride time and time of left heel strike; moments,
+forces and stance are what other people lead to expect of anybody at this speed. With
+`record.holdout` or `record.speed` it is what the person's other trials lead to expect at another
+speed (`speed`). What is not told is read by nothing but the comparison, which
+tests/workflows/test_poison.py proves with NaN in its place.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Final, Literal, NamedTuple
 
+from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.accuracy import RecordAccuracy
-from gaitval.gait.record import GaitRecord, PeriodicCurve
+from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import record_from, symmetric
 from gaitval.prediction.population import (
     FEWEST_PEOPLE,
@@ -22,9 +25,13 @@ from gaitval.prediction.population import (
     expected,
     other_people,
 )
+from gaitval.prediction.speed import at_speed, trials_told
 
-Use = Literal["all", "kinematics"]
-USES: Final[tuple[Use, ...]] = get_args(Use)
+Quantity = Literal["angles", "timing", "moments", "forces", "stance"]
+QUANTITIES: Final[tuple[Quantity, ...]] = ("angles", "timing", "moments", "forces", "stance")
+"""What a record consists of. Timing: speed, stride time, time of left heel strike."""
+
+KINEMATIC: Final[tuple[Quantity, ...]] = ("angles", "timing")
 
 KINEMATIC_ACCURACY: Final = RecordAccuracy(
     moment=0.05,
@@ -45,19 +52,50 @@ class Told(NamedTuple):
     accuracy: RecordAccuracy
 
 
-def told(subject: Subject, use: Use, others: Sequence[Subject]) -> Told:
+def quantities_told(settings: RecordSettings) -> tuple[Quantity, ...]:
+    """The quantities of the compared record that the run was told."""
+    if is_predicted(settings):
+        return ()
+    return KINEMATIC if settings.use == "kinematics" else QUANTITIES
+
+
+def is_predicted(settings: RecordSettings) -> bool:
+    """Whether the walk is that of another trial or speed than those told."""
+    return bool(settings.holdout) or settings.speed > 0.0
+
+
+def told(
+    subject: Subject,
+    settings: RecordSettings,
+    others: Sequence[Subject],
+    *,
+    speed: float | None = None,
+    forced: bool = False,
+) -> Told:
     """What a run is told.
 
     Parameters
     ----------
-    use : "all", or "kinematics" only.
-    others : people whose kinetics are known; the person of `subject` is left out.
+    others : people whose gait is known; the person of `subject` is left out.
+    speed : m/s, instead of that of the settings.
+    forced : also at a speed far from every trial.
 
     Raises
     ------
-    SubjectError : too few others to expect kinetics from.
+    SubjectError : nothing is left to tell, or the speed is too far away.
     """
-    if use == "all":
+    if not is_predicted(settings) and speed is None:
+        return _of_a_trial(subject, settings, others)
+    trials = trials_told(subject, settings.holdout or None)
+    known = [_of_a_trial(trial, settings, others).record for trial in trials]
+    wanted = speed or settings.speed or subject.on_trial(settings.holdout).walking_speed_m_s
+    found = at_speed(subject, known, wanted, others, forced=forced)
+    accuracy = RecordAccuracy() if settings.use == "all" else KINEMATIC_ACCURACY
+    return Told(found, accuracy)
+
+
+def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Subject]) -> Told:
+    if settings.use == "all":
         return Told(subject.record(), RecordAccuracy())
     people = other_people(subject, others)
     if len(people) < FEWEST_PEOPLE:
@@ -74,12 +112,7 @@ def told(subject: Subject, use: Use, others: Sequence[Subject]) -> Told:
             speed=subject.walking_speed_m_s,
             stride_time=subject.stride_time_s,
             left_phase=subject.left_phase,
-            angles=angles_of(subject),
+            angles={name: curve.periodic() for name, curve in subject.gait.angles.items()},
         ),
         KINEMATIC_ACCURACY,
     )
-
-
-def angles_of(subject: Subject) -> dict[str, PeriodicCurve]:
-    """The recorded angles."""
-    return {name: curve.periodic() for name, curve in subject.gait.angles.items()}

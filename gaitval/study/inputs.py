@@ -80,8 +80,23 @@ def walking_task(run: Run) -> "WalkingTask":
 
     return WalkingTask(
         model=read_urdf(run.folder / "model.urdf"),
-        record=run.subject.record(),
+        record=run.told().record,
         reference=ReferenceMotion.load(run.folder / "reference.npz"),
+        configuration=run.configuration,
+    )
+
+
+def range_task(run: Run, reference: str) -> "WalkingTask":
+    """The walking task with another reference motion of the run folder."""
+    from gaitval.model.urdf import read_urdf
+    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.simulation.walker import WalkingTask
+
+    found = ReferenceMotion.load(run.folder / reference)
+    return WalkingTask(
+        model=read_urdf(run.folder / "model.urdf"),
+        record=run.told(speed=found.speed).record,
+        reference=found,
         configuration=run.configuration,
     )
 

@@ -11,8 +11,10 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 """
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
+from gaitval.configuration import RecordSettings
 from gaitval.errors import ArtefactError, PolicyError
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
 from gaitval.study.stage import INTERRUPTED, Run, Stage, run_stage, why_run
@@ -74,7 +76,20 @@ def choose_start(run: Run, *, scratch: bool) -> None:
     if scratch:
         return
     baseline = stored_baseline(run.folder, run.subject.identifier)
-    stored = [baseline / "policy"] if baseline else []
+    # A stored policy was told all that is recorded.
+    told_all = run.configuration.record == RecordSettings()
+    stored = [baseline / "policy"] if baseline and told_all else []
+    _start_from(run, stored)
+
+
+def choose_general_start(run: Run, stage: Stage) -> None:
+    """Put the general policy into `start/`, unless this training has begun with one."""
+    if why_run(stage, run.folder) not in (None, INTERRUPTED):
+        shutil.rmtree(run.folder / "start", ignore_errors=True)
+        _start_from(run, [])
+
+
+def _start_from(run: Run, stored: Sequence[Path]) -> None:
     general = general_policy()
     for source in (*stored, *([general] if general else [])):
         try:
@@ -82,7 +97,7 @@ def choose_start(run: Run, *, scratch: bool) -> None:
         except PolicyError as error:
             run.observer.say(f"A stored policy cannot be used: {error}")
             continue
-        copy_files(source, start, POLICY_FILES)
+        copy_files(source, run.folder / "start", POLICY_FILES)
         kind = "general policy" if source == general else "stored policy of this body"
         run.observer.say(
             f"Training starts from the {kind} in {source} (with --scratch it would not)."

@@ -21,6 +21,8 @@ from gaitval.study.sources import code_of
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
+    from gaitval.gait.record import GaitRecord
+    from gaitval.prediction.told import Told
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
@@ -86,6 +88,30 @@ class Run:
     subject: "Subject"
     configuration: "Configuration"
     observer: Observer = field(default_factory=Observer)
+
+    def told(self, *, speed: float | None = None) -> "Told":
+        """What the run may know of the record; `speed` m/s instead of the configured one."""
+        from gaitval.datasets.subject_file import builtin_subjects
+        from gaitval.prediction.told import told
+
+        settings = self.configuration.record
+        return told(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
+
+    def compared(self) -> "tuple[Subject, GaitRecord]":
+        """The person on the trial that the walk is compared with, and its record. At a speed that
+        was never recorded it is the predicted one.
+        """
+        settings = self.configuration.record
+        if settings.speed and not settings.holdout:
+            record = self.told().record
+            at: dict[str, Any] = {"walking_speed_m_s": settings.speed, "plates": None}
+            source = f"{self.subject.person} predicted"
+            trials = (self.subject.as_trial(), *self.subject.trials)
+            return self.subject.model_copy(
+                update={**at, "source": source, "trials": trials}
+            ), record
+        person = self.subject.on_trial(settings.holdout) if settings.holdout else self.subject
+        return person, person.record()
 
     def sections(self, *names: str) -> dict[str, Any]:
         """Values of some sections of the configuration, for `Stage.values`."""

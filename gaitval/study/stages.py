@@ -48,8 +48,9 @@ def reference_stage(run: Run) -> Stage:
         from gaitval.reference.dynamic_fit import consistent_reference
 
         model = read_urdf(run.folder / "model.urdf")
+        told = run.told()
         contact = run.configuration.contact
-        consistent_reference(run.subject.record(), model, contact).save(
+        consistent_reference(told.record, model, contact, told.accuracy).save(
             run.folder / "reference.npz"
         )
 
@@ -58,7 +59,7 @@ def reference_stage(run: Run) -> Stage:
         build,
         inputs=("subject.toml", "model.urdf"),
         outputs=("reference.npz",),
-        values=run.sections("contact"),
+        values=run.sections("contact", "record"),
     )
 
 
@@ -427,8 +428,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
 
     nominal, identified = (rollouts(name, starts[which]) for which, name in ROLLOUTS.items())
     return validate(
-        run.subject,
-        run.subject.record(),
+        *run.compared(),
         read_urdf(run.folder / "model.urdf"),
         nominal,
         identified,
@@ -465,7 +465,7 @@ def validate_stage(run: Run) -> Stage:
         ),
         outputs=("metrics.json",),
         values={
-            **run.sections("seed", "contact", "validation"),
+            **run.sections("seed", "record", "contact", "validation"),
             # metrics of an earlier version cannot be read, so they are written again
             "schema_version": SCHEMA_VERSION,
         },

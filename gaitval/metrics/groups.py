@@ -1,0 +1,54 @@
+"""Errors of groups of curves: the walk's beside those of predictions without a model."""
+
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from gaitval.metrics.baselines import skill
+
+GROUPS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
+    "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
+    "moments": ("moments", ("hip_flexion", "knee_angle", "ankle_angle")),
+    "vertical force": ("forces", ("vertical",)),
+    "fore-aft force": ("forces", ("forward",)),
+    "medial force": ("forces", ("medial",)),
+}
+"""Kind and names of the curves of each group; both sides."""
+
+
+class GroupRow(NamedTuple):
+    """Mean RMSE of a group of curves.
+
+    Attributes
+    ----------
+    walked : of the walk; None if it is too short.
+    guesses : by name of the prediction without a model.
+    """
+
+    group: str
+    unit: str
+    status: str
+    walked: float | None
+    guesses: dict[str, float]
+
+    def skills(self) -> dict[str, float | None]:
+        """Skill of the walk against each prediction."""
+        return {name: skill(self.walked, guess) for name, guess in self.guesses.items()}
+
+
+def group_rows(metrics: Mapping[str, Any]) -> list[GroupRow]:
+    """A row for every group, from `metrics.json`."""
+    errors = metrics["walks"][metrics["final"]]["errors"]
+    rows = []
+    for group, (kind, names) in GROUPS.items():
+        curves = [f"{name}_{side}" for name in names for side in "rl"]
+        found = [errors[kind][curve] for curve in curves]
+        walked = None if None in found else float(np.mean([error["rmse"] for error in found]))
+        guesses = {
+            prediction["name"]: float(np.mean([prediction["rmse"][kind][c] for c in curves]))
+            for prediction in metrics["predictions"]
+        }
+        status = "fitted" if metrics["told"][kind] else "predicted"
+        rows.append(GroupRow(group, metrics["units"][kind], status, walked, guesses))
+    return rows

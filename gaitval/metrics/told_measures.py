@@ -1,0 +1,70 @@
+"""Which comparisons are of something that the run was told, and which are predictions."""
+
+from collections.abc import Collection, Mapping
+from typing import Final, Literal, get_args
+
+from gaitval.configuration import Configuration
+from gaitval.prediction.told import QUANTITIES, Quantity, quantities_told
+
+Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
+STATUSES: Final[tuple[Status, ...]] = get_args(Status)
+
+ReadBy = Literal["reference", "feed-forward", "reward", "identification", "correction"]
+"""What a run uses a told quantity for. Scaling uses standing markers or lengths, and no gait."""
+
+_READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
+    "angles": ("reference", "reward", "identification", "correction"),
+    "timing": ("reference", "reward", "identification", "correction"),
+    "moments": get_args(ReadBy),
+    "forces": ("reference", "reward", "identification", "correction"),
+    "stance": ("reference", "correction"),
+}
+
+_OF_MEASURE: Final[Mapping[str, tuple[Quantity, ...]]] = {
+    "angle_rmse": ("angles",),
+    "angle_skill": ("angles",),
+    "moment_rmse": ("moments",),
+    "moment_skill": ("moments",),
+    "force_rmse": ("forces",),
+    "force_skill": ("forces",),
+    "unfiltered_force_rmse": ("forces",),
+    "power_burst_error": ("angles", "moments"),
+    "joint_work_error": ("angles", "moments"),
+    "centre_of_mass_rmse": ("forces",),
+    "loading_peak_error": ("forces",),
+    "pressure_arm_rmse": ("moments", "forces"),
+    "speed_error": ("timing",),
+    "stride_time_error": ("timing",),
+    "step_length_error": ("timing",),
+    "stance_fraction_error": ("stance",),
+    "epsilon": ("angles", "moments", "forces"),
+}
+"""Recorded quantities that a measure is compared with; the others have no record."""
+
+
+def uses(configuration: Configuration) -> dict[str, list[str]]:
+    """What reads each quantity of the compared record before the comparison; nothing reads what is
+    not told.
+    """
+    told = quantities_told(configuration.record)
+    corrected = configuration.correction.rounds > 0
+    return {
+        quantity: [use for use in _READ_BY[quantity] if corrected or use != "correction"]
+        if quantity in told
+        else []
+        for quantity in QUANTITIES
+    }
+
+
+def status(measure: str, told: Collection[str]) -> Status:
+    """Whether a measure compares something told.
+
+    Parameters
+    ----------
+    told : quantities of the compared record that the run was told.
+    """
+    of = _OF_MEASURE.get(measure, ())
+    if not of:
+        return "not compared"
+    known = [quantity in told for quantity in of]
+    return "fitted" if all(known) else "partly fitted" if any(known) else "predicted"
