@@ -1,7 +1,7 @@
 """Commands of recorded data: the built-in subjects, an import, and published data sets."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import (
@@ -17,6 +17,10 @@ from rich.table import Table
 
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, app, command
+from gaitval.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from gaitval.session.halves import Halves
 
 
 @command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
@@ -134,7 +138,20 @@ ConsistentOption = Annotated[
 ]
 KinematicsOnlyOption = Annotated[
     bool,
-    typer.Option("--kinematics-only", help="Use no forces: model, angles and cycles only."),
+    typer.Option(
+        "--kinematics-only",
+        help="Use no forces. The subject walks with predicted moments and forces.",
+    ),
+]
+HalvesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--halves",
+        metavar="odd-even|first-last",
+        help="Make two trials of the gait cycles. The walk is told the first and compared with "
+        "the second, too.",
+        show_default=False,
+    ),
 ]
 SexOption = Annotated[
     str,
@@ -168,6 +185,7 @@ def import_command(
     licence: LicenceOption = "not stated",
     consistent: ConsistentOption = False,
     kinematics_only: KinematicsOnlyOption = False,
+    halves: HalvesOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -204,13 +222,24 @@ def import_command(
             licence=licence,
             consistent=consistent,
             kinematics_only=kinematics_only,
+            halves=_halves(halves),
         )
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
     path = imported.subject_file
-    if path is not None:
-        display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+    display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+
+
+def _halves(wanted: str | None) -> "Halves | None":
+    from gaitval.session.halves import HALVES
+
+    for known in HALVES:
+        if wanted == known:
+            return known
+    if wanted is None:
+        return None
+    raise ConfigurationError(f"--halves {wanted}: give {' or '.join(HALVES)}.")
 
 
 data_app = typer.Typer(

@@ -92,7 +92,8 @@ def _angles_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
 
 
 def _moments_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
-    _complete(curves, MOMENT_NAMES)
+    if curves:
+        _complete(curves, MOMENT_NAMES)
     return curves
 
 
@@ -126,8 +127,21 @@ class Gait(StoredPart):
     samples: Annotated[int, Strict(), Field(gt=0)]
     """Samples of a gait cycle in the source, first and last included."""
     angles: Annotated[dict[str, Curve], AfterValidator(_angles_complete)]
-    moments: Annotated[dict[str, Curve], AfterValidator(_moments_complete)]
-    forces: Forces
+    moments: Annotated[dict[str, Curve], AfterValidator(_moments_complete)] = Field(
+        default_factory=dict
+    )
+    forces: Forces | None = None
+    """Moments and forces are both there, or neither: not everybody has force plates."""
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Self:
+        if bool(self.moments) != (self.forces is not None):
+            there, missing = ("moments", "forces") if self.moments else ("forces", "moments")
+            raise ValueError(
+                f"there are {there}, but no {missing}. Give both, or leave both out; the walk's "
+                "are then predicted."
+            )
+        return self
 
 
 class StanceFraction(StoredPart):
@@ -153,7 +167,7 @@ class Trial(StoredPart):
     stride_time_s: Number
     left_phase: Number
     left_phase_from_force: Number | None = None
-    mean_vertical_force: Number
+    mean_vertical_force: Number | None = None
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
     plates: PlateCorrection | None = None
@@ -201,9 +215,9 @@ class Subject(StoredPart):
     """Phase of the right cycle at left heel strike, from the pelvis curves of the two sides."""
     left_phase_from_force: Number | None = None
     """A second estimate, from the vertical forces; not used to compute."""
-    mean_vertical_force: Number
-    """Mean over the cycle of right + left vertical force, body weights. The true value is 1; the
-    difference comes from the source's calibration or filter."""
+    mean_vertical_force: Number | None = None
+    """Mean over the cycle of right + left vertical force, body weights; None if no forces were
+    recorded. The true value is 1; the difference comes from the source's calibration or filter."""
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
     """Known for an import; None if the source does not state it."""
@@ -268,7 +282,7 @@ class Subject(StoredPart):
                 f"{', '.join([self.trial, *(trial.name for trial in self.trials)])}."
             )
         plates = chosen.plates
-        if plates is None and self.plates is not None:
+        if plates is None and self.plates is not None and chosen.mean_vertical_force:
             scale = 1.0 / chosen.mean_vertical_force
             plates = self.plates.model_copy(update={"scale": scale})
         rest = [trial for trial in self.trials if trial is not chosen]
@@ -326,8 +340,23 @@ class Subject(StoredPart):
         measured = self.measured()
         return measured if self.plates is None else corrected(measured, self.plates)
 
+    @property
+    def has_kinetics(self) -> bool:
+        """Whether moments and ground reaction were recorded."""
+        return self.gait.forces is not None
+
     def measured(self) -> GaitRecord:
-        """The recorded gait as it was measured."""
+        """The recorded gait as it was measured.
+
+        Raises
+        ------
+        SubjectError : no moments and forces were recorded.
+        """
+        if self.gait.forces is None:
+            raise SubjectError(
+                f"{self.identifier}: no moments and forces were recorded. `gaitval subject` "
+                "predicts them; nothing else can be done without."
+            )
         forces = {"right": self.gait.forces.right, "left": self.gait.forces.left}
         return GaitRecord(
             speed=self.walking_speed_m_s,
@@ -442,6 +471,8 @@ _PARTS: Final = ("stance_fraction", "low_pass", "plates")
 def _gait_lines(gait: Gait, where: str) -> list[str]:
     lines = ["", f"[{where}]", f"samples = {gait.samples}", "", f"[{where}.angles]"]
     lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
+    if gait.forces is None:
+        return lines
     lines += ["", f"[{where}.moments]"]
     lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
     for side, force in (("right", gait.forces.right), ("left", gait.forces.left)):

@@ -33,7 +33,7 @@ from gaitval.metrics.typed import (
     same_version,
 )
 from gaitval.model.parameters import PARAMETERS
-from gaitval.prediction.told import QUANTITIES
+from gaitval.prediction.told import QUANTITIES, Quantity
 
 SCHEMA_VERSION: Final = 7
 """Of `metrics.json`."""
@@ -402,6 +402,9 @@ class Metrics(Result):
     units: CurveUnits
     method: Method
     record: RecordResult
+    recorded: list[Quantity]
+    """Where moments and forces are missing, those of `record` are only expected, from other people,
+    and nothing is judged by them."""
     told: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]

@@ -17,6 +17,7 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.joint_power import JointPower, power_measures
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.rollouts import Endurance
+from gaitval.metrics.told_measures import is_recorded
 from gaitval.metrics.tolerances import UNITS, Measure
 from gaitval.metrics.unrecorded import NOTHING
 from gaitval.metrics.validation import (
@@ -74,6 +75,8 @@ def believe(metrics: Json, origin: str) -> None:
             )
         found[place] = row["value"]
     for measure in _implied(metrics):
+        if not is_recorded(measure.measure, metrics["recorded"]):
+            continue
         name = f"{measure.measure} of {measure.target}"
         stored = found.pop((measure.measure, measure.target), None)
         if stored is None:

@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from typing import Final, Literal, get_args
 
 from gaitval.configuration import Configuration
+from gaitval.datasets.subject import Subject
 from gaitval.prediction.told import QUANTITIES, Quantity, quantities_told
 
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
@@ -42,11 +43,16 @@ _OF_MEASURE: Final[Mapping[str, tuple[Quantity, ...]]] = {
 """Recorded quantities that a measure is compared with; the others have no record."""
 
 
-def uses(configuration: Configuration) -> dict[str, list[str]]:
+def is_recorded(measure: str, recorded: Collection[str]) -> bool:
+    """Whether all that a measure is compared with was recorded."""
+    return all(quantity in recorded for quantity in _OF_MEASURE.get(measure, ()))
+
+
+def uses(subject: Subject, configuration: Configuration) -> dict[str, list[str]]:
     """What reads each quantity of the compared record before the comparison; nothing reads what is
     not told.
     """
-    told = quantities_told(configuration.record)
+    told = quantities_told(subject, configuration.record)
     corrected = configuration.correction.rounds > 0
     return {
         quantity: [use for use in _READ_BY[quantity] if corrected or use != "correction"]

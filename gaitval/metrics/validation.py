@@ -37,7 +37,7 @@ from gaitval.metrics.recorded import (
 )
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
-from gaitval.metrics.told_measures import status, uses
+from gaitval.metrics.told_measures import is_recorded, status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
@@ -46,6 +46,7 @@ from gaitval.metrics.whole_body import (
     whole_body_measures,
 )
 from gaitval.model.body import BodyModel
+from gaitval.prediction.told import quantities_recorded
 from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
@@ -450,7 +451,8 @@ def validate(
     """
     recorded = recorded_part(record, subject)
     guesses = [_predicted(each, recorded) for each in predictions(subject, others)]
-    told = uses(configuration)
+    told = uses(subject, configuration)
+    known = quantities_recorded(subject)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -461,6 +463,7 @@ def validate(
             shared = (record, recorded, guesses, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
+    measures = [measure for measure in measures if is_recorded(measure.measure, known)]
     verdicts = evaluate(measures)
     metrics: Json = _tidy(
         {
@@ -474,6 +477,7 @@ def validate(
             "units": CURVE_UNITS,
             "method": _method(record, model, configuration),
             "record": recorded,
+            "recorded": list(known),
             "told": told,
             "predictions": guesses,
             "walks": walks,

@@ -52,11 +52,21 @@ class Told(NamedTuple):
     accuracy: RecordAccuracy
 
 
-def quantities_told(settings: RecordSettings) -> tuple[Quantity, ...]:
+def quantities_recorded(subject: Subject) -> tuple[Quantity, ...]:
+    """What was recorded of a person."""
+    return QUANTITIES if subject.has_kinetics else KINEMATIC
+
+
+def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[Quantity, ...]:
     """The quantities of the compared record that the run was told."""
     if is_predicted(settings):
         return ()
-    return KINEMATIC if settings.use == "kinematics" else QUANTITIES
+    return KINEMATIC if settings.use == "kinematics" else quantities_recorded(subject)
+
+
+def with_expected_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
+    """The person's record; if it has no moments and forces, with those to expect."""
+    return _of_a_trial(subject, RecordSettings(), others).record
 
 
 def is_predicted(settings: RecordSettings) -> bool:
@@ -90,19 +100,19 @@ def told(
     known = [_of_a_trial(trial, settings, others).record for trial in trials]
     wanted = speed or settings.speed or subject.on_trial(settings.holdout).walking_speed_m_s
     found = at_speed(subject, known, wanted, others, forced=forced)
-    accuracy = RecordAccuracy() if settings.use == "all" else KINEMATIC_ACCURACY
-    return Told(found, accuracy)
+    fully = settings.use == "all" and all(trial.has_kinetics for trial in trials)
+    return Told(found, RecordAccuracy() if fully else KINEMATIC_ACCURACY)
 
 
 def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Subject]) -> Told:
-    if settings.use == "all":
+    if settings.use == "all" and subject.has_kinetics:
         return Told(subject.record(), RecordAccuracy())
     people = other_people(subject, others)
     if len(people) < FEWEST_PEOPLE:
         raise SubjectError(
             f"{subject.identifier}: kinetics are expected from other people's, but only "
-            f"{len(people)} others are known, and {FEWEST_PEOPLE} are needed. Tell the run all "
-            'that is recorded (record.use = "all").'
+            f"{len(people)} others are known, and {FEWEST_PEOPLE} are needed. Record forces, and "
+            "tell the run all that is recorded (--use all)."
         )
     gait = symmetric(expected(people, dimensionless_speed(subject)))
     guess = record_from(gait, subject.leg_length_m)

@@ -8,6 +8,7 @@ from typing import TypedDict, Unpack
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
+from gaitval.session.halves import Halves, halves_of
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import check_person, subject_of
@@ -27,7 +28,9 @@ class Options(TypedDict, total=False):
     citation : where the recording is published.
     licence : of the recording.
     consistent : make the smallest change of motion and masses that lowers the residuals.
-    kinematics_only : use no forces; there is no subject then.
+    kinematics_only : use no forces; moments and forces of the subject's walk are predicted then.
+    halves : make two trials of the cycles, "odd-even" or "first-last"; the second is not told to
+        the subject's walk, which is compared with it.
     """
 
     forces: Sequence[str | Path] | None
@@ -41,6 +44,7 @@ class Options(TypedDict, total=False):
     licence: str
     consistent: bool
     kinematics_only: bool
+    halves: Halves | None
 
 
 @dataclass(frozen=True)
@@ -49,15 +53,14 @@ class Imported:
 
     Attributes
     ----------
-    subject : None without forces.
     files : below the folder, but for `subject.toml`.
-    subject_file : of `subject`; None without.
+    subject_file : of `subject`.
     """
 
     found: Import
-    subject: Subject | None
+    subject: Subject
     files: tuple[Path, ...]
-    subject_file: Path | None
+    subject_file: Path
 
 
 def import_files(
@@ -106,17 +109,29 @@ def import_files(
         consistent=options.get("consistent", False),
     )
     found = work_out(request, configuration.processing, tell)
-    subject = None
-    if not request.without_forces:
-        subject = subject_of(
-            found,
-            age_years=options.get("age"),
-            citation=options.get("citation", "Own recording, not published"),
-            licence=options.get("licence", "not stated"),
-        )
+    halves = options.get("halves")
+    subject = _subject(found, options) if halves is None else _of_halves(found, halves, options)
     files = tuple(write_import(out, found, configuration))
-    path = None if subject is None else write_subject(out, subject)
-    return Imported(found, subject, files, path)
+    return Imported(found, subject, files, write_subject(out, subject))
+
+
+def _subject(found: Import, options: Options) -> Subject:
+    return subject_of(
+        found,
+        age_years=options.get("age"),
+        citation=options.get("citation", "Own recording, not published"),
+        licence=options.get("licence", "not stated"),
+    )
+
+
+def _of_halves(found: Import, which: Halves, options: Options) -> Subject:
+    """The subject of one half of the cycles, with the other as a further trial."""
+    told, untold = (
+        subject.model_copy(update={"source": f"{subject.source} {name}"})
+        for name, half in halves_of(found, which).items()
+        for subject in [_subject(half, options)]
+    )
+    return told.with_trial(untold)
 
 
 def _identifier(out: Path) -> str:

@@ -34,19 +34,22 @@ def subject_of(
     citation: str = "Own recording, not published",
     licence: str = "not stated",
 ) -> Subject:
-    """The subject that the main job reads, from an import with forces.
+    """The subject that the main job reads; without moments and forces if none were used.
 
     Raises
     ------
     RecordError : no cycle whose forces the plates show whole, on one side at least.
     SubjectError : implausible values.
     """
-    _check_complete(found)
     request = found.request
-    counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
-    where = f"{', '.join(walk.name for walk in found.trials)} ({counts} cycles)"
-    means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
-    stance = {side: stance_fraction(means[side][:, 2]) for side in SIDES}
+    means: dict[Side, Array] = {}
+    where = ", ".join(walk.name for walk in found.trials)
+    if not request.without_forces:
+        _check_complete(found)
+        counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
+        where += f" ({counts} cycles)"
+        means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
+    stance = {side: _stance(found, means, side) for side in SIDES}
     body = found.body
     values = {
         "identifier": request.identifier,
@@ -63,16 +66,26 @@ def subject_of(
             np.mean([cycle.duration for cycle in all_cycles(found, "right", kinetics=False)])
         ),
         "left_phase": _left_phase(found),
-        "mean_vertical_force": mean_vertical_force(means),
+        "mean_vertical_force": mean_vertical_force(means) if means else None,
         "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
         "gait": _mean_gait(found, means, stance, where),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
             "forces_hz": found.processing.force_cutoff_hz,
-        },
+        }
+        if means
+        else None,
         "measurements": body.chosen.to_dict(),
     }
     return make_subject(values, request.identifier)
+
+
+def _stance(found: Import, forces: Mapping[Side, Array], side: Side) -> float:
+    """Stance fraction of a side: of its mean force, or the mean over its cycles without forces."""
+    if forces:
+        return stance_fraction(forces[side][:, 2])
+    values = np.concatenate([walk.gait[side].stance_fraction for walk in found.trials])
+    return float(np.nanmean(values))
 
 
 def _check_complete(found: Import) -> None:
@@ -103,7 +116,6 @@ def _mean_gait(
     found: Import, forces: Mapping[Side, Array], stance: Mapping[Side, float], where: str
 ) -> Gait:
     """The mean curves as the subject's file keeps them."""
-    fitted = {side: fit_force(forces[side], stance[side], where) for side in SIDES}
     angles = {
         name: fit_curve(
             name, PHASE, closed(name, "angle", curve.mean, where), ANGLE_TOLERANCE, where
@@ -111,6 +123,9 @@ def _mean_gait(
         for name, curve in found.angles.items()
         if name in ANGLE_NAMES
     }
+    if not forces:
+        return Gait(samples=len(PHASE), angles=angles)
+    fitted = {side: fit_force(forces[side], stance[side], where) for side in SIDES}
     moments = {
         name: fit_curve(
             name,

@@ -99,7 +99,8 @@ class Run:
 
     def compared(self) -> "tuple[Subject, GaitRecord]":
         """The person on the trial that the walk is compared with, and its record. At a speed that
-        was never recorded it is the predicted one.
+        was never recorded it is the predicted one. Kinetics that were not recorded are those to
+        expect, and are not judged.
         """
         settings = self.configuration.record
         if settings.speed and not settings.holdout:
@@ -110,8 +111,11 @@ class Run:
             return self.subject.model_copy(
                 update={**at, "source": source, "trials": trials}
             ), record
+        from gaitval.datasets.subject_file import builtin_subjects
+        from gaitval.prediction.told import with_expected_kinetics
+
         person = self.subject.on_trial(settings.holdout) if settings.holdout else self.subject
-        return person, person.record()
+        return person, with_expected_kinetics(person, builtin_subjects())
 
     def sections(self, *names: str) -> dict[str, Any]:
         """Values of some sections of the configuration, for `Stage.values`."""
