@@ -242,6 +242,104 @@ def _halves(wanted: str | None) -> "Halves | None":
     raise ConfigurationError(f"--halves {wanted}: give {' or '.join(HALVES)}.")
 
 
+@command(
+    "gaitval curves WBDS03walkT05ang.txt WBDS03walkT05knt.txt --speed 1.2 --stride-time 1.08 "
+    "--mass 70 --height 1.75 --leg-length 0.9 --sex M --trial-name T05 --out wbds03.toml",
+    "gaitval curves means.csv --speed 1.2 --stride-time 1.08 --mass 70 --height 1.75 "
+    "--leg-length 0.9 --sex F --tape thigh=0.41 --tape shank=0.40 --out mine.toml",
+    "gaitval curves slow.csv --speed 0.8 --stride-time 1.3 --trial-name slow --to mine.toml",
+)
+def curves(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="Mean curves of one trial: CSV, Parquet, or WBDS ang.txt and knt.txt.",
+            show_default=False,
+        ),
+    ],
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="M/S", help="Walking speed.", show_default=False)
+    ],
+    stride_time: Annotated[
+        float,
+        typer.Option("--stride-time", metavar="S", help="Mean stride time.", show_default=False),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Subject's file to write.", show_default=False),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            "--to", help="Subject's file to add the trial to, instead.", show_default=False
+        ),
+    ] = None,
+    trial_name: Annotated[str, typer.Option("--trial-name", help="Of the trial.")] = "walk",
+    mass: Annotated[
+        float | None, typer.Option("--mass", help="Body mass, kg.", show_default=False)
+    ] = None,
+    height: Annotated[
+        float | None, typer.Option("--height", help="Stature, m.", show_default=False)
+    ] = None,
+    leg_length: Annotated[
+        float | None,
+        typer.Option("--leg-length", help="From hip to floor, m.", show_default=False),
+    ] = None,
+    sex: Annotated[
+        str | None,
+        typer.Option("--sex", metavar="F|M", help="Selects segment tables.", show_default=False),
+    ] = None,
+    tape: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tape",
+            metavar="LENGTH=M",
+            help="hip_height, thigh, shank, ankle_height, foot or pelvis_width by tape measure; "
+            "those not given follow from stature. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    age: AgeOption = None,
+    angle_unit: Annotated[str, typer.Option("--angle-unit", metavar="deg|rad")] = "deg",
+    stance: Annotated[
+        float | None,
+        typer.Option(
+            "--stance", help="Stance fraction of the cycle, without forces.", show_default=False
+        ),
+    ] = None,
+    citation: CitationOption = "Own recording, not published",
+    licence: LicenceOption = "not stated",
+) -> None:
+    """Turn mean curves into a subject, or into a further trial of one.
+
+    Tables have 101 rows, 0 to 100 % of each side's own gait cycle, and columns named by kind and
+    coordinate: angle_hip_flexion_r (degrees), moment_knee_angle_l (Nm/kg, internal), force_up_r
+    (body weights). Signs are flexion, dorsiflexion, adduction, inversion, internal rotation,
+    anterior tilt, own side up and own side forward; moments are positive where they increase the
+    angle; forces of the ground on the foot forward, left, up. docs/curves.md has all names. Signs,
+    units and sides are checked. Without moments and forces the walk predicts them.
+    """
+    from gaitval.datasets.curve_subject import Person, add_trial, new_subject
+
+    if (out is None) == (to is None):
+        raise ConfigurationError("give one of --out (a new subject) and --to (a further trial).")
+    trial = {
+        "name": trial_name,
+        "speed": speed,
+        "stride_time": stride_time,
+        "stance": stance,
+        "angle_unit": angle_unit,
+    }
+    if to is not None:
+        path = add_trial(files, to, **trial)
+    else:
+        assert out is not None
+        person = Person(mass, height, leg_length, sex, age, tape or (), citation, licence)
+        path = new_subject(files, out, person, **trial)
+    display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+
+
 data_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Final, Literal, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -28,6 +29,7 @@ from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
     REQUIRED_ANGLES,
+    REQUIRED_MOMENTS,
     Curve,
     Force,
     GaitRecord,
@@ -93,7 +95,7 @@ def _angles_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
 
 def _moments_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
     if curves:
-        _complete(curves, MOMENT_NAMES)
+        _complete(curves, MOMENT_NAMES, REQUIRED_MOMENTS)
     return curves
 
 
@@ -318,7 +320,7 @@ class Subject(StoredPart):
             )
         trial = other.as_trial()
         for known in (self.as_trial(), *self.trials):
-            if known.gait == trial.gait:
+            if _same_curves(known.gait, trial.gait):
                 raise SubjectError(
                     f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
                     f"of {self.identifier}. A trial cannot be both used and held out; give another."
@@ -384,6 +386,16 @@ class Subject(StoredPart):
     def to_toml(self) -> str:
         """The subject as TOML; numbers have six significant digits, each curve is one line."""
         return _toml(self)
+
+
+def _same_curves(one: Gait, other: Gait) -> bool:
+    """Whether two gaits have the same joint angles to a hundredth of a degree."""
+    phase = np.arange(100) / 100
+    return all(
+        np.abs(one.angles[name].periodic()(phase) - other.angles[name].periodic()(phase)).max()
+        < np.radians(0.01)
+        for name in REQUIRED_ANGLES
+    )
 
 
 def _figure(value: float) -> str:

@@ -35,9 +35,11 @@ from scipy.optimize import minimize_scalar
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Forces, Gait, Printed, StanceFraction, Subject, make_subject
+from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.datasets.wbds_files import (
+    MOMENT_SEAM,
     number_in,
     read_angles,
     read_kinetics,
@@ -45,16 +47,6 @@ from gaitval.datasets.wbds_files import (
     table_rows,
 )
 from gaitval.errors import RecordError
-from gaitval.gait.mean_curves import (
-    ANGLE_TOLERANCE,
-    MOMENT_TOLERANCE,
-    fit_curve,
-    fit_force,
-    mean_vertical_force,
-    stance_fraction,
-)
-from gaitval.gait.record import PeriodicCurve
-from gaitval.gait.sampling import SAMPLES
 
 CITATION: Final = (
     "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "
@@ -63,10 +55,13 @@ CITATION: Final = (
 )
 LICENCE: Final = "CC BY 4.0"
 
-MOMENT_SEAM: Final = (97, 98, 99)
-"""Rows where the moments jump, an edge effect of the authors' filter; left out of the fit."""
-PELVIS_MISMATCH: Final = float(np.radians(2.0))
-"""rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
+
+FURTHER_TRIALS: Final[Mapping[str, tuple[str, ...]]] = {
+    "S01": ("T03",),
+    "S04": ("T02",),
+    "S05": ("T03", "T06"),
+}
+"""Trials of the ten people at other speeds."""
 
 # The paper's Table 1 as printed: sex, age, mass kg, height m, speed m/s. S05 has mass and height
 # swapped, S02 the sex, S06 and S08 other masses and an age.
@@ -82,41 +77,6 @@ _PAPER: Final[dict[str, tuple[str, float, float, float, float]]] = {
     "S09": ("F", 63, 46.05, 1.492, 0.80),
     "S10": ("M", 84, 66.35, 1.555, 0.60),
 }
-
-
-def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
-    """Phase of the right cycle at left heel strike, from the pelvis.
-
-    The pelvis is one body, so its tilt over the left cycle is its tilt over the right cycle,
-    shifted in time; list and rotation are too, with the sign changed. The phase is the shift with
-    the smallest sum of squared differences, each curve less its mean (the means differ by the
-    markers' asymmetry, below 0.25°).
-
-    Returns
-    -------
-    phase, mismatch
-        The mismatch is the root-mean-square difference of the worst curve, rad.
-    """
-    phase = np.arange(200) / 200
-
-    def differences(shift: float) -> Array:
-        return np.stack(
-            [
-                angles[f"{name}_r"](phase)
-                - angles[f"{name}_r"].mean
-                - sign * (angles[f"{name}_l"](phase - shift) - angles[f"{name}_l"].mean)
-                for name, sign in (("pelvis_tilt", 1), ("pelvis_list", -1), ("pelvis_rotation", -1))
-            ]
-        )
-
-    best = minimize_scalar(
-        lambda shift: float(np.sum(differences(shift) ** 2)),
-        bounds=(0.4, 0.6),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
-    mismatch = np.sqrt(np.mean(differences(best.x) ** 2, axis=1)).max()
-    return float(best.x), float(mismatch)
 
 
 def left_phase_from_force(forces: Mapping[Side, Array]) -> float:
@@ -184,26 +144,7 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     kinetics_path = folder / "processed" / f"{person}walk{trial}knt.txt"
     sampled_angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
     metadata = _metadata(folder, person, trial)
-    phase = np.arange(SAMPLES) / (SAMPLES - 1)
-    angles = {
-        name: fit_curve(name, phase, values, ANGLE_TOLERANCE, angles_path)
-        for name, values in sampled_angles.items()
-    }
-    trusted = np.delete(np.arange(SAMPLES), MOMENT_SEAM)
-    moments = {
-        name: fit_curve(name, phase[trusted], values[trusted], MOMENT_TOLERANCE, kinetics_path)
-        for name, values in kinetics.moments.items()
-    }
-    stance = {side: stance_fraction(kinetics.forces[side][:, 2]) for side in SIDES}
-    left, mismatch = left_phase({name: curve.periodic() for name, curve in angles.items()})
-    if mismatch > PELVIS_MISMATCH:
-        raise RecordError(
-            f"{angles_path}: the pelvis curves of right and left differ by "
-            f"{np.degrees(mismatch):.1f}° however they are shifted, which is impossible for one "
-            "pelvis. Are columns of RPelvisAngle and LPelvisAngle exchanged, from another trial, "
-            "or with other signs?"
-        )
-    forces = {side: fit_force(kinetics.forces[side], stance[side], kinetics_path) for side in SIDES}
+    curves = MeanCurves(sampled_angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
     paper = _PAPER.get(identifier)
     return make_subject(
         {
@@ -212,17 +153,9 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
             "citation": CITATION,
             "licence": LICENCE,
             **metadata,
-            "left_phase": left,
             "left_phase_from_force": left_phase_from_force(kinetics.forces),
-            "mean_vertical_force": mean_vertical_force(kinetics.forces),
-            "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
             "paper": None if paper is None else dict(zip(Printed.model_fields, paper, strict=True)),
-            "gait": Gait(
-                samples=SAMPLES,
-                angles=angles,
-                moments=moments,
-                forces=Forces(right=forces["right"], left=forces["left"]),
-            ),
+            **gait_values(curves, f"{angles_path}, {kinetics_path.name}"),
             "markers": read_static_markers(folder / "static_markers_10subjects.csv", person),
         },
         f"{person} {trial}",
@@ -252,6 +185,9 @@ def build_subjects(data_folder: Path, out_folder: Path) -> list[Path]:
     for identifier, source in BUILTIN.items():
         person, trial = source.split()
         path = Path(out_folder) / f"{identifier}.toml"
-        write_text(path, read_trial(data_folder, identifier, person, trial).to_toml())
+        subject = read_trial(data_folder, identifier, person, trial)
+        for further in FURTHER_TRIALS.get(identifier, ()):
+            subject = subject.with_trial(read_trial(data_folder, identifier, person, further))
+        write_text(path, subject.to_toml())
         written.append(path)
     return written

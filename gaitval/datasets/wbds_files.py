@@ -26,6 +26,9 @@ from gaitval.gait.sampling import SAMPLES
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 
+MOMENT_SEAM: Final = (97, 98, 99)
+"""Rows where the moments jump, an edge effect of the authors' filter; left out of the fit."""
+
 # Project name and sign (to the project's convention) of each column, without its side.
 _ANGLES: Final[dict[str, tuple[str, int]]] = {
     "PelvisAngleX": ("pelvis_list", 1),

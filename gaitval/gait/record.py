@@ -67,6 +67,13 @@ REQUIRED_ANGLES = tuple(
 MOMENT_NAMES = tuple(f"{name}_{side}" for side in "rl" for name in _JOINT_ANGLES)
 """Keys of `GaitRecord.moments`."""
 
+REQUIRED_MOMENTS = tuple(
+    f"{name}_{side}"
+    for side in "rl"
+    for name in ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+)
+"""The moments that every record with kinetics has: those that walks are compared with."""
+
 HARMONICS_CAP = 40
 """Most harmonics that `fit_periodic` tries; rows 1 % of the cycle apart resolve fewer than 50."""
 

@@ -7,7 +7,7 @@ from pydantic import Field
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.joint_power import BURSTS, JOINTS
-from gaitval.metrics.typed import Count, Number, Result, Size, named
+from gaitval.metrics.typed import Count, Number, Positive, Result, Size, named
 
 T = TypeVar("T")
 
@@ -169,3 +169,23 @@ class PredictionResult(Result):
     """What it knows of the person."""
     people: Count
     rmse: PredictionErrors
+
+
+class UnseenErrors(Kinds[Size | None]):
+    """RMSE of the walk by curve, in the units of the curves."""
+
+
+class UnseenCorrelations(Kinds[Number | None]):
+    """Coefficients of multiple correlation by curve."""
+
+
+class UnseenResult(Result):
+    """A trial at the same speed that was not told, see gaitval/metrics/unseen.py."""
+
+    trial: str
+    speed: Positive
+    rmse: UnseenErrors
+    between: PredictionErrors
+    """RMSE between this trial and the compared one."""
+    multiple_correlation: UnseenCorrelations
+    """Of these two trials."""

@@ -16,6 +16,7 @@ from gaitval.metrics.record_results import (
     PredictionResult,
     RecordResult,
     Sides,
+    UnseenResult,
 )
 from gaitval.metrics.told_measures import ReadBy, Status
 from gaitval.metrics.tolerances import WALK_UNITS
@@ -409,6 +410,8 @@ class Metrics(Result):
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
     """Of the record, without a model; skill is told against the first."""
+    unseen: list[UnseenResult]
+    """The final walk against further trials at the same speed."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""

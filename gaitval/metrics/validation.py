@@ -41,6 +41,7 @@ from gaitval.metrics.told_measures import is_recorded, status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
+from gaitval.metrics.unseen import unseen
 from gaitval.metrics.whole_body import (
     walked_centre_of_mass,
     whole_body_measures,
@@ -480,6 +481,7 @@ def validate(
             "recorded": list(known),
             "told": told,
             "predictions": guesses,
+            "unseen": unseen(subject, walks[final]["curves"]),
             "walks": walks,
             "final": final,
             "measures": [

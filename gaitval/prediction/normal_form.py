@@ -17,8 +17,8 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     HARMONICS_CAP,
-    MOMENT_NAMES,
     REQUIRED_ANGLES,
+    REQUIRED_MOMENTS,
     GaitRecord,
     LowPass,
     fit_periodic,
@@ -41,7 +41,7 @@ class NormalForm:
     left_phase : as `GaitRecord.left_phase`.
     stance : (2,) stance fractions, right and left.
     angles : (18, n) rad, `REQUIRED_ANGLES` by percent of each side's cycle.
-    moments : (18, n) Nm/kg, `MOMENT_NAMES` likewise.
+    moments : (8, n) Nm/kg, `REQUIRED_MOMENTS` likewise.
     forces : (2, n, 3) body weights likewise, zero in swing: forward, towards the midline, up.
     """
 
@@ -62,7 +62,7 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
         left_phase=record.left_phase,
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
-        moments=np.array([record.moments[name](_CYCLE) for name in MOMENT_NAMES]),
+        moments=np.array([record.moments[name](_CYCLE) for name in REQUIRED_MOMENTS]),
         forces=np.array([record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]),
     )
 
@@ -122,7 +122,7 @@ def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = 
         },
         moments={
             name: periodic_through(values, HARMONICS_CAP)
-            for name, values in zip(MOMENT_NAMES, gait.moments, strict=True)
+            for name, values in zip(REQUIRED_MOMENTS, gait.moments, strict=True)
         },
         forces=forces,
         low_pass=low_pass,

@@ -1,0 +1,416 @@
+"""A subject from anyone's mean curves: CSV, Parquet, or the text files of WBDS.
+
+A table has 101 rows, 0 to 100 % of each side's own gait cycle, and a column for each curve, named
+by its kind and the coordinate: `angle_hip_flexion_r`, `moment_knee_angle_l`, `force_up_r`. The
+names and signs are those of `gaitval.gait.record.GaitRecord`. The names may end in `_mean`, as in
+the table that an import writes. Other columns are left alone.
+"""
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import minimize_scalar
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.subject import Forces, Gait, StanceFraction
+from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics
+from gaitval.errors import RecordError
+from gaitval.gait.mean_curves import (
+    ANGLE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    fit_curve,
+    fit_force,
+    mean_vertical_force,
+    stance_fraction,
+)
+from gaitval.gait.record import (
+    ANGLE_NAMES,
+    MOMENT_NAMES,
+    REQUIRED_ANGLES,
+    REQUIRED_MOMENTS,
+    PeriodicCurve,
+)
+from gaitval.gait.sampling import SAMPLES
+
+AngleUnit = Literal["deg", "rad"]
+
+_AXES: Final = ("forward", "left", "up")
+_FORCES: Final = tuple(f"{axis}_{side}" for side in "rl" for axis in _AXES)
+_PHASE: Final = np.arange(SAMPLES) / (SAMPLES - 1)
+
+_JUMP: Final = {"angle": 5.0, "moment": 0.3, "force": 0.3}
+"""Degrees, Nm/kg, body weights between neighbouring rows, which no mean curve changes by."""
+
+
+PELVIS_MISMATCH: Final = float(np.radians(2.0))
+"""rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
+
+
+@dataclass(frozen=True)
+class MeanCurves:
+    """Mean curves of one trial (101,), in the convention of `GaitRecord`.
+
+    Attributes
+    ----------
+    angles : rad.
+    moments : Nm/kg; empty if none were given.
+    forces : body weights, (101, 3) of each side; empty likewise.
+    seam : rows whose moments are not to be trusted.
+    """
+
+    angles: Mapping[str, Array]
+    moments: Mapping[str, Array]
+    forces: Mapping[Side, Array]
+    seam: tuple[int, ...] = ()
+
+
+def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") -> MeanCurves:
+    """The curves of one trial from one file or several.
+
+    Raises
+    ------
+    RecordError : a file or a curve cannot be used; the message lists what is wrong, and where.
+    """
+    if any(_is_wbds(path) for path in paths):
+        return _from_wbds(paths)
+    columns: dict[str, tuple[Path, Array]] = {}
+    for path in paths:
+        for name, values in _table(path).items():
+            if name in columns:
+                raise RecordError(
+                    f"{path}: column {name} is in {columns[name][0]} too. Give each curve once."
+                )
+            columns[name] = path, values
+    where = ", ".join(str(path) for path in paths)
+    angles = _of_kind(columns, "angle", ANGLE_NAMES, REQUIRED_ANGLES, where)
+    kinetic = any(name.startswith(("moment_", "force_")) for name in columns)
+    moments = _of_kind(columns, "moment", MOMENT_NAMES, REQUIRED_MOMENTS, where) if kinetic else {}
+    forces = _of_kind(columns, "force", _FORCES, _FORCES, where) if kinetic else {}
+    degrees = angles if angle_unit == "deg" else {k: np.degrees(v) for k, v in angles.items()}
+    problems = [
+        *_gaps({"angle": angles, "moment": moments, "force": forces}),
+        *_angle_problems(degrees, angle_unit),
+        *_kinetic_problems(moments, forces),
+    ]
+    _refuse(where, problems)
+    _refuse(where, _jumps({"angle": degrees, "moment": moments, "force": forces}))
+    return MeanCurves(
+        {name: np.radians(values) for name, values in degrees.items()},
+        moments,
+        {
+            side: np.stack([forces[f"{axis}_{side[0]}"] for axis in _AXES], axis=1)
+            for side in SIDES
+            if forces
+        },
+    )
+
+
+def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
+    """Phase of the right cycle at left heel strike, from the pelvis.
+
+    The pelvis is one body, so its tilt over the left cycle is its tilt over the right cycle,
+    shifted in time; list and rotation are too, with the sign changed. The phase is the shift with
+    the smallest sum of squared differences, each curve less its mean (the means differ by the
+    markers' asymmetry, below 0.25°).
+
+    Returns
+    -------
+    phase, mismatch
+        The mismatch is the root-mean-square difference of the worst curve, rad.
+    """
+    phase = np.arange(200) / 200
+
+    def differences(shift: float) -> Array:
+        return np.stack(
+            [
+                angles[f"{name}_r"](phase)
+                - angles[f"{name}_r"].mean
+                - sign * (angles[f"{name}_l"](phase - shift) - angles[f"{name}_l"].mean)
+                for name, sign in (("pelvis_tilt", 1), ("pelvis_list", -1), ("pelvis_rotation", -1))
+            ]
+        )
+
+    best = minimize_scalar(
+        lambda shift: float(np.sum(differences(shift) ** 2)),
+        bounds=(0.4, 0.6),
+        method="bounded",
+        options={"xatol": 1e-7},
+    )
+    mismatch = np.sqrt(np.mean(differences(best.x) ** 2, axis=1)).max()
+    return float(best.x), float(mismatch)
+
+
+def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> dict[str, Any]:
+    """The values of a subject, or of one of its trials, that follow from mean curves.
+
+    Parameters
+    ----------
+    stance : stance fraction, where there are no forces to find it from.
+
+    Raises
+    ------
+    RecordError : the curves of right and left are not of one pelvis, or too noisy.
+    """
+    angles = {
+        name: fit_curve(name, _PHASE, values, ANGLE_TOLERANCE, where)
+        for name, values in curves.angles.items()
+    }
+    left, mismatch = left_phase({name: curve.periodic() for name, curve in angles.items()})
+    if mismatch > PELVIS_MISMATCH:
+        raise RecordError(
+            f"{where}: the pelvis curves of right and left differ by {np.degrees(mismatch):.1f}° "
+            "however they are shifted, which is impossible for one pelvis. Own side up and own "
+            "side forward are positive on both sides. Are the sides of some columns exchanged, or "
+            "is the sign of one side changed?"
+        )
+    found: dict[str, Any] = {"left_phase": left}
+    if not curves.forces:
+        if stance is None:
+            raise RecordError(
+                f"{where}: there are no forces to tell when the feet leave the ground. Give "
+                "--stance, the stance fraction of the gait cycle (about 0.62), or forces."
+            )
+        both = StanceFraction(right=stance, left=stance)
+        return found | {
+            "stance_fraction": both,
+            "gait": Gait(samples=SAMPLES, angles=angles),
+        }
+    trusted = np.delete(np.arange(SAMPLES), curves.seam)
+    ends = {side: stance_fraction(curves.forces[side][:, 2]) for side in SIDES}
+    fitted = {side: fit_force(curves.forces[side], ends[side], where) for side in SIDES}
+    return found | {
+        "mean_vertical_force": mean_vertical_force(curves.forces),
+        "stance_fraction": StanceFraction(right=ends["right"], left=ends["left"]),
+        "gait": Gait(
+            samples=SAMPLES,
+            angles=angles,
+            moments={
+                name: fit_curve(name, _PHASE[trusted], values[trusted], MOMENT_TOLERANCE, where)
+                for name, values in curves.moments.items()
+            },
+            forces=Forces(right=fitted["right"], left=fitted["left"]),
+        ),
+    }
+
+
+def _is_wbds(path: Path) -> bool:
+    try:
+        with path.open(encoding="utf-8") as file:
+            header = file.readline()
+    except (OSError, UnicodeDecodeError):
+        return False
+    return "RKneeAngleZ" in header or "RKneeMomentZ" in header
+
+
+def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
+    kinetics = [path for path in paths if "knt" in path.name]
+    angles = [path for path in paths if path not in kinetics]
+    if len(angles) != 1 or len(kinetics) > 1:
+        raise RecordError(
+            f"{', '.join(map(str, paths))}: give one ang.txt and at most one knt.txt of WBDS, with "
+            "these names."
+        )
+    found = read_angles(angles[0])
+    if not kinetics:
+        return MeanCurves(found, {}, {})
+    of_forces = read_kinetics(kinetics[0])
+    return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
+
+
+def _table(path: Path) -> dict[str, Array]:
+    """Columns of curves in a file, without `_mean`."""
+    try:
+        if path.suffix.lower() in (".parquet", ".pq"):
+            table = pd.read_parquet(path)
+        else:
+            table = pd.read_csv(path, sep=None, engine="python", encoding="utf-8")
+    except FileNotFoundError:
+        raise RecordError(f"{path}: no such file. Check the path.") from None
+    except IsADirectoryError:
+        raise RecordError(f"{path}: is a folder. Give a file of mean curves.") from None
+    except Exception as error:  # the readers have no common error
+        raise RecordError(
+            f"{path}: cannot be read as {'Parquet' if 'p' in path.suffix[1:2] else 'CSV'} "
+            f"({type(error).__name__}: {str(error)[:100]}). Export it again, with a header."
+        ) from None
+    found = {}
+    for name in map(str, table.columns):
+        plain = name.strip().removesuffix("_mean")
+        if not plain.startswith(("angle_", "moment_", "force_")) or plain.endswith("_sd"):
+            continue
+        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
+        if len(values) != SAMPLES:
+            raise RecordError(
+                f"{path}: {len(values)} rows of data, but there must be {SAMPLES}: 0 to 100 % of "
+                "each side's own gait cycle. Resample the curves."
+            )
+        found[plain] = values
+    if not found:
+        seen = ", ".join(map(str, list(table.columns)[:6]))
+        raise RecordError(
+            f"{path}: no column of a curve; its columns are {seen}. Name them by kind and "
+            "coordinate: angle_hip_flexion_r, moment_knee_angle_l, force_up_r."
+        )
+    return found
+
+
+def _of_kind(
+    columns: Mapping[str, tuple[Path, Array]],
+    kind: str,
+    known: Sequence[str],
+    required: Sequence[str],
+    where: str,
+) -> dict[str, Array]:
+    found = {
+        name.removeprefix(f"{kind}_"): values
+        for name, (_, values) in columns.items()
+        if name.startswith(f"{kind}_")
+    }
+    problems = []
+    for name in found:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f" Is it {kind}_{near[0]}?" if near else ""
+            problems.append(f"column {kind}_{name}: not the name of a curve.{hint}")
+    missing = [f"{kind}_{name}" for name in required if name not in found]
+    if missing:
+        problems.append(f"missing columns: {', '.join(missing)}.")
+    _refuse(where, problems)
+    return found
+
+
+def _refuse(where: str, problems: Sequence[str]) -> None:
+    if problems:
+        shown = [f"  - {problem}" for problem in problems[:10]]
+        more = [f"  … and {len(problems) - len(shown)} more"] if len(problems) > 10 else []
+        raise RecordError(f"{where}: cannot be used\n" + "\n".join([*shown, *more]))
+
+
+def _gaps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:
+    problems = []
+    for kind, curves in kinds.items():
+        for name, values in curves.items():
+            bad = np.flatnonzero(~np.isfinite(values))
+            if len(bad):
+                problems.append(
+                    f"column {kind}_{name}: not a number in row {bad[0] + 2}"
+                    + (f" and {len(bad) - 1} others" if len(bad) > 1 else "")
+                    + "; a mean curve has no gaps (forces in swing are 0)."
+                )
+    return problems
+
+
+def _angle_problems(angles: Mapping[str, Array], unit: AngleUnit) -> list[str]:
+    """What is wrong with angles in degrees."""
+    problems = []
+    other = "radians" if unit == "deg" else "degrees"
+    option = "rad" if unit == "deg" else "deg"
+    for side in "rl":
+        knee, hip = angles[f"knee_angle_{side}"], angles[f"hip_flexion_{side}"]
+        ankle, name = angles[f"ankle_angle_{side}"], f"column angle_knee_angle_{side}"
+        if not np.isfinite([knee, hip, ankle]).all():
+            continue
+        span = float(np.ptp(knee))
+        if span < 2.0 or span > 180.0:
+            problems.append(
+                f"{name}: it spans {span:.3g}° if it is in {'degrees' if unit == 'deg' else unit}; "
+                f"this looks like {other}. Give --angle-unit {option}."
+            )
+        elif 55 <= np.argmin(knee) <= 90 and np.argmax(knee) < 55:
+            problems.append(
+                f"{name}: smallest at {np.argmin(knee)} % of the cycle. Knee flexion is positive, "
+                "and largest in swing (55-90 %). Change its sign."
+            )
+        elif not 55 <= np.argmax(knee) <= 90 or span < 25:
+            problems.append(
+                f"{name}: largest at {np.argmax(knee)} % of the cycle with a range of {span:.3g}°; "
+                "knee flexion is largest in swing (55-90 %) with more than 25°. Are columns "
+                "exchanged, or are the rows not 0 to 100 % of this side's own cycle?"
+            )
+        elif 35 <= np.argmax(hip) <= 75:
+            problems.append(
+                f"column angle_hip_flexion_{side}: largest at {np.argmax(hip)} % of the cycle. Hip "
+                "flexion is positive, and smallest at 35-75 %. Change its sign."
+            )
+        elif not 35 <= np.argmin(hip) <= 75:
+            problems.append(
+                f"column angle_hip_flexion_{side}: smallest at {np.argmin(hip)} % of the cycle; "
+                "the hip is most extended at 35-75 %. Are columns exchanged, or are the rows not "
+                "0 to 100 % of this side's own cycle?"
+            )
+        elif ankle[35:52].mean() < ankle[57:72].mean():
+            problems.append(
+                f"column angle_ankle_angle_{side}: larger after push-off (57-72 %) than before it. "
+                "Dorsiflexion is positive. Change its sign."
+            )
+    return problems
+
+
+def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array]) -> list[str]:
+    problems = []
+    for side in "rl" if moments else "":
+        ankle, up = moments[f"ankle_angle_{side}"], forces[f"up_{side}"]
+        if not np.isfinite([ankle, up]).all():
+            continue
+        name = f"column moment_ankle_angle_{side}"
+        if np.abs(ankle).max() > 5.0:
+            problems.append(
+                f"{name}: reaches {np.abs(ankle).max():.3g}; this looks like Nm. Divide moments by "
+                "the body mass: they must be in Nm/kg."
+            )
+        elif ankle[40:55].min() > -0.3:
+            problems.append(
+                f"{name}: {ankle[40:55].mean():.2g} Nm/kg at push-off (40-55 %). Moments are "
+                "internal and positive where they increase the angle, so the calf's is below "
+                "-0.3. Change its sign."
+            )
+        name = f"column force_up_{side}"
+        if np.abs(up).max() > 25.0:
+            problems.append(f"{name}: reaches {up.max():.3g}; this looks like N. Divide by weight.")
+        elif np.abs(up).max() > 3.0:
+            problems.append(
+                f"{name}: reaches {up.max():.3g}; this looks like N/kg. Divide forces by 9.80665: "
+                "they must be in body weights."
+            )
+        elif up[10:50].mean() < 0.3:
+            problems.append(
+                f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "
+                "ground pushes up. Is its sign changed, or is it the other foot's?"
+            )
+        elif up[75:90].max() > 0.1:
+            problems.append(
+                f"{name}: {up[75:90].max():.2g} body weights in swing (75-90 %). Are the sides "
+                "exchanged, or the rows not of this side's own cycle?"
+            )
+        elif not forces[f"forward_{side}"][5:25].mean() < forces[f"forward_{side}"][40:58].mean():
+            problems.append(
+                f"column force_forward_{side}: it does not brake first (5-25 %) and drive then "
+                "(40-58 %). The force on the foot is positive forward. Change its sign."
+            )
+        else:
+            inward = forces[f"left_{side}"] * (1.0 if side == "r" else -1.0)
+            if inward[15:45].mean() < 0.0:
+                problems.append(
+                    f"column force_left_{side}: it points away from the midline in mid-stance. It "
+                    "is positive to the person's left on both feet. Change its sign."
+                )
+    return problems
+
+
+def _jumps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:
+    problems = []
+    for kind, curves in kinds.items():
+        for name, values in curves.items():
+            step = np.abs(np.diff(values))
+            if step.max() > _JUMP[kind] * max(1.0, np.ptp(values) / {"angle": 60.0}.get(kind, 1.5)):
+                problems.append(
+                    f"column {kind}_{name}: jumps by {step.max():.3g} between rows "
+                    f"{step.argmax() + 2} and {step.argmax() + 3}; a mean curve is smooth."
+                )
+    return problems

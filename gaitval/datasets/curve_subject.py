@@ -1,0 +1,145 @@
+"""Subject files from mean curves: a new person, or a further trial of a known one."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, get_args
+
+from gaitval.artefacts import write_text
+from gaitval.datasets.curve_files import AngleUnit, gait_values, read_mean_curves
+from gaitval.datasets.subject import TAPE, Subject, make_subject
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, SubjectError
+
+
+class Person(NamedTuple):
+    """What is known of a person besides the curves; kg, m, years.
+
+    Attributes
+    ----------
+    tape : texts `thigh=0.41`.
+    """
+
+    mass: float | None
+    height: float | None
+    leg_length: float | None
+    sex: str | None
+    age: float | None
+    tape: Sequence[str]
+    citation: str
+    licence: str
+
+
+def new_subject(files: Sequence[Path], out: Path, person: Person, **trial: Any) -> Path:
+    """Write the subject of a person's mean curves; returns the path.
+
+    Parameters
+    ----------
+    out : the file, after which the subject is named.
+    trial : see `_of_trial`.
+
+    Raises
+    ------
+    RecordError, SubjectError, ConfigurationError : curves, person or options cannot be used.
+    """
+    missing = [
+        option
+        for option, value in (
+            ("--mass", person.mass),
+            ("--height", person.height),
+            ("--leg-length", person.leg_length),
+            ("--sex", person.sex),
+        )
+        if value is None
+    ]
+    if missing:
+        raise ConfigurationError(f"a new subject needs {', '.join(missing)} too.")
+    _check_target(out)
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.stem).strip("_") or "subject"
+    values = {
+        "identifier": name,
+        "source": f"{name} {trial['name']}",
+        "citation": person.citation,
+        "licence": person.licence,
+        "sex": person.sex,
+        "age_years": person.age,
+        "mass_kg": person.mass,
+        "height_m": person.height,
+        "leg_length_m": person.leg_length,
+        "tape": _tape(person.tape),
+        **_of_trial(files, **trial),
+    }
+    write_text(out, make_subject(values, str(out)).to_toml())
+    return out
+
+
+def add_trial(files: Sequence[Path], to: Path, **trial: Any) -> Path:
+    """Add a trial to a subject's file; returns the path.
+
+    Raises
+    ------
+    RecordError, SubjectError : the curves cannot be used, or the trial is there already.
+    """
+    subject = load_subject(str(to))
+    name = trial["name"]
+    if name in (subject.trial, *(known.name for known in subject.trials)):
+        raise SubjectError(f"{to}: there is a trial {name} already. Give another --trial-name.")
+    values = {
+        **subject.model_dump(exclude={"trials", "gait", "plates", "low_pass", "paper"}),
+        "left_phase_from_force": None,
+        "mean_vertical_force": None,
+        "source": f"{subject.person} {name}",
+        **_of_trial(files, **trial),
+    }
+    added = subject.with_trial(make_subject(values, str(to)))
+    # checked as a whole, as it will be read
+    whole: Subject = make_subject(added.model_dump(), str(to))
+    write_text(to, whole.to_toml())
+    return to
+
+
+def _of_trial(
+    files: Sequence[Path],
+    *,
+    name: str,
+    speed: float,
+    stride_time: float,
+    stance: float | None,
+    angle_unit: str,
+) -> dict[str, Any]:
+    """Values of the subject that the trial gives; speed m/s, stride time s, stance of the cycle."""
+    del name
+    unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit), None)
+    if unit is None:
+        raise ConfigurationError(f"--angle-unit {angle_unit}: give deg or rad.")
+    where = ", ".join(str(path) for path in files)
+    curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
+    return {
+        "walking_speed_m_s": speed,
+        "stride_time_s": stride_time,
+        **gait_values(curves, where, stance),
+    }
+
+
+def _check_target(out: Path) -> None:
+    if out.suffix != ".toml":
+        raise ConfigurationError(f"--out {out}: give the name of a .toml file.")
+    if out.exists():
+        raise ConfigurationError(
+            f"{out}: exists. Give another name, or add the trial to it with --to."
+        )
+
+
+def _tape(texts: Sequence[str]) -> dict[str, float]:
+    found = {}
+    for text in texts:
+        name, separator, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            separator = ""
+        if not separator or name.strip() not in TAPE:
+            raise ConfigurationError(
+                f"--tape {text}: not of the form LENGTH=METRES with one of {', '.join(TAPE)}."
+            )
+    return found
