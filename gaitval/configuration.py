@@ -213,7 +213,7 @@ class TrainingSettings(Section):
     """Environment steps of the first training."""
     transfer_samples: int = Field(2_000_000, ge=0)
     """Environment steps of the first training when it starts from the general policy."""
-    range_samples: int = Field(3_000_000, ge=0)
+    range_samples: int = Field(2_000_000, ge=0)
     """Environment steps of the training of one policy for several speeds (`predict`), when it
     starts from the general policy."""
     refinement_samples: int = Field(800_000, ge=0)

@@ -8,7 +8,7 @@ import numpy as np
 class RecordAccuracy(NamedTuple):
     """Departures from a record that weigh the same, rad, Nm/kg, body weights (BW)."""
 
-    sagittal: float = np.deg2rad(1.5)
+    sagittal: float = np.deg2rad(1.2)
     frontal: float = np.deg2rad(1.0)
     """Hip adduction and rotation."""
     pelvis: float = np.deg2rad(1.5)

@@ -37,12 +37,19 @@ class GroupRow(NamedTuple):
         return {name: skill(self.walked, guess) for name, guess in self.guesses.items()}
 
 
+def group_curves(metrics: Mapping[str, Any]) -> dict[str, tuple[str, list[str], str]]:
+    """Kind, curves of both sides, and unit of each group."""
+    return {
+        group: (kind, [f"{name}_{side}" for name in names for side in "rl"], metrics["units"][kind])
+        for group, (kind, names) in GROUPS.items()
+    }
+
+
 def group_rows(metrics: Mapping[str, Any]) -> list[GroupRow]:
     """A row for every group, from `metrics.json`."""
     errors = metrics["walks"][metrics["final"]]["errors"]
     rows = []
-    for group, (kind, names) in GROUPS.items():
-        curves = [f"{name}_{side}" for name in names for side in "rl"]
+    for group, (kind, curves, unit) in group_curves(metrics).items():
         found = [errors[kind][curve] for curve in curves]
         walked = None if None in found else float(np.mean([error["rmse"] for error in found]))
         guesses = {
@@ -50,5 +57,5 @@ def group_rows(metrics: Mapping[str, Any]) -> list[GroupRow]:
             for prediction in metrics["predictions"]
         }
         status = "fitted" if metrics["told"][kind] else "predicted"
-        rows.append(GroupRow(group, metrics["units"][kind], status, walked, guesses))
+        rows.append(GroupRow(group, unit, status, walked, guesses))
     return rows

@@ -17,6 +17,7 @@ from safetensors.numpy import load_file, save_file
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.configuration import EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
+from gaitval.policy.observation import OBSERVATION_SIZES
 
 FORMAT = 2
 NETWORK = (
@@ -145,6 +146,15 @@ def load_start(
 
 def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Path) -> None:
     """Refuse a policy whose numbers mean something other than `environment` says."""
+    seen_size = policy.tensors[NETWORK[0]].shape[1]
+    wanted_size = OBSERVATION_SIZES[environment.observation]
+    if seen_size != wanted_size:
+        raise PolicyError(
+            f"{folder}: this policy observes {seen_size} numbers, but a walker here has "
+            f"{wanted_size} (environment.observation = {environment.observation!r}). It was "
+            "trained with another observation, or by another version of gaitval. Train a policy "
+            "with --scratch."
+        )
     trained = policy.about.get("configuration", {}).get("environment", {})
     for name in MEANING:
         seen, wanted = trained.get(name), getattr(environment, name)

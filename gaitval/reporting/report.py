@@ -385,6 +385,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "context_tolerances": _tolerances(metrics, "context"),
         "prediction": next(iter(metrics["predictions"]), None),
         "torque_shares": tables.torque_shares(metrics.get("torque_shares")),
+        "told": tables.told(metrics),
+        "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
         "plates": metrics["record"]["plates"],
         "witness": tables.witness(metrics),

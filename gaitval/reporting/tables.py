@@ -1,11 +1,12 @@
 """Rows of the report's tables of curves, plates, power and parts of the moments."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gaitval.coordinates import ACTUATED, split_side
 from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.groups import group_curves, group_rows
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.validation import ENDURANCE
@@ -157,3 +158,53 @@ def witness(metrics: Json) -> dict[str, Any] | None:
         and row["reached"] is not None
     ]
     return {**found, "rows": rows, "here": sum(counted)}
+
+
+def told(metrics: Json) -> dict[str, Any]:
+    """What the walker was told, and its errors beside those of predictions without a model."""
+    known = [name for name, read_by in metrics["told"].items() if read_by]
+    recorded = metrics["recorded"]
+    rows = [
+        {**row._asdict(), "skills": row.skills(), "digits": 3 if row.unit == "Nm/kg" else 1}
+        for row in group_rows(metrics)
+    ]
+    return {
+        "how": "predicted" if not known else "fitted" if "forces" in known else "partly",
+        "kinetics_recorded": "forces" in recorded,
+        "nowhere": metrics["subject"]["source"].endswith(" predicted"),
+        "guesses": [prediction["name"] for prediction in metrics["predictions"]],
+        "rows": rows,
+    }
+
+
+def unseen(metrics: Json) -> list[dict[str, Any]]:
+    """Trials at the same speed that were not told, by groups of curves."""
+    errors = metrics["walks"][metrics["final"]]["errors"]
+    tables = []
+    for trial in metrics["unseen"]:
+        groups = []
+        for name, (kind, curves, unit) in group_curves(metrics).items():
+            of_told = [error and error["rmse"] for error in (errors[kind][c] for c in curves)]
+            told_mean = _mean(of_told)
+            untold_mean = _mean([trial["rmse"][kind][curve] for curve in curves])
+            groups.append(
+                {
+                    "name": name,
+                    "unit": unit,
+                    "digits": 3 if unit == "Nm/kg" else 1,
+                    "told": told_mean,
+                    "untold": untold_mean,
+                    "ratio": untold_mean / told_mean if told_mean and untold_mean else None,
+                    "between": _mean([trial["between"][kind][curve] for curve in curves]),
+                    "correlation": _mean(
+                        [trial["multiple_correlation"][kind][curve] for curve in curves]
+                    ),
+                }
+            )
+        tables.append({"trial": trial["trial"], "speed": trial["speed"], "groups": groups})
+    return tables
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    found = [value for value in values if value is not None]
+    return sum(found) / len(found) if found and len(found) == len(values) else None

@@ -1,0 +1,119 @@
+"""Run the walks that are told only a part of the record, and keep what they reached.
+
+    python scripts/untold_runs.py kinematics S01 S02      # all ten if none is named
+    python scripts/untold_runs.py holdout                 # every further trial of the built-in ones
+    python scripts/untold_runs.py halves ../shared/data   # of WBDS01's raw T01
+
+Writes `reports/untold/KIND/NAME.json`: errors of the walk and of predictions without a model.
+Interrupted, the same command resumes. `scripts/untold_evidence.py` makes tables of them.
+"""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.cli.display import live_view
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.session.importing import import_files
+from gaitval.study.predict import run_prediction, run_range
+from gaitval.study.run import run_subject
+from gaitval.study.stage import open_run
+
+STORE = Path(__file__).resolve().parent.parent / "reports" / "untold"
+
+KINEMATICS = ("record.use=kinematics", "training.transfer_samples=1000000")
+"""The general policy has learned on such references of the ten, so half of the training does."""
+
+WITHOUT_PUSHES = ("pushes.phases=[0.0]", "pushes.directions=1", "pushes.step=600")
+"""Pushes are not what is asked here."""
+
+
+def store(kind: str, name: str, metrics: dict[str, Any]) -> None:
+    """Keep what a comparison needs of `metrics.json`."""
+    walk = metrics["walks"][metrics["final"]]
+    kept = {
+        key: metrics[key]
+        for key in ("subject", "recorded", "told", "predictions", "unseen", "summary", "provenance")
+    }
+    kept |= {
+        "speed": metrics["record"]["spatiotemporal"]["walking_speed"],
+        "errors": {
+            kind: {curve: error and error["rmse"] for curve, error in errors.items()}
+            for kind, errors in walk["errors"].items()
+        },
+        "errors_as_measured": walk["errors_as_measured"],
+        "starts": walk["starts"],
+        "measures": metrics["measures"],
+    }
+    path = STORE / kind / f"{name}.json"
+    write_json(path, kept)
+    print(path, flush=True)
+
+
+def kinematics(names: list[str], work: Path) -> None:
+    """The main job, told angles, speed and timing only."""
+    configuration = load_configuration(settings=[*KINEMATICS, *WITHOUT_PUSHES])
+    for name in names or BUILTIN:
+        folder = work / f"{name}-kinematics"
+        with live_view() as live, open_run(load_subject(name), configuration, folder, live) as run:
+            run_subject(run)
+        store("kinematics", name, read_json(folder / "metrics.json"))
+
+
+def holdout(names: list[str], work: Path) -> None:
+    """Every further trial, predicted from the others."""
+    for subject in builtin_subjects():
+        for trial in subject.trials:
+            name = f"{subject.identifier}-{trial.name}"
+            if names and name not in names:
+                continue
+            folder = work / name
+            settings = [f'record.holdout="{trial.name}"']
+            configuration = load_configuration(settings=settings)
+            with live_view() as live:
+                with open_run(subject, configuration, folder, live) as run:
+                    run_range(run)
+                with open_run(subject, configuration, folder / "at", live) as run:
+                    run_prediction(run, folder)
+            store("holdout", name, read_json(folder / "at" / "metrics.json"))
+
+
+def halves(names: list[str], work: Path) -> None:
+    """The odd cycles of a raw session told, the even ones not; and first and last."""
+    raw = Path(names[0]) / "wbds" / "raw"
+    for which in ("odd-even", "first-last"):
+        configuration = load_configuration(settings=[*WITHOUT_PUSHES])
+        imported = import_files(
+            raw / "WBDS01static1.c3d",
+            [raw / "WBDS01walkT01.c3d"],
+            work / f"WBDS01-{which}",
+            mass=74.3,
+            height=1.725,
+            sex="M",
+            configuration=configuration,
+            tell=lambda step, text: print(f"{step}: {text}", flush=True),
+            halves=which,
+        )
+        subject: Subject = imported.subject
+        folder = work / f"WBDS01-{which}"
+        with live_view() as live, open_run(subject, configuration, folder, live) as run:
+            run_subject(run)
+        store("halves", f"WBDS01-{which}", read_json(folder / "metrics.json"))
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=("kinematics", "holdout", "halves"))
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--work", type=Path, default=Path("reports/untold-runs"))
+    arguments = parser.parse_args()
+    jobs = {"kinematics": kinematics, "holdout": holdout, "halves": halves}
+    jobs[arguments.kind](arguments.names, arguments.work)
+
+
+if __name__ == "__main__":
+    main()

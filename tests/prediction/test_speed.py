@@ -1,0 +1,122 @@
+"""A person's gait at another speed."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import RecordSettings
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.errors import SubjectError
+from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, at_speed, trials_told
+from gaitval.prediction.told import told
+
+SUBJECTS = builtin_subjects()
+HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]
+PHASE = np.arange(100) / 100
+SAGITTAL = [
+    f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"
+]
+
+
+def predicted(name, trial):
+    return told(load_subject(name), RecordSettings(holdout=trial), SUBJECTS).record
+
+
+def test_at_a_speed_that_was_recorded_it_is_that_record():
+    person = load_subject("S05")
+    records = [trial.record() for trial in trials_told(person)]
+    for record in records:
+        found = at_speed(person, records, record.speed, SUBJECTS)
+        np.testing.assert_allclose(
+            found.angles["knee_angle_r"](PHASE), record.angles["knee_angle_r"](PHASE), atol=1e-3
+        )
+        assert found.stride_time == pytest.approx(record.stride_time)
+
+
+def test_between_two_trials_it_is_their_straight_line():
+    person = load_subject("S05")
+    slow, fast = (person.on_trial(name).record() for name in ("T03", "T05"))
+    found = at_speed(person, [slow, fast], 0.5 * (slow.speed + fast.speed), SUBJECTS)
+    middle = 0.5 * (slow.moments["ankle_angle_l"](PHASE) + fast.moments["ankle_angle_l"](PHASE))
+    np.testing.assert_allclose(found.moments["ankle_angle_l"](PHASE), middle, atol=0.02)
+    assert slow.stride_time > found.stride_time > fast.stride_time
+
+
+@pytest.mark.parametrize(("name", "trial"), HELD_OUT)
+def test_a_held_out_trial_is_predicted_better_than_by_copying(name, trial):
+    """Of a change of a third of the speed; over 15 % a copy is hard to beat, but not worse."""
+    person = load_subject(name)
+    found = recorded_curves(predicted(name, trial))
+    truth = recorded_curves(person.on_trial(trial).record())
+    copy = recorded_curves(trials_told(person, trial)[0].record())
+
+    def error(curves, kind, names):
+        return np.mean([rms(getattr(curves, kind)[n] - getattr(truth, kind)[n]) for n in names])
+
+    forces = [f"{n}_{side}" for n in ("vertical", "forward") for side in "rl"]
+    for kind, names, share in (
+        ("angles", SAGITTAL, 0.9),
+        ("moments", SAGITTAL, 0.85),
+        ("forces", forces, 0.6),
+    ):
+        bound = share if trial != "T06" else 1.0
+        assert error(found, kind, names) < bound * error(copy, kind, names), kind
+
+
+def test_the_held_out_trial_has_no_part_in_its_prediction():
+    person = load_subject("S05")
+    trial = person.trials[0]
+    other = person.trials[1].model_copy(
+        update={"name": trial.name, "walking_speed_m_s": trial.walking_speed_m_s}
+    )
+    swapped = person.model_copy(update={"trials": (other, person.trials[1])})
+    one, two = (
+        told(each, RecordSettings(holdout=trial.name), SUBJECTS).record
+        for each in (person, swapped)
+    )
+    assert one.stride_time == two.stride_time
+    np.testing.assert_array_equal(
+        one.angles["hip_flexion_r"](PHASE), two.angles["hip_flexion_r"](PHASE)
+    )
+
+
+def test_a_faster_walk_has_shorter_strides_in_time_and_larger_forces():
+    person = load_subject("S02")
+    record = person.record()
+    fast = at_speed(person, [record], 1.2 * record.speed, SUBJECTS)
+    assert fast.speed == pytest.approx(1.2 * record.speed)
+    assert fast.stride_time == pytest.approx(record.stride_time * 1.2**STRIDE_TIME_EXPONENT)
+    peak = [r.ground_reaction("right", PHASE)[:, 2].max() for r in (record, fast)]
+    assert peak[1] > peak[0]
+
+
+@pytest.mark.parametrize("speed", [0.2, 2.4])
+def test_a_speed_far_from_every_trial_is_refused_unless_forced(speed):
+    person = load_subject("S05")
+    settings = RecordSettings(speed=speed)
+    with pytest.raises(SubjectError, match=r"from the nearest speed that was walked .*--force"):
+        told(person, settings, SUBJECTS)
+    assert told(person, settings, SUBJECTS, forced=True).record.speed == speed
+
+
+def test_the_only_trial_and_an_unknown_one_cannot_be_held_out():
+    with pytest.raises(SubjectError, match="T06 is the only trial"):
+        trials_told(load_subject("S02"), "T06")
+    with pytest.raises(SubjectError, match=r"no trial 'T09'\. It has T05, T03, T06"):
+        trials_told(load_subject("S05"), "T09")
+
+
+def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
+    people: dict[str, list[tuple[float, float]]] = {}
+    with (gait_data / "wbds" / "h2a_allspeeds_43subs.csv").open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            point = np.log(float(row["Speed"])), np.log(120.0 / float(row["Cadence"]))
+            people.setdefault(row["Subject"], []).append(point)
+    slopes = [
+        np.polyfit(*np.array(points).T, 1)[0] for points in people.values() if len(points) > 2
+    ]
+    assert len(slopes) == 43
+    assert np.mean(slopes) == pytest.approx(STRIDE_TIME_EXPONENT, abs=0.005)
+    assert np.std(slopes, ddof=1) == pytest.approx(0.08, abs=0.005)

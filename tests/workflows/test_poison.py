@@ -1,0 +1,162 @@
+"""With everything that a run is not told replaced by NaN, it is bit for bit the same."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quick_settings import QUICK
+
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.predict import adopt_stage, predicted_walk_stage, run_range
+from gaitval.study.run import choose_start
+from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval.study.stages import (
+    choose_stage,
+    correct_stage,
+    evaluate_stage,
+    identify_stage,
+    reference_stage,
+    scale_stage,
+    simulate_stage,
+    train_stage,
+)
+
+NAN = float("nan")
+SETTINGS = (
+    *QUICK,
+    "training.transfer_samples=1024",
+    "training.range_samples=1024",
+    "correction.rounds=1",
+    "correction.harmonics=0",
+)
+
+
+def poisoned_curve(curve):
+    poison = tuple(NAN for _ in curve.cosine)
+    return curve.model_copy(update={"mean": NAN, "cosine": poison, "sine": poison})
+
+
+def poisoned_gait(gait, *, angles: bool):
+    forces = {
+        side: getattr(gait.forces, side).model_copy(
+            update={axis: poisoned_curve(getattr(getattr(gait.forces, side), axis))
+                    for axis in ("forward", "left", "up")}
+        )
+        for side in ("right", "left")
+    }  # fmt: skip
+    update = {
+        "moments": {name: poisoned_curve(curve) for name, curve in gait.moments.items()},
+        "forces": gait.forces.model_copy(update=forces),
+    }
+    if angles:
+        update["angles"] = {name: poisoned_curve(curve) for name, curve in gait.angles.items()}
+    return gait.model_copy(update=update)
+
+
+def without_kinetics(subject: Subject) -> Subject:
+    """All that plates had a part in is NaN, in every trial."""
+
+    def poison(part):
+        nowhere = part.stance_fraction.model_copy(update={"right": NAN, "left": NAN})
+        plates = part.plates and part.plates.model_copy(
+            update=dict.fromkeys(type(part.plates).model_fields, NAN)
+        )
+        return {
+            "gait": poisoned_gait(part.gait, angles=False),
+            "stance_fraction": nowhere,
+            "left_phase_from_force": NAN,
+            "mean_vertical_force": NAN,
+            "plates": plates,
+        }
+
+    trials = tuple(trial.model_copy(update=poison(trial)) for trial in subject.trials)
+    return subject.model_copy(update={**poison(subject), "trials": trials})
+
+
+def without_trial(subject: Subject, name: str) -> Subject:
+    """A trial of which nothing is known but its name and speed."""
+    (trial,) = (trial for trial in subject.trials if trial.name == name)
+    nowhere = trial.stance_fraction.model_copy(update={"right": NAN, "left": NAN})
+    poisoned = trial.model_copy(
+        update={
+            "gait": poisoned_gait(trial.gait, angles=True),
+            "stance_fraction": nowhere,
+            "stride_time_s": NAN,
+            "left_phase": NAN,
+            "left_phase_from_force": NAN,
+            "mean_vertical_force": NAN,
+        }
+    )
+    trials = tuple(poisoned if each is trial else each for each in subject.trials)
+    return subject.model_copy(update={"trials": trials})
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """Of all that a run computed; the records of stages name the subject's file."""
+    about = ("subject.toml", "stages.json", "provenance.json", "training.csv")
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+        and path.name not in about
+        and not path.name.startswith(".")
+        and "tensorboard" not in path.parts
+    }
+
+
+def main_job(run: Run) -> None:
+    """Every stage up to the comparison."""
+    for stage in (scale_stage, reference_stage):
+        run_stage(stage(run), run.folder)
+    choose_start(run, scratch=False)
+    for stage in (train_stage, identify_stage, evaluate_stage):
+        run_stage(stage(run, 1), run.folder)
+    run_stage(choose_stage(run, 1), run.folder)
+    run_stage(correct_stage(run), run.folder)
+    run_stage(simulate_stage(run, witness=False), run.folder)
+
+
+def predicted(run: Run) -> None:
+    """A policy of the range and the predicted walk, up to the comparison."""
+    run_range(run)
+    for stage in (reference_stage(run), adopt_stage(run, run.folder), predicted_walk_stage(run)):
+        run_stage(stage, run.folder)
+
+
+@pytest.mark.parametrize(
+    ("settings", "poison", "job"),
+    [
+        (("record.use=kinematics",), without_kinetics, main_job),
+        (('record.holdout="T03"',), lambda subject: without_trial(subject, "T03"), predicted),
+    ],
+    ids=["kinematics", "held-out trial"],
+)
+def test_what_is_not_told_is_read_by_nothing_before_the_comparison(
+    tmp_path, monkeypatch, settings, poison, job
+):
+    monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)  # enough to show it, and a third of it
+    configuration = load_configuration(settings=[*SETTINGS, *settings])
+    subject = load_subject("S05")
+    found = []
+    for name, person in (("clean", subject), ("poisoned", poison(subject))):
+        with open_run(person, configuration, tmp_path / name, Observer()) as run:
+            job(run)
+        found.append(hashes(tmp_path / name))
+    assert {"reference.npz", "policy/policy.safetensors", "rollouts/nominal.npz"} <= found[0].keys()
+    assert found[0] == found[1]
+
+
+def test_the_poison_kills_a_run_that_is_told_it(tmp_path):
+    """Else the test above would prove nothing."""
+    person = without_kinetics(load_subject("S05"))
+    record = person.record()
+    assert not np.isfinite(record.moments["hip_flexion_r"](0.3))
+    assert not np.isfinite(record.ground_reaction("right", 0.3)).any()
+    configuration = load_configuration(settings=SETTINGS)
+    with open_run(person, configuration, tmp_path, Observer()) as run:
+        run_stage(scale_stage(run), run.folder)
+        with pytest.raises(Exception, match=r".+"):
+            run_stage(reference_stage(run), run.folder)
