@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general ablation wheel clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general untold ablation wheel clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -72,6 +72,12 @@ speed: setup ## Write the tables of docs/speed.md (3 min on an otherwise idle ma
 
 general: setup ## Train the general policy of reports/general, which trainings start from (20 min)
 	@$(BIN)/python scripts/general_policy.py
+
+untold: setup ## Run all walks that are told only a part of the record (2 h), and their tables
+	@$(BIN)/python scripts/untold_runs.py holdout
+	@$(BIN)/python scripts/untold_runs.py kinematics
+	@$(BIN)/python scripts/untold_runs.py halves ../shared/data
+	@$(BIN)/python scripts/untold_evidence.py
 
 ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
 	@$(BIN)/python scripts/ablation.py run

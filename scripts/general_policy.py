@@ -45,6 +45,8 @@ def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str
     """What the policy was trained with, and what that training started from."""
     return {
         "subjects": subjects,
+        "told": "kinematics",
+        "speeds": list(SPEEDS),
         "samples": policy.about["samples"],
         "start": start
         and {
@@ -58,7 +60,7 @@ def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
-    parser.add_argument("--samples", type=int, default=16_000_000, help="default: %(default)s")
+    parser.add_argument("--samples", type=int, default=22_000_000, help="default: %(default)s")
     parser.add_argument("--start", type=Path, help="start from this general policy")
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)

@@ -40,7 +40,7 @@ def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: ob
     ("setting", "message"),
     [
         ("training.sample=5", r"training\.sample: unknown; the known ones are samples, "),
-        ("trainin.samples=5", r"trainin: unknown; the known ones are seed, contact, "),
+        ("trainin.samples=5", r"trainin: unknown; the known ones are seed, record, contact, "),
         ("training.samples=0", r"training\.samples: .*greater than or equal to 1, but it is 0"),
         ("training.samples=many", r"training\.samples: .*integer.*but it is 'many'"),
         ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),

@@ -242,6 +242,63 @@ def _halves(wanted: str | None) -> "Halves | None":
     raise ConfigurationError(f"--halves {wanted}: give {' or '.join(HALVES)}.")
 
 
+CurveFilesArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="FILE...",
+        help="Mean curves of one trial: CSV, Parquet, or WBDS ang.txt and knt.txt.",
+        show_default=False,
+    ),
+]
+SpeedOption = Annotated[
+    float, typer.Option("--speed", metavar="M/S", help="Walking speed.", show_default=False)
+]
+StrideTimeOption = Annotated[
+    float,
+    typer.Option("--stride-time", metavar="S", help="Mean stride time.", show_default=False),
+]
+SubjectFileOption = Annotated[
+    Path | None, typer.Option("--out", "-o", help="Subject's file to write.", show_default=False)
+]
+ToOption = Annotated[
+    Path | None,
+    typer.Option("--to", help="Subject's file to add the trial to, instead.", show_default=False),
+]
+TrialNameOption = Annotated[str, typer.Option("--trial-name", help="Of the trial.")]
+OptionalMassOption = Annotated[
+    float | None, typer.Option("--mass", help="Body mass, kg.", show_default=False)
+]
+OptionalHeightOption = Annotated[
+    float | None, typer.Option("--height", help="Stature, m.", show_default=False)
+]
+LegLengthOption = Annotated[
+    float | None, typer.Option("--leg-length", help="From hip to floor, m.", show_default=False)
+]
+OptionalSexOption = Annotated[
+    str | None,
+    typer.Option("--sex", metavar="F|M", help="Selects segment tables.", show_default=False),
+]
+TapeOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tape",
+        metavar="LENGTH=M",
+        help="hip_height, thigh, shank, ankle_height, foot or pelvis_width by tape measure; "
+        "those not given follow from stature. May be repeated.",
+        show_default=False,
+    ),
+]
+AngleUnitOption = Annotated[
+    str, typer.Option("--angle-unit", metavar="deg|rad", help="Of the angles in tables.")
+]
+StanceOption = Annotated[
+    float | None,
+    typer.Option(
+        "--stance", help="Stance fraction of the cycle, without forces.", show_default=False
+    ),
+]
+
+
 @command(
     "gaitval curves WBDS03walkT05ang.txt WBDS03walkT05knt.txt --speed 1.2 --stride-time 1.08 "
     "--mass 70 --height 1.75 --leg-length 0.9 --sex M --trial-name T05 --out wbds03.toml",
@@ -250,64 +307,20 @@ def _halves(wanted: str | None) -> "Halves | None":
     "gaitval curves slow.csv --speed 0.8 --stride-time 1.3 --trial-name slow --to mine.toml",
 )
 def curves(
-    files: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="FILE...",
-            help="Mean curves of one trial: CSV, Parquet, or WBDS ang.txt and knt.txt.",
-            show_default=False,
-        ),
-    ],
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="M/S", help="Walking speed.", show_default=False)
-    ],
-    stride_time: Annotated[
-        float,
-        typer.Option("--stride-time", metavar="S", help="Mean stride time.", show_default=False),
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Subject's file to write.", show_default=False),
-    ] = None,
-    to: Annotated[
-        Path | None,
-        typer.Option(
-            "--to", help="Subject's file to add the trial to, instead.", show_default=False
-        ),
-    ] = None,
-    trial_name: Annotated[str, typer.Option("--trial-name", help="Of the trial.")] = "walk",
-    mass: Annotated[
-        float | None, typer.Option("--mass", help="Body mass, kg.", show_default=False)
-    ] = None,
-    height: Annotated[
-        float | None, typer.Option("--height", help="Stature, m.", show_default=False)
-    ] = None,
-    leg_length: Annotated[
-        float | None,
-        typer.Option("--leg-length", help="From hip to floor, m.", show_default=False),
-    ] = None,
-    sex: Annotated[
-        str | None,
-        typer.Option("--sex", metavar="F|M", help="Selects segment tables.", show_default=False),
-    ] = None,
-    tape: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--tape",
-            metavar="LENGTH=M",
-            help="hip_height, thigh, shank, ankle_height, foot or pelvis_width by tape measure; "
-            "those not given follow from stature. May be repeated.",
-            show_default=False,
-        ),
-    ] = None,
+    files: CurveFilesArgument,
+    speed: SpeedOption,
+    stride_time: StrideTimeOption,
+    out: SubjectFileOption = None,
+    to: ToOption = None,
+    trial_name: TrialNameOption = "walk",
+    mass: OptionalMassOption = None,
+    height: OptionalHeightOption = None,
+    leg_length: LegLengthOption = None,
+    sex: OptionalSexOption = None,
+    tape: TapeOption = None,
     age: AgeOption = None,
-    angle_unit: Annotated[str, typer.Option("--angle-unit", metavar="deg|rad")] = "deg",
-    stance: Annotated[
-        float | None,
-        typer.Option(
-            "--stance", help="Stance fraction of the cycle, without forces.", show_default=False
-        ),
-    ] = None,
+    angle_unit: AngleUnitOption = "deg",
+    stance: StanceOption = None,
     citation: CitationOption = "Own recording, not published",
     licence: LicenceOption = "not stated",
 ) -> None:

@@ -5,14 +5,16 @@ nothing of the person but speed and leg length it says whether the walker knows 
 skill = 1 - error / error of the prediction. 1 is perfect, 0 is no better, below 0 is worse.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.comparison import Curves, recorded_curves
+from gaitval.metrics.comparison import Curves, recorded_curves, rms
+from gaitval.metrics.recorded import by_kind
 from gaitval.prediction.population import (
     FEWEST_PEOPLE,
     dimensionless_speed,
@@ -134,6 +136,24 @@ def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]
         change_added(subject, others),
     )
     return [each for each in found if each is not None]
+
+
+def predicted_parts(
+    subject: Subject, others: Sequence[Subject], recorded: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """The predictions' part of `metrics.json`, with their errors from the `recorded` curves."""
+    return [
+        {
+            "name": each.name,
+            "told": each.told,
+            "people": each.people,
+            "rmse": {
+                kind: {name: rms(curve - recorded[kind][name]) for name, curve in curves.items()}
+                for kind, curves in by_kind(each.curves).items()
+            },
+        }
+        for each in predictions(subject, others)
+    ]
 
 
 def _other_trials(subject: Subject) -> list[Subject]:

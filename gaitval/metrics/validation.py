@@ -15,13 +15,12 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.baselines import Prediction, predictions, skill
+from gaitval.metrics.baselines import predicted_parts, skill
 from gaitval.metrics.comparison import (
     Curves,
     compare_curve,
     low_pass_of,
     recorded_curves,
-    rms,
     simulated_curves,
 )
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
@@ -133,20 +132,6 @@ def _compared(
     contacts = foot_contacts(rollout, cycles, model, threshold=threshold)
     places = {side: contact.places for side, contact in contacts.items()}
     return cycles, curves, contacts, _spatiotemporal(rollout, cycles, places, recorded)
-
-
-def _predicted(prediction: Prediction, recorded: Json) -> Json:
-    return {
-        "name": prediction.name,
-        "told": prediction.told,
-        "people": prediction.people,
-        "rmse": {
-            kind: {
-                name: rms(curve - recorded["curves"][kind][name]) for name, curve in each.items()
-            }
-            for kind, each in by_kind(prediction.curves).items()
-        },
-    }
 
 
 def skill_measures(errors: Json, guesses: Sequence[Json]) -> list[Measure]:
@@ -339,6 +324,19 @@ def _verdict_row(verdict: Verdict) -> Json:
     }
 
 
+def _measure_rows(measures: Sequence[Measure], told: Mapping[str, Sequence[str]]) -> list[Json]:
+    """Measures with their unit, and whether what they are compared with was told."""
+    known = [quantity for quantity, read_by in told.items() if read_by]
+    return [
+        {
+            **asdict(each),
+            "unit": UNITS[each.measure],
+            "comparison": status(each.measure, known),
+        }
+        for each in measures
+    ]
+
+
 def _summary(verdicts: Sequence[Verdict]) -> Json:
     """How many rows of role acceptance passed, and how many of their goals are reached."""
     deciding = [verdict for verdict in verdicts if verdict.tolerance.role == "acceptance"]
@@ -451,7 +449,7 @@ def validate(
     ArtefactError : the rollouts do not start from the configured phases.
     """
     recorded = recorded_part(record, subject)
-    guesses = [_predicted(each, recorded) for each in predictions(subject, others)]
+    guesses = predicted_parts(subject, others, recorded["curves"])
     told = uses(subject, configuration)
     known = quantities_recorded(subject)
     final = "nominal" if identified is None else "identified"
@@ -484,14 +482,7 @@ def validate(
             "unseen": unseen(subject, walks[final]["curves"]),
             "walks": walks,
             "final": final,
-            "measures": [
-                {
-                    **asdict(measure),
-                    "unit": UNITS[measure.measure],
-                    "comparison": status(measure.measure, [name for name in told if told[name]]),
-                }
-                for measure in measures
-            ],
+            "measures": _measure_rows(measures, told),
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
             "summary": _summary(verdicts),
             "push_recovery": pushes,

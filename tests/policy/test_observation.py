@@ -72,6 +72,7 @@ def test_the_extended_observation_adds_what_balance_needs(task, extended, peer):
     effectors = reference_at(task, phase, task.reference.end_effectors)
     beside = (q - q_ref)[3:6] * [1.0, 1.0, 0.0]  # where the pelvis is, is an error of its own
     feet = [origin[SEGMENTS.index(name)] for name in END_EFFECTORS[:2]] - effectors[:2] - beside
+    leg = sum(np.linalg.norm(task.model[f"{name}_r"].joint_position) for name in ("shank", "foot"))
     expected = np.concatenate(
         [
             (q - q_ref)[6:],
@@ -86,6 +87,7 @@ def test_the_extended_observation_adds_what_balance_needs(task, extended, peer):
             (qd - qd_ref)[:6],
             feet.ravel(),
             walker.mean_ground_reaction.ravel() / walker.weight,
+            [task.reference.speed / np.sqrt(9.81 * leg)],
             np.where(
                 [name.startswith(("arm", "elbow")) for name in (*ACTUATED, "pace")], 0, action
             ),

@@ -1,0 +1,105 @@
+"""A subject as a TOML file: numbers have six significant digits, each curve is one line."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+from pydantic import BaseModel
+
+from gaitval.gait.record import Curve
+
+
+def _figure(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _figures(values: Iterable[float]) -> str:
+    return "[" + ", ".join(_figure(value) for value in values) + "]"
+
+
+def _curve_line(name: str, curve: Curve) -> str:
+    return (
+        f"{name} = {{ mean = {_figure(curve.mean)}, residual = {curve.residual:.3g}, "
+        f"cosine = {_figures(curve.cosine)}, sine = {_figures(curve.sine)} }}"
+    )
+
+
+def _table_lines(values: BaseModel, without: Sequence[str] = ()) -> list[str]:
+    lines = []
+    for name in type(values).model_fields:
+        value = getattr(values, name)
+        if name in without or value is None:
+            continue
+        # JSON's string escapes are a subset of TOML's.
+        text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else _figure(value)
+        lines.append(f"{name} = {text}")
+    return lines
+
+
+def _value_line(name: str, value: "float | Sequence[float] | Mapping[str, str]") -> str:
+    if isinstance(value, Mapping):
+        texts = (f"{json.dumps(key)} = {json.dumps(text)}" for key, text in value.items())
+        return f"{name} = {{ {', '.join(texts)} }}"
+    return f"{name} = {_figure(value) if isinstance(value, float) else _figures(value)}"
+
+
+def toml_of(subject: Any) -> str:
+    """The text of the file of a `gaitval.datasets.subject.Subject`, which uses this."""
+    lines = [
+        "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
+        "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
+    ]
+    tables = (
+        "trials",
+        "stance_fraction",
+        "low_pass",
+        "plates",
+        "paper",
+        "gait",
+        "markers",
+        "tape",
+        "measurements",
+    )
+    lines += _table_lines(subject, tables)
+    lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
+    if subject.low_pass is not None:
+        lines += ["", "[low_pass]", *_table_lines(subject.low_pass)]
+    if subject.plates is not None:
+        lines += ["", "[plates]", *_table_lines(subject.plates)]
+    if subject.paper is not None:
+        lines += ["", "[paper]", *_table_lines(subject.paper)]
+    if subject.markers:
+        lines += ["", "[markers]"]
+        lines += [f'"{name}" = {_figures(at)}' for name, at in subject.markers.items()]
+    if subject.tape:
+        lines += ["", "[tape]"]
+        lines += [_value_line(name, value) for name, value in subject.tape.items()]
+    if subject.measurements:
+        lines += ["", "[measurements]"]
+        lines += [_value_line(name, value) for name, value in subject.measurements.items()]
+    lines += _gait_lines(subject.gait, "gait")
+    for trial in subject.trials:
+        lines += ["", "[[trials]]", *_table_lines(trial, (*_PARTS, "gait"))]
+        for part in _PARTS:
+            value = getattr(trial, part)
+            if value is not None:
+                lines += ["", f"[trials.{part}]", *_table_lines(value)]
+        lines += _gait_lines(trial.gait, "trials.gait")
+    return "\n".join(lines) + "\n"
+
+
+_PARTS: Final = ("stance_fraction", "low_pass", "plates")
+"""Tables of a trial, besides its gait."""
+
+
+def _gait_lines(gait: Any, where: str) -> list[str]:
+    lines = ["", f"[{where}]", f"samples = {gait.samples}", "", f"[{where}.angles]"]
+    lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
+    if gait.forces is None:
+        return lines
+    lines += ["", f"[{where}.moments]"]
+    lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
+    for side, force in (("right", gait.forces.right), ("left", gait.forces.left)):
+        lines += ["", f"[{where}.forces.{side}]"]
+        lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
+    return lines
