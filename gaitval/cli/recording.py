@@ -330,8 +330,8 @@ def curves(
     coordinate: angle_hip_flexion_r (degrees), moment_knee_angle_l (Nm/kg, internal), force_up_r
     (body weights). Signs are flexion, dorsiflexion, adduction, inversion, internal rotation,
     anterior tilt, own side up and own side forward; moments are positive where they increase the
-    angle; forces of the ground on the foot forward, left, up. docs/curves.md has all names. Signs,
-    units and sides are checked. Without moments and forces the walk predicts them.
+    angle; forces of the ground on the foot forward, left, up. docs/how-to/own-subject.md has all
+    names. Signs, units and sides are checked. Without moments and forces the walk predicts them.
     """
     from gaitval.datasets.curve_subject import Person, add_trial, new_subject
 

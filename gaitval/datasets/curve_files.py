@@ -322,7 +322,7 @@ def _angle_problems(angles: Mapping[str, Array], unit: AngleUnit) -> list[str]:
                 f"{name}: it spans {span:.3g}° if it is in {'degrees' if unit == 'deg' else unit}; "
                 f"this looks like {other}. Give --angle-unit {option}."
             )
-        elif 55 <= np.argmin(knee) <= 90 and np.argmax(knee) < 55:
+        elif 55 <= np.argmin(knee) <= 90 and not 55 <= np.argmax(knee) <= 90:
             problems.append(
                 f"{name}: smallest at {np.argmin(knee)} % of the cycle. Knee flexion is positive, "
                 "and largest in swing (55-90 %). Change its sign."

@@ -445,9 +445,10 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     try:
         return Subject.model_validate(values)
     except ValidationError as error:
-        # The error without a location is `_plausible`'s, which runs only if all else is well.
         problems = [_sentence(item) for item in error.errors() if item["loc"]]
-    problems += implausible(values)
+        # `_plausible` runs only if all else is well; what it found has no location.
+        whole = [item["ctx"]["error"] for item in error.errors() if not item["loc"]]
+    problems += str(whole[0]).split("\n") if whole else implausible(values)
     raise SubjectError(
         f"{where}: {len(problems)} problem{'s' if len(problems) > 1 else ''}\n"
         + "\n".join(f"  - {problem}" for problem in problems)

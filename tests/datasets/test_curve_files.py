@@ -1,0 +1,188 @@
+"""Subjects from anyone's mean curves, and what is said of curves that cannot be used."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gaitval.coordinates import SIDES
+from gaitval.datasets.curve_files import gait_values, read_mean_curves
+from gaitval.datasets.curve_subject import Person, add_trial, new_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.errors import ConfigurationError, RecordError, SubjectError
+
+PHASE = np.linspace(0.0, 1.0, 101)
+PERSON = Person(64.95, 1.53, 0.8, "F", 31, ("thigh=0.35",), "mine", "CC BY 4.0")
+TRIAL = {
+    "name": "T05",
+    "speed": 1.12,
+    "stride_time": 1.05,
+    "stance": None,
+    "angle_unit": "deg",
+}
+
+
+def table(subject) -> pd.DataFrame:
+    """The measured curves of a subject as a laboratory would export them."""
+    record = subject.measured()
+    columns = {f"angle_{n}": np.degrees(c(PHASE)) for n, c in record.angles.items()}
+    columns |= {f"moment_{n}": c(PHASE) for n, c in record.moments.items()}
+    for side in SIDES:
+        force = record.ground_reaction(side, PHASE % 1.0)
+        for axis, name in enumerate(("forward", "left", "up")):
+            columns[f"force_{name}_{side[0]}"] = force[:, axis]
+    return pd.DataFrame({"percent": 100 * PHASE, **columns})
+
+
+@pytest.fixture(scope="module")
+def good() -> pd.DataFrame:
+    return table(load_subject("S05"))
+
+
+def written(folder: Path, curves: pd.DataFrame, name: str = "curves.csv") -> Path:
+    path = folder / name
+    if path.suffix == ".parquet":
+        curves.to_parquet(path)
+    else:
+        curves.to_csv(path, index=False, sep=";" if "semicolon" in name else ",")
+    return path
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda s: s.identifier)
+def test_the_curves_of_every_built_in_person_are_read_as_they_were(subject, tmp_path):
+    found = gait_values(read_mean_curves([written(tmp_path, table(subject))]), "here")
+    assert found["left_phase"] == pytest.approx(subject.left_phase, abs=1e-3)
+    assert found["mean_vertical_force"] == pytest.approx(subject.mean_vertical_force, abs=2e-3)
+    assert found["stance_fraction"].left == pytest.approx(subject.stance_fraction.left, abs=5e-3)
+    for name, curve in found["gait"].angles.items():
+        expected = subject.gait.angles[name].periodic()(PHASE)
+        np.testing.assert_allclose(curve.periodic()(PHASE), expected, atol=0.006)
+
+
+@pytest.mark.parametrize("name", ["curves.csv", "semicolon.csv", "curves.parquet"])
+def test_csv_and_parquet_give_the_same_curves(good, tmp_path, name):
+    found = read_mean_curves([written(tmp_path, good, name)])
+    np.testing.assert_allclose(np.degrees(found.angles["knee_angle_l"]), good.angle_knee_angle_l)
+    np.testing.assert_allclose(found.forces["right"][:, 2], good.force_up_r)
+
+
+def test_two_files_and_radians_and_means_and_other_columns(good, tmp_path):
+    angles = good.filter(regex="^angle_").apply(np.radians)
+    angles.columns = [f"{name}_mean" for name in angles.columns]
+    angles["angle_knee_angle_r_sd"] = 0.1
+    rest = good.drop(columns=[name for name in good if name.startswith("angle_")])
+    found = read_mean_curves(
+        [written(tmp_path, angles, "a.csv"), written(tmp_path, rest, "b.csv")], angle_unit="rad"
+    )
+    np.testing.assert_allclose(np.degrees(found.angles["knee_angle_l"]), good.angle_knee_angle_l)
+
+
+def change(name, function):
+    def apply(curves):
+        return curves.assign(**{name: function(curves[name])})
+
+    return apply
+
+
+def swapped(one, other):
+    return lambda curves: curves.rename(columns={one: other, other: one})
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda c: c.head(100), "100 rows of data, but there must be 101"),
+        (lambda c: c.drop(columns="angle_hip_rotation_l"), "missing columns: angle_hip_rotation_l"),
+        (lambda c: c.drop(columns="force_up_r"), "missing columns: force_up_r"),
+        (lambda c: c.rename(columns={"angle_knee_angle_r": "angle_knee_angl_r"}),
+         r"angle_knee_angl_r: not the name of a curve. Is it angle_knee_angle_r\?"),
+        (change("angle_knee_angle_r", np.negative), "knee_angle_r: smallest at .* Change its sign"),
+        (change("angle_hip_flexion_l", np.negative), "hip_flexion_l: largest .* Change its sign"),
+        (change("angle_ankle_angle_r", np.negative), "ankle_angle_r: larger after push-off"),
+        (change("angle_knee_angle_l", np.radians), "looks like radians. Give --angle-unit rad"),
+        (change("moment_ankle_angle_r", np.negative), "moment_ankle_angle_r: .* Change its sign"),
+        (change("moment_ankle_angle_l", lambda m: 65 * m), "looks like Nm. Divide moments by the"),
+        (change("force_up_r", lambda f: 640 * f), "force_up_r: reaches .* looks like N. Divide"),
+        (change("force_up_l", lambda f: 9.8 * f), "force_up_l: .* looks like N/kg"),
+        (change("force_up_l", np.negative), "force_up_l: .* the ground pushes up"),
+        (change("force_forward_r", np.negative), "force_forward_r: it does not brake first"),
+        (change("force_left_l", np.negative), "force_left_l: it points away from the midline"),
+        (lambda c: c.assign(force_up_r=np.roll(c.force_up_l, 50)), "force_up_r: .*"),
+        (change("angle_pelvis_list_l", np.negative), "impossible for one pelvis"),
+        (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
+        (change("angle_hip_rotation_r", lambda a: a + 30.0 * (a.index == 50)), "jumps by .* betw"),
+    ],
+)  # fmt: skip
+def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message):
+    path = written(tmp_path, damage(good))
+    with pytest.raises(RecordError, match=message):
+        gait_values(read_mean_curves([path]), str(path))
+
+
+def test_files_that_are_no_curves(tmp_path, good):
+    with pytest.raises(RecordError, match="no such file"):
+        read_mean_curves([tmp_path / "none.csv"])
+    other = written(tmp_path, pd.DataFrame({"knee": [1, 2], "hip": [3, 4]}))
+    with pytest.raises(RecordError, match=r"its columns are knee, hip\. Name them by kind"):
+        read_mean_curves([other])
+    (tmp_path / "bad.parquet").write_bytes(b"not parquet")
+    with pytest.raises(RecordError, match="cannot be read as Parquet"):
+        read_mean_curves([tmp_path / "bad.parquet"])
+    twice = written(tmp_path, good, "a.csv"), written(tmp_path, good, "b.csv")
+    with pytest.raises(RecordError, match=r"is in .* too\. Give each curve once"):
+        read_mean_curves(twice)
+
+
+def test_a_new_subject_walks_without_kinetics_if_it_has_none(good, tmp_path):
+    path = written(tmp_path, good.filter(regex="^angle_"))
+    with pytest.raises(RecordError, match="Give --stance"):
+        new_subject([path], tmp_path / "mine.toml", PERSON, **TRIAL)
+    found = load_subject(
+        new_subject([path], tmp_path / "mine.toml", PERSON, **TRIAL | {"stance": 0.61})
+    )
+    assert not found.has_kinetics
+    assert found.tape == {"thigh": 0.35}
+    assert (found.identifier, found.trial) == ("mine", "T05")
+    with pytest.raises(ConfigurationError, match=r"exists\. Give another name"):
+        new_subject([path], tmp_path / "mine.toml", PERSON, **TRIAL | {"stance": 0.61})
+
+
+def test_a_further_trial_is_added_once_and_not_twice(good, tmp_path):
+    first = new_subject([written(tmp_path, good)], tmp_path / "mine.toml", PERSON, **TRIAL)
+    slow = written(tmp_path, table(load_subject("S05").on_trial("T03")), "slow.csv")
+    told = TRIAL | {"speed": 0.78, "stride_time": 1.25, "name": "slow"}
+    add_trial([slow], first, **told)
+    found = load_subject(first)
+    assert [trial.name for trial in found.trials] == ["slow"]
+    assert found.on_trial("slow").record().speed == 0.78
+    with pytest.raises(SubjectError, match="there is a trial slow already"):
+        add_trial([slow], first, **told)
+    with pytest.raises(SubjectError, match="the same curves as trial slow"):
+        add_trial([slow], first, **told | {"name": "again"})
+    assert load_subject(first) == found
+
+
+def test_a_new_subject_needs_to_know_the_person(good, tmp_path):
+    nobody = PERSON._replace(mass=None, sex=None)
+    with pytest.raises(ConfigurationError, match="needs --mass, --sex too"):
+        new_subject([written(tmp_path, good)], tmp_path / "mine.toml", nobody, **TRIAL)
+    with pytest.raises(ConfigurationError, match=r"--tape thig=0\.4: not of the form"):
+        new_subject(
+            [written(tmp_path, good)], tmp_path / "m.toml", PERSON._replace(tape=["thig=0.4"]),
+            **TRIAL,
+        )  # fmt: skip
+
+
+def test_the_files_of_wbds_are_read_as_they_are(gait_data, tmp_path):
+    folder = gait_data / "wbds" / "processed"
+    files = [folder / f"WBDS14walkT05{kind}.txt" for kind in ("ang", "knt")]
+    found = load_subject(new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL))
+    shipped = load_subject("S05")
+    np.testing.assert_allclose(
+        found.measured().moments["knee_angle_r"](PHASE),
+        shipped.measured().moments["knee_angle_r"](PHASE),
+        atol=1e-4,
+    )
+    with pytest.raises(RecordError, match=r"give one ang\.txt and at most one knt\.txt"):
+        read_mean_curves([files[1]])

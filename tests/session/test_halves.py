@@ -1,0 +1,76 @@
+"""Two halves of a session's gait cycles."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from recorded_sessions import wbds01_t01
+
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import RecordError
+from gaitval.session.halves import halves_of
+from gaitval.session.session import work_out
+
+
+@pytest.fixture(scope="module")
+def found(gait_data):
+    request = replace(wbds01_t01(gait_data), consistent=False)
+    return work_out(request, Configuration().processing)
+
+
+def strikes(part, side):
+    return [c.start for walk in part.trials for c in walk.cycles[side] if c.kinematics_valid]
+
+
+@pytest.mark.parametrize("which", ["odd-even", "first-last"])
+def test_every_valid_cycle_is_in_one_half(found, which):
+    one, other = halves_of(found, which).values()
+    for side in SIDES:
+        both = sorted([*strikes(one, side), *strikes(other, side)])
+        assert both == strikes(found, side)
+        assert 0 <= len(strikes(one, side)) - len(strikes(other, side)) <= 1
+        for part in (one, other):
+            (walk,) = part.trials
+            np.testing.assert_array_equal(
+                np.diff([[c.start, c.end] for c in walk.cycles[side] if c.kinematics_valid])[:, 0],
+                walk.gait[side].stride_time,
+            )
+    if which == "first-last":
+        assert max(strikes(one, "right")) < min(strikes(other, "right"))
+
+
+def test_the_mean_of_the_halves_is_the_mean_of_the_whole(found):
+    one, other = halves_of(found, "odd-even").values()
+    name = "knee_angle_l"
+    counts = [len(part.angles[name].curves) for part in (one, other)]
+    mean = np.average([part.angles[name].mean for part in (one, other)], axis=0, weights=counts)
+    np.testing.assert_allclose(mean, found.angles[name].mean, atol=1e-12)
+
+
+def test_too_few_cycles_are_refused(found):
+    few = tuple(
+        replace(walk, cycles={side: walk.cycles[side][:5] for side in SIDES})
+        for walk in found.trials
+    )
+    few = tuple(
+        replace(
+            walk,
+            gait={
+                side: replace(
+                    walk.gait[side],
+                    **{
+                        name: getattr(walk.gait[side], name)[
+                            : sum(c.kinematics_valid for c in walk.cycles[side])
+                        ]
+                        for name in vars(walk.gait[side])
+                        if name != "side"
+                    },
+                )
+                for side in SIDES
+            },
+        )
+        for walk in few
+    )
+    with pytest.raises(RecordError, match=r"valid cycles of the .* side, and 3 are needed"):
+        halves_of(replace(found, trials=few), "odd-even")
