@@ -2,7 +2,7 @@
 
     python scripts/untold_runs.py kinematics S01 S02      # all ten if none is named
     python scripts/untold_runs.py holdout                 # every further trial of the built-in ones
-    python scripts/untold_runs.py halves ../shared/data   # of WBDS01's raw T01
+    python scripts/untold_runs.py halves ../shared/data   # of WBDS01's raw T01; then a half's name
 
 Writes `reports/untold/KIND/NAME.json`: errors of the walk and of predictions without a model.
 Interrupted, the same command resumes. `scripts/untold_evidence.py` makes tables of them.
@@ -17,18 +17,27 @@ from gaitval.cli.display import live_view
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.session.halves import HALVES
 from gaitval.session.importing import import_files
 from gaitval.study.predict import run_prediction, run_range
-from gaitval.study.run import run_subject
-from gaitval.study.stage import open_run
+from gaitval.study.run import choose_start
+from gaitval.study.stage import Run, Stage, open_run, run_stage
+from gaitval.study.stages import (
+    choose_stage,
+    correct_stage,
+    evaluate_stage,
+    identify_stage,
+    metrics_of,
+    reference_stage,
+    scale_stage,
+    simulate_stage,
+    train_stage,
+)
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "untold"
 
 KINEMATICS = ("record.use=kinematics", "training.transfer_samples=1000000")
 """The general policy has learned on such references of the ten, so half of the training does."""
-
-WITHOUT_PUSHES = ("pushes.phases=[0.0]", "pushes.directions=1", "pushes.step=600")
-"""Pushes are not what is asked here."""
 
 
 def store(kind: str, name: str, metrics: dict[str, Any]) -> None:
@@ -53,14 +62,31 @@ def store(kind: str, name: str, metrics: dict[str, Any]) -> None:
     print(path, flush=True)
 
 
+def walked(run: Run) -> dict[str, Any]:
+    """Metrics of the main job's walk, without pushes and a report, which are not asked here."""
+
+    def perform(stage: Stage) -> None:
+        run_stage(stage, run.folder, observer=run.observer)
+
+    perform(scale_stage(run))
+    perform(reference_stage(run))
+    choose_start(run, scratch=False)
+    perform(train_stage(run, 1))
+    perform(identify_stage(run, 1))
+    perform(evaluate_stage(run, 1))
+    perform(choose_stage(run, 1))
+    perform(correct_stage(run))
+    perform(simulate_stage(run))
+    return metrics_of(run, pushes=None)
+
+
 def kinematics(names: list[str], work: Path) -> None:
     """The main job, told angles, speed and timing only."""
-    configuration = load_configuration(settings=[*KINEMATICS, *WITHOUT_PUSHES])
+    configuration = load_configuration(settings=KINEMATICS)
     for name in names or BUILTIN:
         folder = work / f"{name}-kinematics"
         with live_view() as live, open_run(load_subject(name), configuration, folder, live) as run:
-            run_subject(run)
-        store("kinematics", name, read_json(folder / "metrics.json"))
+            store("kinematics", name, walked(run))
 
 
 def holdout(names: list[str], work: Path) -> None:
@@ -84,8 +110,10 @@ def holdout(names: list[str], work: Path) -> None:
 def halves(names: list[str], work: Path) -> None:
     """The odd cycles of a raw session told, the even ones not; and first and last."""
     raw = Path(names[0]) / "wbds" / "raw"
-    for which in ("odd-even", "first-last"):
-        configuration = load_configuration(settings=[*WITHOUT_PUSHES])
+    configuration = load_configuration()
+    for which in HALVES:
+        if names[1:] and which not in names[1:]:
+            continue
         imported = import_files(
             raw / "WBDS01static1.c3d",
             [raw / "WBDS01walkT01.c3d"],
@@ -100,8 +128,7 @@ def halves(names: list[str], work: Path) -> None:
         subject: Subject = imported.subject
         folder = work / f"WBDS01-{which}"
         with live_view() as live, open_run(subject, configuration, folder, live) as run:
-            run_subject(run)
-        store("halves", f"WBDS01-{which}", read_json(folder / "metrics.json"))
+            store("halves", f"WBDS01-{which}", walked(run))
 
 
 def main() -> None:

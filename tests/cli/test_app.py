@@ -15,11 +15,12 @@ from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__
-from gaitval.artefacts import read_json, write_json
+from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import app as cli
 from gaitval.cli import display, study
 from gaitval.datasets import archive
 from gaitval.datasets.download import Progress
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.study.baseline import STORED_FILES
@@ -29,7 +30,10 @@ HEAVY = {
     *("gymnasium", "stable_baselines3", "jsonschema", "pydantic", "jinja2", "weasyprint"),
 }
 """Libraries that take longer to load than the help to read."""
-COMMANDS = ("subjects", "import", *STAGES, "subject", "baseline", "check")
+COMMANDS = (
+    *("subjects", "import", "curves", *STAGES),
+    *("predict", "subject", "baseline", "check"),
+)
 
 
 @pytest.fixture(autouse=True)
@@ -155,6 +159,63 @@ def test_an_unknown_setting_is_refused(
     result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--set", "training.sample=1")
     assert result.exit_code == 2
     assert "training.sample: unknown; the known ones are samples" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["5"], "give one of --speed"),
+        (["5", "--speed", "1", "--holdout", "T03"], "give one of --speed"),
+        (["5", "--speed", "-1"], "--speed -1: not a walking speed"),
+        (["5", "--speed", "nan"], "--speed nan: not a walking speed"),
+        (["5", "--speed", "2.4"], "86 % from the nearest speed that was walked"),
+        (["5", "--holdout", " "], "--holdout: empty"),
+        (["5", "--holdout", "T09"], "no trial 'T09'. It has T05, T03, T06"),
+        (["2", "--holdout", "T06"], "T06 is the only trial"),
+        (["5", "--holdout", "none.toml"], "none.toml: no such file"),
+        (["5", "--holdout", "T03", "--use", "some"], "'all' or 'kinematics', but it is 'some'"),
+    ],
+)
+def test_what_cannot_be_predicted_is_refused(
+    tmp_path: Path, plain_messages: io.StringIO, arguments: list[str], message: str
+) -> None:
+    done = CliRunner().invoke(cli.app, ["predict", *arguments, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert message in plain_messages.getvalue().replace("\n", " ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_trial_of_another_person_or_one_that_is_told_cannot_be_held_out(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    for identifier, message in (
+        ("S01", "a trial of another person than S05"),
+        ("S05", "A trial cannot be both used and held out"),
+    ):
+        other = tmp_path / f"{identifier}.toml"
+        write_text(other, load_subject(identifier).to_toml())
+        done = CliRunner().invoke(cli.app, ["predict", "5", "--holdout", str(other)])
+        assert done.exit_code == 2
+        assert message in plain_messages.getvalue().replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "give one of --out"),
+        (["--out", "m.toml"], "a new subject needs --mass, --height, --leg-length, --sex too"),
+        (["--out", "m.toml", "--angle-unit", "grad"], "needs --mass"),
+    ],
+)
+def test_curves_say_what_is_missing(
+    tmp_path: Path, plain_messages: io.StringIO, options: list[str], message: str
+) -> None:
+    table = tmp_path / "curves.csv"
+    table.write_text("angle_knee_angle_r\n1\n")
+    told = ["curves", str(table), "--speed", "1", "--stride-time", "1", *options]
+    done = CliRunner().invoke(cli.app, told)
+    assert done.exit_code == 2
+    assert message in plain_messages.getvalue().replace("\n", " ")
 
 
 @pytest.mark.parametrize("command", [*STAGES, "subject"])
