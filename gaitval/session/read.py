@@ -116,8 +116,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             raise RecordError(
                 f"{recording.source}: no force plates in the trial, so there are no moments and "
                 "no ground reaction. Give the file of the forces with --forces, or use "
-                "--kinematics-only for model, angles and cycles only (a walk cannot be learned "
-                "from these)."
+                "--kinematics-only: the walk then predicts moments and forces."
             )
         turned.append(recording)
     return Session(

@@ -1,0 +1,65 @@
+"""`gaitval predict` from end to end, too short to walk well, and what its results say."""
+
+import io
+from pathlib import Path
+
+import pytest
+from quick_settings import QUICK
+from rich.console import Console
+from typer.testing import CliRunner
+
+from gaitval.artefacts import read_json
+from gaitval.cli import app as cli
+from gaitval.cli import display
+from gaitval.metrics.groups import group_rows
+
+SETTINGS = [*QUICK, "training.range_samples=1024"]
+
+
+def predict(out: Path, *arguments: str) -> str:
+    """What the command prints."""
+    settings = [part for each in SETTINGS for part in ("--set", each)]
+    done = CliRunner().invoke(cli.app, ["predict", "5", *arguments, "--out", str(out), *settings])
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)
+    monkeypatch.setattr(display, "messages", Console(file=io.StringIO(), width=200))
+
+
+def test_a_held_out_trial_and_then_a_speed(tmp_path):
+    """The second prediction takes the policy of the first."""
+    predict(tmp_path, "--holdout", "T03")
+    metrics = read_json(tmp_path / "at-0.78" / "metrics.json")
+    assert metrics["subject"]["source"] == "WBDS14 T03"
+    assert metrics["record"]["spatiotemporal"]["walking_speed"] == 0.78
+    assert not any(metrics["told"].values())
+    compared = {row["comparison"] for row in metrics["measures"]}
+    assert compared <= {"predicted", "not compared"}
+    names = [prediction["name"] for prediction in metrics["predictions"]]
+    assert names == [
+        "line through others",
+        "nearest trial copied",
+        "line through two trials",
+        "other people's change added",
+    ]
+    assert metrics["predictions"][1]["told"] == "the person's T05 at 1.12 m/s"
+    assert [row.status for row in group_rows(metrics)] == ["predicted"] * 5
+    page = (tmp_path / "at-0.78" / "report.html").read_text(encoding="utf-8")
+    assert "predicted from other trials" in page
+    assert "Nothing of what it is compared with but the speed" in page
+    policy = (tmp_path / "policy" / "policy.safetensors").read_bytes()
+    assert (tmp_path / "at-0.78" / "policy" / "policy.safetensors").read_bytes() == policy
+
+
+def test_a_speed_that_nobody_recorded_is_not_called_a_comparison(tmp_path):
+    printed = predict(tmp_path, "--speed", "0.95")
+    assert "Nothing was recorded at this speed" in printed
+    metrics = read_json(tmp_path / "at-0.95" / "metrics.json")
+    assert metrics["subject"]["source"] == "WBDS14 predicted"
+    assert metrics["record"]["spatiotemporal"]["walking_speed"] == 0.95
+    page = (tmp_path / "at-0.95" / "report.html").read_text(encoding="utf-8")
+    assert "Nothing was recorded at this speed" in page
