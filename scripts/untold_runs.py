@@ -12,11 +12,25 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json
 from gaitval.cli.display import live_view
 from gaitval.configuration import load_configuration
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.metrics.comparison import (
+    FORCES,
+    JOINT_ANGLES,
+    JOINT_MOMENTS,
+    recorded_curves,
+    rms,
+)
+from gaitval.metrics.recorded import by_kind
+from gaitval.model.urdf import read_urdf
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.halves import HALVES
 from gaitval.session.importing import import_files
 from gaitval.study.predict import run_prediction, run_range
@@ -40,8 +54,41 @@ KINEMATICS = ("record.use=kinematics", "training.transfer_samples=1000000")
 """The general policy has learned on such references of the ten, so half of the training does."""
 
 
-def store(kind: str, name: str, metrics: dict[str, Any]) -> None:
-    """Keep what a comparison needs of `metrics.json`."""
+def reference_errors(run: Run) -> dict[str, dict[str, float]]:
+    """RMSE of the reference itself from the compared record: what the dynamic fit predicts."""
+    reference = ReferenceMotion.load(run.folder / "reference.npz")
+    mass = read_urdf(run.folder / "model.urdf").mass
+    _, record = run.compared()
+    truth = by_kind(recorded_curves(record))
+    found: dict[str, dict[str, float]] = {"angles": {}, "moments": {}, "forces": {}}
+    left_phase = run.told().record.left_phase
+    for column, side in enumerate(SIDES):
+        start = 0.0 if side == "right" else left_phase
+        at = (np.linspace(0.0, 1.0, 101) + start) % 1.0
+
+        def sampled(values: Array, at: Array = at) -> Array:
+            phase = np.append(reference.phase, 1.0)
+            return np.asarray(np.interp(at, phase, np.append(values, values[0])))
+
+        def enter(kind: str, name: str, values: Array, suffix: str = side[0]) -> None:
+            found[kind][f"{name}_{suffix}"] = rms(values - truth[kind][f"{name}_{suffix}"])
+
+        for name in JOINT_ANGLES:
+            angle = reference.positions[:, COORDINATES.index(f"{name}_{side[0]}")]
+            enter("angles", name, np.degrees(sampled(angle)))
+        for name in JOINT_MOMENTS:
+            moment = reference.moments[:, ACTUATED.index(f"{name}_{side[0]}")] / mass
+            enter("moments", name, sampled(moment))
+        for axis, name in enumerate(FORCES):
+            sign = -1.0 if name == "medial" and side == "left" else 1.0
+            enter(
+                "forces", name, 100.0 * sign * sampled(reference.ground_reaction[:, column, axis])
+            )
+    return found
+
+
+def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
+    """Keep what a comparison needs of `metrics.json`, and the errors of the reference."""
     walk = metrics["walks"][metrics["final"]]
     kept = {
         key: metrics[key]
@@ -54,6 +101,7 @@ def store(kind: str, name: str, metrics: dict[str, Any]) -> None:
             for kind, errors in walk["errors"].items()
         },
         "errors_as_measured": walk["errors_as_measured"],
+        "reference_errors": reference_errors(run),
         "starts": walk["starts"],
         "measures": metrics["measures"],
     }
@@ -86,7 +134,7 @@ def kinematics(names: list[str], work: Path) -> None:
     for name in names or BUILTIN:
         folder = work / f"{name}-kinematics"
         with live_view() as live, open_run(load_subject(name), configuration, folder, live) as run:
-            store("kinematics", name, walked(run))
+            store("kinematics", name, walked(run), run)
 
 
 def holdout(names: list[str], work: Path) -> None:
@@ -104,7 +152,7 @@ def holdout(names: list[str], work: Path) -> None:
                     run_range(run)
                 with open_run(subject, configuration, folder / "at", live) as run:
                     run_prediction(run, folder)
-            store("holdout", name, read_json(folder / "at" / "metrics.json"))
+            store("holdout", name, read_json(folder / "at" / "metrics.json"), run)
 
 
 def halves(names: list[str], work: Path) -> None:
@@ -128,7 +176,7 @@ def halves(names: list[str], work: Path) -> None:
         subject: Subject = imported.subject
         folder = work / f"WBDS01-{which}"
         with live_view() as live, open_run(subject, configuration, folder, live) as run:
-            store("halves", f"WBDS01-{which}", walked(run))
+            store("halves", f"WBDS01-{which}", walked(run), run)
 
 
 def main() -> None:
