@@ -146,15 +146,6 @@ def load_start(
 
 def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Path) -> None:
     """Refuse a policy whose numbers mean something other than `environment` says."""
-    seen_size = policy.tensors[NETWORK[0]].shape[1]
-    wanted_size = OBSERVATION_SIZES[environment.observation]
-    if seen_size != wanted_size:
-        raise PolicyError(
-            f"{folder}: this policy observes {seen_size} numbers, but a walker here has "
-            f"{wanted_size} (environment.observation = {environment.observation!r}). It was "
-            "trained with another observation, or by another version of gaitval. Train a policy "
-            "with --scratch."
-        )
     trained = policy.about.get("configuration", {}).get("environment", {})
     for name in MEANING:
         seen, wanted = trained.get(name), getattr(environment, name)
@@ -164,6 +155,15 @@ def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Pat
                 f"configuration has {wanted!r}. Set it to the value that the policy was trained "
                 "with, or train a policy with --scratch."
             )
+    seen_size = policy.tensors[NETWORK[0]].shape[1]
+    wanted_size = OBSERVATION_SIZES[environment.observation]
+    if seen_size != wanted_size:
+        raise PolicyError(
+            f"{folder}: this policy observes {seen_size} numbers, but a walker here has "
+            f"{wanted_size} (environment.observation = {environment.observation!r}). It was "
+            "trained with another observation, or by another version of gaitval. Train a policy "
+            "with --scratch."
+        )
 
 
 def _read(folder: Path) -> Policy:

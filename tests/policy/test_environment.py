@@ -369,7 +369,8 @@ def test_the_share_of_pushed_episodes_is_the_configured_one(task):
 
 def test_random_pushes_are_the_papers(task):
     """Uniform in 0 to 800 N, every other one in 0 to 450 N, and in -90 to 90 degrees from straight
-    ahead, for 50 ms, at any moment of the gait cycle but the first half cycle of an episode."""
+    ahead, every other one from 45 to 100 degrees, for 50 ms, at any moment of the gait cycle but
+    the first half cycle of an episode."""
     assert task.configuration.environment.push_force == 800.0
     assert task.configuration.environment.push_seconds == 0.05
     pushed = WalkingEnvironment(changed(task, environment={"push_probability": 1.0}))
@@ -385,8 +386,12 @@ def test_random_pushes_are_the_papers(task):
     assert 0.0 <= forces.min() < 80.0
     assert 720.0 < forces.max() <= 800.0
     assert np.mean(forces > 450.0) == pytest.approx(0.5 * 350.0 / 800.0, abs=0.09)  # SD 0.03
-    assert -np.pi / 2 <= directions.min() < -0.4 * np.pi
-    assert 0.4 * np.pi < directions.max() <= np.pi / 2
+    beyond = np.abs(directions) > np.pi / 2
+    assert np.rad2deg(np.abs(directions)).max() <= 100.0
+    assert beyond.mean() == pytest.approx(0.5 * 10.0 / 55.0, abs=0.07)  # SD 0.02
+    aside = np.abs(directions) > np.pi / 4
+    assert aside.mean() == pytest.approx(0.75, abs=0.1)  # SD 0.03
+    assert np.mean(directions > 0.0) == pytest.approx(0.5, abs=0.12)  # SD 0.035
     pushed.difficulty = 0.0
     pushed.reset(seed=0)
     assert pushed._push[1] == 0.0

@@ -180,6 +180,15 @@ def test_another_observation(folder):
         load_policy(folder, environment=EnvironmentSettings(observation="paper"))
 
 
+def test_observations_of_an_earlier_version(policy, tmp_path):
+    """They had no speed; a walker would fail at the first product, without saying why."""
+    first = NETWORK[0]
+    shorter = {**policy.tensors, first: policy.tensors[first][:, :-1]}
+    save_policy(Policy(shorter, policy.about), tmp_path)
+    with pytest.raises(PolicyError, match=r"observes 125 numbers, but a walker here has 126"):
+        load_policy(tmp_path, environment=EnvironmentSettings())
+
+
 def test_other_actions(folder):
     """Walked with another action scale or without the mirror it would be silently wrong."""
     with pytest.raises(PolicyError, match=r"environment\.action_scale = 0\.2.*0\.3"):
