@@ -231,3 +231,37 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
     with pytest.raises(ArtefactError, match=r"has version 6 .* reads version 7\. Write it again"):
         check_metrics(older, "stored.json")
+
+
+@pytest.mark.parametrize(
+    ("settings", "statuses"),
+    [
+        ({}, {"fitted", "not compared"}),
+        ({"use": "kinematics"}, {"fitted", "partly fitted", "predicted", "not compared"}),
+        ({"holdout": "T03"}, {"predicted", "not compared"}),
+    ],
+)
+def test_every_measure_says_whether_it_is_fitted_or_predicted(walks, settings, statuses):
+    record = CONFIGURATION.record.model_copy(update=settings)
+    configuration = CONFIGURATION.model_copy(update={"record": record})
+    found = validate(SUBJECT, RECORD, MODEL, walks, None, configuration)
+    assert {row["comparison"] for row in found["measures"]} == statuses
+    by_measure = {row["measure"]: row["comparison"] for row in found["measures"]}
+    if settings.get("use") == "kinematics":
+        assert by_measure["angle_rmse"] == by_measure["speed_error"] == "fitted"
+        assert by_measure["force_rmse"] == by_measure["stance_fraction_error"] == "predicted"
+        assert by_measure["joint_work_error"] == by_measure["epsilon"] == "partly fitted"
+        assert found["told"]["forces"] == []
+        assert "reference" in found["told"]["angles"]
+
+
+def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
+    gait = SUBJECT.gait.model_copy(update={"moments": {}, "forces": None})
+    person = SUBJECT.model_copy(update={"gait": gait, "plates": None, "trials": ()})
+    found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION)
+    assert found["recorded"] == ["angles", "timing"]
+    measured = {row["measure"] for row in found["measures"]}
+    judged = {row["measure"] for row in found["tolerances"]}
+    assert "angle_rmse" in judged
+    for names in (measured, judged):
+        assert not {"moment_rmse", "force_rmse", "epsilon", "stance_fraction_error"} & names

@@ -12,6 +12,7 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
 from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.torque_shares import PARTS
@@ -148,9 +149,16 @@ def _training_rows() -> str:
     return text.getvalue()
 
 
-def build_run(folder, *, source: str | None = None, identified: bool = True) -> None:
+def build_run(
+    folder,
+    *,
+    source: str | None = None,
+    identified: bool = True,
+    subject: Subject | None = None,
+    told: dict | None = None,
+) -> None:
     """A run folder as the earlier stages leave it, but for walks made from the record."""
-    subject = load_subject("S05")
+    subject = subject or load_subject("S05")
     if source is not None:
         subject = subject.model_copy(update={"source": source, "citation": source})
     (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
@@ -162,6 +170,8 @@ def build_run(folder, *, source: str | None = None, identified: bool = True) -> 
     configuration = sharp_filter(
         cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
     )
+    settings = configuration.record.model_copy(update=told or {})
+    configuration = configuration.model_copy(update={"record": settings})
     sizes = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
     final = list(sizes)[-1]
     made = {}
@@ -437,3 +447,31 @@ def test_the_animation_is_one_svg_document_that_repeats_with_the_stride():
 )
 def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text):
     assert number(value, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("told", "subtitle", "sentence"),
+    [
+        ({}, "fitted to the recorded one", "The walk is a fit"),
+        (
+            {"use": "kinematics"},
+            "moments and forces are predicted",
+            "Moments, forces and stance were read by nothing but this comparison",
+        ),
+        ({"holdout": "T03"}, "predicted from other trials", "Nothing of what it is compared with"),
+    ],
+)
+def test_the_page_says_what_the_walker_was_told(tmp_path, told, subtitle, sentence):
+    """And shows the other half of the cycles, which it was not."""
+    person = load_subject("S05")
+    half = person.trials[0].model_copy(
+        update={"name": "even", "walking_speed_m_s": person.walking_speed_m_s}
+    )
+    build_run(tmp_path, subject=person.model_copy(update={"trials": (half,)}), told=told)
+    write_report(tmp_path)
+    found = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    text = " ".join(found.text.split())
+    assert subtitle in text
+    assert sentence in text
+    assert "Trial even, which was not told" in text
+    assert "Nearest trial copied" in text
