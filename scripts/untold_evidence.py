@@ -122,8 +122,6 @@ def speed_rows(found: dict[str, Stored]) -> list[evidence.Row]:
             theirs = np.mean([mean(rmse_of(each, against)[kind], names) for each in far.values()])
             what = f"unseen speed within 40 %: {group}, skill against {against}"
             value = float(1.0 - ours / theirs)
-            if np.isinf(must):
-                must = goal
             rows.append(evidence.Row(what, value, "1", ">=", goal, must, len(far), COMMAND))
     for what, kind, names, unit, goal, must in (
         ("sagittal angles", "angles", tuple(JOINTS), "deg", 3.0, 4.5),

@@ -12,22 +12,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json
 from gaitval.cli.display import live_view
 from gaitval.configuration import load_configuration
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
-from gaitval.metrics.comparison import (
-    FORCES,
-    JOINT_ANGLES,
-    JOINT_MOMENTS,
-    recorded_curves,
-    rms,
-)
+from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.metrics.habit import reference_curves
 from gaitval.metrics.recorded import by_kind
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
@@ -60,31 +51,11 @@ def reference_errors(run: Run) -> dict[str, dict[str, float]]:
     mass = read_urdf(run.folder / "model.urdf").mass
     _, record = run.compared()
     truth = by_kind(recorded_curves(record))
-    found: dict[str, dict[str, float]] = {"angles": {}, "moments": {}, "forces": {}}
-    left_phase = run.told().record.left_phase
-    for column, side in enumerate(SIDES):
-        start = 0.0 if side == "right" else left_phase
-        at = (np.linspace(0.0, 1.0, 101) + start) % 1.0
-
-        def sampled(values: Array, at: Array = at) -> Array:
-            phase = np.append(reference.phase, 1.0)
-            return np.asarray(np.interp(at, phase, np.append(values, values[0])))
-
-        def enter(kind: str, name: str, values: Array, suffix: str = side[0]) -> None:
-            found[kind][f"{name}_{suffix}"] = rms(values - truth[kind][f"{name}_{suffix}"])
-
-        for name in JOINT_ANGLES:
-            angle = reference.positions[:, COORDINATES.index(f"{name}_{side[0]}")]
-            enter("angles", name, np.degrees(sampled(angle)))
-        for name in JOINT_MOMENTS:
-            moment = reference.moments[:, ACTUATED.index(f"{name}_{side[0]}")] / mass
-            enter("moments", name, sampled(moment))
-        for axis, name in enumerate(FORCES):
-            sign = -1.0 if name == "medial" and side == "left" else 1.0
-            enter(
-                "forces", name, 100.0 * sign * sampled(reference.ground_reaction[:, column, axis])
-            )
-    return found
+    asked = reference_curves(reference, mass, run.told().record.left_phase)
+    return {
+        kind: {name: rms(curve - truth[kind][name]) for name, curve in curves.items()}
+        for kind, curves in by_kind(asked).items()
+    }
 
 
 def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:

@@ -76,6 +76,8 @@ class LowPassResult(Result):
 class Method(Result):
     """How rollouts were compared."""
 
+    centring: Size | None = None
+    """Share of the policy's habit that was taken from its actions."""
     model_mass_kg: Size
     gravity_m_s2: Size
     body_weight_n: Size

@@ -350,10 +350,14 @@ def _summary(verdicts: Sequence[Verdict]) -> Json:
     }
 
 
-def _method(record: GaitRecord, model: BodyModel, configuration: Configuration) -> Json:
-    """How the rollouts were compared with the record."""
+def _method(
+    record: GaitRecord, model: BodyModel, configuration: Configuration, centring: float | None
+) -> Json:
+    """How the rollouts were made and compared with the record."""
     settings = configuration.validation
+    share = configuration.environment.centring if centring is None else centring
     return {
+        "centring": share,
         "model_mass_kg": model.mass,
         "gravity_m_s2": GRAVITY,
         "body_weight_n": model.mass * GRAVITY,
@@ -426,6 +430,7 @@ def validate(
     others: Sequence["Subject"] = (),
     torque_shares: Shares | None = None,
     witness: Rollouts | None = None,
+    centring: float | None = None,
 ) -> Json:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
@@ -443,6 +448,7 @@ def validate(
     pushes : `PushRecovery.as_dict` of the validated body.
     others, torque_shares : who predictions without a model are made from; of the validated rollout.
     witness : the compared rollout of that body in the second physics engine.
+    centring : share of the policy's habit that was taken away, if not the configured one.
 
     Raises
     ------
@@ -474,7 +480,7 @@ def validate(
                 "licence": subject.licence,
             },
             "units": CURVE_UNITS,
-            "method": _method(record, model, configuration),
+            "method": _method(record, model, configuration, centring),
             "record": recorded,
             "recorded": list(known),
             "told": told,

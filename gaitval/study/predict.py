@@ -6,6 +6,7 @@ policy: it costs a reference and a few walks, and no training.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -146,18 +147,25 @@ def predicted_walk_stage(run: Run) -> Stage:
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
+        from gaitval.metrics.habit import centred
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.model.parameters import nominal_parameters
         from gaitval.policy.rollouts import RolloutPool
 
-        task = walking_task(run)
+        told = walking_task(run)
+        policy, mu = stored_policy(run, run.folder / "policy"), nominal_parameters()
+        share = centred(told, policy, mu)
+        environment = run.configuration.environment.model_copy(update={"centring": share})
+        configuration = run.configuration.model_copy(update={"environment": environment})
+        task = replace(told, configuration=configuration)
+        run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
         workers = min(run.configuration.training.workers, len(validation.start_phases))
         with RolloutPool(task, workers=workers, engine="dart") as pool:
             walks = roll_out_from(
                 pool,
-                stored_policy(run, run.folder / "policy"),
-                nominal_parameters(),
+                policy,
+                mu,
                 validation.start_phases,
                 cycles=validation.settling_cycles + validation.consecutive_cycles,
             )
@@ -166,6 +174,7 @@ def predicted_walk_stage(run: Run) -> Stage:
         write_json(
             run.folder / WALKS,
             {
+                "centring": share,
                 "nominal": [went.as_dict() for went in walks.starts],
                 "torque_shares": torque_shares(walks.compared, found, task),
             },
@@ -210,6 +219,7 @@ def compare_stage(run: Run) -> Stage:
             run.configuration,
             others=builtin_subjects(),
             torque_shares=went["torque_shares"],
+            centring=went["centring"],
         )
         write_json(run.folder / "metrics.json", metrics)
 

@@ -1,0 +1,98 @@
+"""How much of a policy's habit to take away, found from the reference and no record.
+
+A policy of one person at one speed walks nearest to its reference with half of its habit
+(`environment.centring`). One that has learned several speeds has a larger habit at some of them and
+a smaller one at others, so the share is found at each speed: the one with which the walk is nearest
+to what it was asked to be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.metrics.comparison import (
+    FORCES,
+    JOINT_ANGLES,
+    JOINT_MOMENTS,
+    Curves,
+    low_pass_of,
+    simulated_curves,
+)
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.epsilon import epsilon
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
+from gaitval.policy.storage import Policy
+from gaitval.reference.motion import ReferenceMotion
+from gaitval.simulation.walker import WalkingTask
+
+SHARES: Final = (0.25, 0.5, 0.75, 1.0)
+_CYCLES: Final = 8
+_PERCENT: Final = np.linspace(0.0, 1.0, 101)
+
+
+def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float) -> Curves:
+    """The reference over each side's own cycle, as `comparison.recorded_curves` has a record; no
+    angles of the pelvis.
+
+    Parameters
+    ----------
+    mass : kg, of the model.
+    left_phase : phase of the right cycle at which the left heel strikes.
+    """
+    curves = Curves({}, {}, {})
+    for column, side in enumerate(SIDES):
+        at = (_PERCENT + (0.0 if side == "right" else left_phase)) % 1.0
+
+        def sampled(values: Array, at: Array = at) -> Array:
+            phase = np.append(reference.phase, 1.0)
+            return np.asarray(np.interp(at, phase, np.append(values, values[0])))
+
+        for name in JOINT_ANGLES:
+            place = COORDINATES.index(f"{name}_{side[0]}")
+            curves.angles[f"{name}_{side[0]}"] = sampled(reference.positions[:, place])
+        for name in JOINT_MOMENTS:
+            moment = reference.moments[:, ACTUATED.index(f"{name}_{side[0]}")]
+            curves.moments[f"{name}_{side[0]}"] = sampled(moment) / mass
+        medial = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
+        for axis, name in enumerate(FORCES):
+            force = medial[axis] * reference.ground_reaction[:, column, axis]
+            curves.forces[f"{name}_{side[0]}"] = sampled(force)
+    return curves
+
+
+def centred(
+    task: WalkingTask, policy: Policy, mu: Array, shares: Sequence[float] = SHARES
+) -> float:
+    """The share of the habit without which the walk is nearest to its reference, by epsilon.
+
+    Walks that fall do not count; if all do, the configured share.
+    """
+    validation = task.configuration.validation
+    wanted = reference_curves(task.reference, task.model.mass, task.record.left_phase)
+    best, least = task.configuration.environment.centring, np.inf
+    for share in shares:
+        environment = task.configuration.environment.model_copy(update={"centring": share})
+        configuration = task.configuration.model_copy(update={"environment": environment})
+        walker = WalkingEnvironment(replace(task, configuration=configuration))
+        rollout = record_rollout(
+            walker, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + _CYCLES
+        )
+        if rollout.fell[0]:
+            continue
+        found = epsilon(
+            simulated_curves(
+                rollout,
+                find_cycles(rollout, configuration),
+                mass=task.model.mass,
+                filters=low_pass_of(task.record, validation.filter_frequency),
+            ),
+            wanted,
+        )
+        if found is not None and found.total < least:
+            best, least = share, found.total
+    return best
