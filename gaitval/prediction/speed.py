@@ -29,7 +29,7 @@ STRIDE_TIME_EXPONENT: Final = -0.47
 """Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
 standard deviation of 0.08 (Fukuchi et al. 2018; tests/prediction/test_speed.py computes it)."""
 
-OWN_CHANGE_SPAN: Final = 0.2
+OWN_CHANGE_SPAN: Final = 0.1
 """Difference of dimensionless speed between a person's own trials at which their own change counts
 as much as other people's."""
 
