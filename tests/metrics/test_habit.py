@@ -1,0 +1,51 @@
+"""The share of a policy's habit that brings the walk nearest to its reference."""
+
+import numpy as np
+import pytest
+from simulation_fixtures import random_policy
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics import habit
+from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.metrics.epsilon import Epsilon
+from gaitval.metrics.habit import centred, reference_curves
+from gaitval.model.parameters import nominal_parameters
+
+
+def test_the_references_curves_have_the_records_names_signs_and_sides(task):
+    """A reference that was fitted to a record is near it on both sides."""
+    record = load_subject("S05").record()
+    found = reference_curves(task.reference, task.model.mass, record.left_phase)
+    truth = recorded_curves(record)
+    for kind, largest in (("angles", np.deg2rad(3.0)), ("moments", 0.13), ("forces", 0.02)):
+        for name, curve in getattr(found, kind).items():
+            assert rms(curve - getattr(truth, kind)[name]) < largest, name
+    assert found.forces["medial_l"][20:40].mean() > 0.0
+    assert found.forces["medial_r"][20:40].mean() > 0.0
+
+
+def test_walks_that_fall_choose_nothing(task):
+    policy = random_policy(task, scale=5.0)
+    assert centred(task, policy, nominal_parameters()) == 0.5
+
+
+@pytest.mark.parametrize("best", [0.25, 1.0])
+def test_the_share_with_the_least_error_is_chosen(task, monkeypatch, best):
+    shares = []
+
+    class Walked:
+        fell = np.zeros(1)
+
+    def walk(environment, *_, **__):
+        shares.append(environment.constants.centring)
+        return Walked()
+
+    def error(*_):
+        return Epsilon(0.0, 0.0, 0.0, abs(shares[-1] - best), 0.0, 0.0, 0.0)
+
+    monkeypatch.setattr(habit, "record_rollout", walk)
+    monkeypatch.setattr(habit, "find_cycles", lambda *_: None)
+    monkeypatch.setattr(habit, "simulated_curves", lambda *_, **__: None)
+    monkeypatch.setattr(habit, "epsilon", error)
+    assert centred(task, None, nominal_parameters()) == best
+    assert shares == list(habit.SHARES)
