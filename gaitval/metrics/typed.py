@@ -4,9 +4,11 @@ A number must be a number: texts, booleans, NaN and infinity are refused. A mode
 a file and written again gives the same bytes.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Self
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from gaitval.errors import ArtefactError
@@ -94,3 +96,21 @@ def schema(model: type[Result], *, name: str, version: int) -> dict[str, Any]:
     found = model.model_json_schema()
     title = f"gaitval {name}.json"
     return {"$schema": DIALECT, "$id": f"urn:gaitval:{name}:{version}", **found, "title": title}
+
+
+def tidy(value: Any) -> Any:
+    """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
+
+    So the file does not depend on the last bits of the floating-point arithmetic.
+    """
+    if isinstance(value, Mapping):
+        return {str(key): tidy(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return tidy(value.tolist())
+    if isinstance(value, list | tuple):
+        return [tidy(item) for item in value]
+    if isinstance(value, np.generic):
+        return tidy(value.item())
+    if isinstance(value, float):
+        return float(f"{value:.6g}") + 0.0 if math.isfinite(value) else None
+    return value

@@ -1,6 +1,5 @@
 """Validate a subject's rollouts: the contents of `metrics.json`."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib.metadata import version
@@ -39,6 +38,7 @@ from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.told_measures import is_recorded, status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
 from gaitval.metrics.torque_shares import Shares
+from gaitval.metrics.typed import tidy
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.unseen import unseen
 from gaitval.metrics.whole_body import (
@@ -387,24 +387,6 @@ def _witness(walks: Rollouts, measures: Sequence[Measure]) -> Json:
     }
 
 
-def _tidy(value: Any) -> Any:
-    """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
-
-    So the file does not depend on the last bits of the floating-point arithmetic.
-    """
-    if isinstance(value, Mapping):
-        return {str(key): _tidy(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _tidy(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_tidy(item) for item in value]
-    if isinstance(value, np.generic):
-        return _tidy(value.item())
-    if isinstance(value, float):
-        return float(f"{value:.6g}") + 0.0 if math.isfinite(value) else None
-    return value
-
-
 def provenance_of(subject: "Subject", configuration: Configuration, recorded: Json) -> Json:
     """Versions, and hashes of what was compared."""
     return {
@@ -436,7 +418,8 @@ def validate(
 
     The rollout from the first start phase is compared curve by curve; those from all phases must
     reach the number of cycles without a fall. Tolerances are applied to the identified body if any.
-    Equal rollouts give equal bytes.
+    Equal rollouts give equal bytes. It is long because the file has many parts, which are listed
+    once, here.
 
     Parameters
     ----------
@@ -470,7 +453,7 @@ def validate(
     measures += push_measures(pushes)
     measures = [measure for measure in measures if is_recorded(measure.measure, known)]
     verdicts = evaluate(measures)
-    metrics: Json = _tidy(
+    metrics: Json = tidy(
         {
             "schema_version": SCHEMA_VERSION,
             "subject": {
