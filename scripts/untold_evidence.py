@@ -64,6 +64,7 @@ def kinetics_rows(found: dict[str, Stored]) -> list[evidence.Row]:
     for which, key in (
         ("record corrected", "errors"),
         ("record as measured", "errors_as_measured"),
+        ("record corrected, the dynamic fit before any walk", "reference_errors"),
     ):
         for kind, names in (("forces", ("vertical", "forward", "medial")), ("moments", JOINTS)):
             for name in names:
