@@ -547,7 +547,7 @@ def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
     assert "validation" not in train_stage(run, 1).values
     assert "training" not in identify_stage(run, 1).values
     assert "reward" not in simulate_stage(run).values
-    expected = {"seed", "contact", "validation", "schema_version"}
+    expected = {"seed", "record", "contact", "validation", "schema_version"}
     assert set(validate_stage(run).values) == expected
     assert "pushes" in push_stage(run).values
     assert "pushes" not in simulate_stage(run).values

@@ -116,7 +116,7 @@ def guess(kind: str) -> Change:
     """A curve is further from the record than a prediction without a model."""
 
     def change(simulated: Simulated, size: float) -> Simulated:
-        (prediction,) = unchanged_metrics()["predictions"]
+        prediction, *_ = unchanged_metrics()["predictions"]
         name = {"angles": "subtalar_angle_r", "moments": "knee_angle_l", "forces": "forward_r"}[
             kind
         ]
