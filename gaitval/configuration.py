@@ -281,16 +281,14 @@ class IdentificationSettings(Section):
 
 
 class CorrectionSettings(Section):
-    """Change of the reference that brings the walk of the trained policy closest to the record
-    (`correct`).
+    """Change of the motion that the trained policy is given, with which it walks most like its
+    reference (`correct`).
     """
 
-    rounds: int = Field(0, ge=0)
-    """Largest number of rounds in which the effect of each change is measured; 0: no correction.
-    Three bring most sagittal angles below their goals, but the correction reads the measures that
-    judge it, and what nothing judges gets worse (docs/learning.md)."""
-    harmonics: int = Field(3, ge=0, le=8)
-    """Harmonics of the gait cycle in the change of each angle."""
+    rounds: int = Field(1, ge=0)
+    """How often the effect of each change is measured; 0: no correction."""
+    harmonics: int = Field(6, ge=0, le=8)
+    """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero."""
     largest: Positive = 0.052
     """No angle is changed by more than this, rad: 3 degrees, within the 2-5 degrees that OpenSim's
     checklist allows residual reduction to change a motion."""

@@ -165,8 +165,9 @@ def correct(
 ) -> None:
     """Correct the reference of the trained policy: correction.json.
 
-    Walks, compares with the record, and changes the reference motion by a degree or so, so that
-    the walk comes closer to the record (iterative learning control).
+    Walks, compares with the reference, and changes the motion that the policy is given by a degree
+    or so, so that the walk comes closer to the reference (iterative learning control). It reads
+    no record.
     """
     _stage("correct", subject, out, config, settings, force)
 

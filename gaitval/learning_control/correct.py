@@ -1,12 +1,17 @@
-"""Correct the reference: the motion that a trained walker must be given to walk as recorded.
+"""Make a trained walker walk as its reference asks, by iterative learning control.
 
 A policy follows its reference with errors that repeat in every cycle. A foot that is 3 mm too high
 lands 10 ms late, which shifts all curves of its leg by 1 % of the cycle, but no reward resolves 3
-mm. Such errors respond smoothly to small changes of the reference, so they are removed by iterative
-learning control (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems 26(3):96-114): walk, compare
-the mean curves with the record, change the reference, walk again. The changes are of the height of
-the pelvis and the lowest harmonics of hip, knee, ankle and trunk angles; finite differences give
-the effect of each change on every curve, and the step is a Gauss-Newton step.
+mm. Such errors respond smoothly to small changes of the motion that the walker is given, so they
+are removed by iterative learning control (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems
+26(3):96-114): walk, compare the mean curves with the reference, change the motion, walk again. The
+changes are of the height of the pelvis and the lowest harmonics of hip, knee, ankle and trunk
+angles; finite differences give the effect of each change on every curve, and the steps are
+Gauss-Newton's, with Broyden's update of the slopes after each.
+
+The target is the reference, not the record: what a run is not told of a record, this is not told
+either, and errors of the reference stay. A Gaussian prior holds every change near zero, so that
+only those numbers are free that the walk answers to; how many that are is reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree.
@@ -14,35 +19,96 @@ a motion that differs from the reference by about a degree.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.tolerances import aim
-from gaitval.metrics.validation import deviations
+from gaitval.metrics.comparison import (
+    JOINT_ANGLES,
+    JOINT_MOMENTS,
+    low_pass_of,
+    rms,
+    simulated_curves,
+)
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.habit import reference_curves
+from gaitval.metrics.recorded import by_kind
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.simulation.walker import WalkingTask
 
-Deviations = Mapping[tuple[str, str], Array]
-Simulate = Callable[[Sequence[Array]], Sequence[Deviations | None]]
+ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
+    "angles": {
+        **dict.fromkeys(JOINT_ANGLES, 2.0),
+        "hip_rotation": 4.0,
+        "subtalar_angle": 4.0,
+    },
+    "moments": dict.fromkeys(JOINT_MOMENTS, 0.06),
+    "forces": {"vertical": 2.5, "forward": 0.8, "medial": 0.6},
+}
+"""Errors that weigh the same, in the units of `metrics.recorded.CURVE_UNITS`: moments and forces
+half of what a prediction from other people misses by, angles what a laboratory repeats."""
 
-_ANGLE, _HEIGHT = np.deg2rad(1.0), 0.005
-"""Units of the unknowns, rad and m, which give them similar weight."""
-_PROBE = 0.4
-"""Change of an unknown that measures its effect: several times the scatter between rollouts of the
-means over 24 cycles."""
-_POWER = 8
-"""Power of the norms in the mean that is minimised: norms above their goals count most, and those
-far below hardly at all."""
-_STEPS = 3
-"""Largest number of steps with the same slopes, which cost ten times as many rollouts as a step."""
-_DAMPINGS = 10.0 ** np.arange(-3.0, 1.5, 0.5)
-"""Damping of a step / mean square of the slopes. All of them are tried: the response is not linear,
-so no rule says which is best."""
+_INDEPENDENT = 12
+"""Numbers that a curve over the cycle is worth: the harmonics that 10 Hz leave it."""
+_ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
+"""Standard deviation of the prior, rad and m: of each harmonic, and of the height."""
+_PROBE = 0.75
+"""Change of an unknown that measures its effect, in its prior's SD: several times the scatter
+between walks of the means over the cycles."""
+_STEPS = 6
+"""Largest number of steps with the same slopes, which cost ten times as many walks as a step."""
+_SMALLEST_GAIN = 0.02
+"""Relative decrease of the objective at which the steps end."""
+_DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1000.0)
+"""Damping of a step, in units of the prior's weight. All of them are tried: the walk's answer is
+not linear, so no rule says which is best."""
+_LENGTHS = (1.0, 0.5, 0.25)
+"""Fractions of each step that are tried."""
+_CYCLES = 8
+"""Cycles of a walk that are averaged."""
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A walk beside its reference.
+
+    Attributes
+    ----------
+    deviations : (n,) of the mean fitted curves, over `ACCURACY`; their sum of squares counts
+        `_INDEPENDENT` for a curve that is off by its accuracy throughout.
+    rmse : by (kind, curve), in the units of `metrics.recorded.CURVE_UNITS`; also of curves that are
+        not fitted, the pelvis's angles.
+    """
+
+    deviations: Array
+    rmse: Mapping[tuple[str, str], float]
+
+    def error(self) -> float:
+        """Root mean square over the fitted curves of error / accuracy."""
+        squares = [(self.rmse[key] / accuracy_of(*key)) ** 2 for key in self.rmse if fitted(*key)]
+        return float(np.sqrt(np.mean(squares)))
+
+    def left_out(self) -> float:
+        """RMS error of the curves that are not fitted, degrees."""
+        return float(np.sqrt(np.mean([v**2 for key, v in self.rmse.items() if not fitted(*key)])))
+
+
+Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
+"""Walks at each of several points, (n,) in units of the prior's SD; None for one that fell."""
+
+
+def fitted(kind: str, curve: str) -> bool:
+    """Whether the correction looks at a curve; the others tell whether it does harm."""
+    return curve[:-2] in ACCURACY[kind]
+
+
+def accuracy_of(kind: str, curve: str) -> float:
+    """The error of a curve that weighs 1."""
+    return ACCURACY[kind][curve[:-2]]
 
 
 @dataclass(frozen=True)
@@ -51,147 +117,183 @@ class Result:
 
     Attributes
     ----------
-    errors : `error` before and after each step; empty if the uncorrected walker fell.
-    before, after : deviations of the rollouts without and with it.
+    errors : `Walked.error` before and after each step; empty if the uncorrected walker fell.
+    effective_number : of free numbers, of `Adjustment.harmonics` and height: trace of the matrix
+        that takes a curve's deviations to the fitted ones.
+    refused : why a correction that was found is not used; None if it is, or none was found.
+    before, after : without and with it; None if the uncorrected walker fell.
     """
 
     correction: Adjustment
     errors: tuple[float, ...]
-    before: Deviations
-    after: Deviations
+    effective_number: float
+    refused: str | None
+    before: Walked | None
+    after: Walked | None
 
     def as_dict(self) -> dict[str, Any]:
-        """For `correction.json`; measures are in their own units."""
+        """For `correction.json`; errors of curves are in the units of `CURVE_UNITS`."""
+        before = self.before.rmse if self.before else {}
+        after = self.after.rmse if self.after else {}
         return {
             **self.correction.as_dict(),
             "errors": list(self.errors),
-            "measures": [
+            "numbers": self.correction.harmonics.size + 1,
+            "effective_number": self.effective_number,
+            "refused": self.refused,
+            "curves": [
                 {
-                    "measure": measure,
-                    "target": target,
-                    "aim": bound,
-                    "before": bound * float(np.linalg.norm(before)),
-                    "after": bound * float(np.linalg.norm(self.after[measure, target])),
+                    "kind": key[0],
+                    "curve": key[1],
+                    "fitted": fitted(*key),
+                    "before": value,
+                    "after": after[key],
                 }
-                for (measure, target), before in self.before.items()
-                if (bound := aim(measure, target)) is not None
+                for key, value in before.items()
             ],
         }
 
 
-def error(found: Deviations) -> float:
-    """One number for all deviations: the power mean of their norms; 1 if all are at their goals."""
-    sizes = np.array([np.linalg.norm(each) for each in found.values()])
-    return float(np.mean(sizes**_POWER) ** (1.0 / _POWER))
+@dataclass(frozen=True)
+class Found:
+    """What a search found: the best point (n,), errors, and the number of free numbers."""
+
+    point: Array
+    errors: tuple[float, ...]
+    effective_number: float
 
 
 def search(
-    walk: Simulate,
+    walk: Walk,
     unknowns: int,
     *,
     rounds: int,
     allowed: Callable[[Array], bool],
     on_round: Callable[[int, float], None] | None = None,
-) -> tuple[Array, list[float]]:
-    """Minimise `error` by Gauss-Newton steps, starting from zero.
+) -> Found:
+    """Minimise the deviations' sum of squares plus the prior's, starting from zero.
 
     Parameters
     ----------
-    walk : deviations of each of several points (n,); None for a rollout that ended in a fall.
     unknowns : n.
+    rounds : how often the slopes are measured.
     allowed : whether a point may be tried.
     on_round : called with the finished round and the error.
-
-    Returns
-    -------
-    The best point, and the errors at the start and after each round; none if the start fell.
     """
     point = np.zeros(unknowns)
     found = walk([point])[0]
     if found is None:
-        return point, []
-    errors = [error(found)]
+        return Found(point, (), 0.0)
+    errors, free = [found.error()], 0.0
     for number in range(rounds):
         probes = walk([point + _PROBE * each for each in np.eye(unknowns)])
-        # A rollout with a fall says nothing about its unknown, which is then left unchanged.
+        # A walk with a fall says nothing about its unknown, which is then left unchanged.
         answers = [
-            0.0 * _stacked(found) if each is None else (_stacked(each) - _stacked(found)) / _PROBE
+            0.0 * found.deviations
+            if each is None
+            else (each.deviations - found.deviations) / _PROBE
             for each in probes
         ]
         slopes = np.column_stack(answers)
-        before = errors[-1]
+        free = effective_number(slopes)
         for _ in range(_STEPS):
-            points = [point + step for step in _steps(slopes, found)]
-            points = [each for each in points if allowed(each)]
+            steps = [each for each in _steps(slopes, found, point) if allowed(point + each)]
             walked = [
-                (error(each), candidate, each)
-                for candidate, each in zip(points, walk(points), strict=True)
+                (_objective(each, point + step), index, step, each)
+                for index, (step, each) in enumerate(
+                    zip(steps, walk([point + step for step in steps]), strict=True)
+                )
                 if each is not None
             ]
-            best = min(walked, key=lambda each: each[0], default=None)
-            if best is None or best[0] >= error(found):
+            least = _objective(found, point)
+            best = min(walked, default=None, key=lambda each: each[:2])
+            if best is None or best[0] >= least:
                 break
-            _, point, found = best
-        errors.append(error(found))
+            _, _, step, after = best
+            change = after.deviations - found.deviations
+            slopes = slopes + np.outer(change - slopes @ step, step) / float(step @ step)
+            point, found = point + step, after
+            errors.append(found.error())
+            if best[0] > (1.0 - _SMALLEST_GAIN) * least:
+                break
         if on_round is not None:
             on_round(number + 1, errors[-1])
-        if errors[-1] == before:
-            break
-    return point, errors
+    return Found(point, tuple(errors), free)
 
 
-def _stacked(found: Deviations) -> Array:
-    return np.concatenate(list(found.values()))
+def _objective(found: Walked, point: Array) -> float:
+    return float(found.deviations @ found.deviations + point @ point)
 
 
-def _steps(slopes: Array, found: Deviations) -> list[Array]:
-    """Gauss-Newton steps with each of `_DAMPINGS`.
-
-    Deviations are weighted with a power of the norm that they are part of, so that their sum of
-    squares is the norm to the power `_POWER`.
+def effective_number(slopes: Array) -> float:
+    """Numbers that a linear answer (m, n) leaves free under a prior of SD 1 of each: the trace of
+    the matrix from the deviations to the fitted ones (Hastie, Tibshirani, Friedman 2009, 3.50).
     """
-    norms = {key: np.linalg.norm(each) for key, each in found.items()}
-    power = 0.5 * _POWER - 1.0
-    weight = np.concatenate([np.full(len(v), norms[key] ** power) for key, v in found.items()])
-    weighted = weight[:, None] * slopes
-    normal, right = weighted.T @ weighted, weighted.T @ (weight * _stacked(found))
-    scale = np.trace(normal) / len(normal)
-    if scale == 0.0:
-        return []
-    return [
-        -np.linalg.solve(normal + scale * damping * np.eye(len(normal)), right)
+    squares = np.linalg.svd(slopes, compute_uv=False) ** 2
+    return float(np.sum(squares / (squares + 1.0)))
+
+
+def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
+    """Gauss-Newton steps with each of `_DAMPINGS` and `_LENGTHS`, from the longest on."""
+    normal, right = slopes.T @ slopes, slopes.T @ found.deviations + point
+    steps = [
+        np.asarray(-np.linalg.solve(normal + (1.0 + damping) * np.eye(len(point)), right), float)
         for damping in _DAMPINGS
     ]
+    return [length * step for step in steps for length in _LENGTHS]
+
+
+def beside_reference(environment: WalkingEnvironment, case: "Case") -> Walked | None:
+    """Walk with a changed reference, and compare with the unchanged; None if the walker fell."""
+    task = environment.task
+    changed = adjusted(task.reference, task.model, case.correction)
+    walker = WalkingEnvironment(replace(task, reference=changed))
+    validation = task.configuration.validation
+    rollout = record_rollout(
+        walker,
+        case.policy,
+        mu=case.mu,
+        start_phase=case.start_phase,
+        # The first and last strikes may be outside, and half a cycle of the other foot.
+        cycles=validation.settling_cycles + _CYCLES + 2,
+    )
+    cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
+    if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
+        return None
+    walked = by_kind(
+        simulated_curves(
+            rollout,
+            cycles,
+            mass=task.model.mass,
+            filters=low_pass_of(task.record, validation.filter_frequency),
+        )
+    )
+    wanted = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
+    parts, errors = [], {}
+    for kind, curves in wanted.items():
+        for name, curve in curves.items():
+            difference = walked[kind][name].mean(axis=0) - curve
+            errors[kind, name] = rms(difference)
+            if fitted(kind, name):
+                weight = float(np.sqrt(_INDEPENDENT / len(curve))) / accuracy_of(kind, name)
+                parts.append(weight * difference)
+    return Walked(np.concatenate(parts), errors)
 
 
 @dataclass(frozen=True)
-class _Case:
+class Case:
+    """A walk: a policy, body parameters mu (14,), a change of the reference, a start phase."""
+
     policy: Policy
     mu: Array
-    unknowns: Array
+    correction: Adjustment
     start_phase: float
 
 
-def _correction(unknowns: Array) -> Adjustment:
-    """The correction given by the unknowns (13 + 26 H + 1,)."""
-    harmonics = _ANGLE * unknowns[:-1].reshape(len(JOINTS), -1)
-    return Adjustment(harmonics, float(_HEIGHT * unknowns[-1]))
-
-
-def _walked(environment: WalkingEnvironment, trial: _Case) -> Deviations | None:
-    task = environment.task
-    reference = adjusted(task.reference, task.model, _correction(trial.unknowns))
-    task = replace(task, reference=reference)
-    validation = task.configuration.validation
-    rollout = record_rollout(
-        WalkingEnvironment(task),
-        trial.policy,
-        mu=trial.mu,
-        start_phase=trial.start_phase,
-        # The first and last strikes may be outside, and half a cycle of the other foot.
-        cycles=validation.settling_cycles + validation.cycles + 2,
-    )
-    return deviations(rollout, task.record, task.model, task.configuration)
+def _correction(point: Array) -> Adjustment:
+    """The change at a point, (13 + 26 H + 1,) in units of the prior's SD."""
+    harmonics = _ANGLE * point[:-1].reshape(len(JOINTS), -1)
+    return Adjustment(harmonics, float(_HEIGHT * point[-1]))
 
 
 def correct(
@@ -201,11 +303,12 @@ def correct(
     *,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Result:
-    """Find the change of the reference that makes the walk of a policy most like the record.
+    """Find the change of the reference with which a policy walks most like the reference.
 
-    The rollouts are deterministic, without pushes, from the first of `validation.start_phases`. The
-    correction is accepted only if it also improves a rollout from half a cycle later, which the
-    search has not used.
+    The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
+    correction is used only if a walk from half a cycle later, which the search has not seen, gets
+    better too, and if the pelvis's angles, which it does not look at, get no worse in either walk
+    by more than the two walks differ.
 
     Parameters
     ----------
@@ -225,19 +328,48 @@ def correct(
 
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
 
-        def walk_from(phase: float, points: Sequence[Array]) -> list[Deviations | None]:
-            return pool.map(_walked, [_Case(policy, mu, each, phase) for each in points])
+        def walk_from(phase: float, points: Sequence[Array]) -> list[Walked | None]:
+            cases = [Case(policy, mu, _correction(each), phase) for each in points]
+            return pool.map(beside_reference, cases)
 
-        none = np.zeros(unknowns)
-        point, errors = search(
+        found = search(
             lambda points: walk_from(start, points),
             unknowns,
             rounds=settings.rounds,
             allowed=allowed,
             on_round=progress,
         )
-        without, with_it = walk_from((start + 0.5) % 1.0, [none, point])
-        if without is None or with_it is None or error(with_it) >= error(without):
-            point, errors = none, errors[:1]
-        before, after = walk_from(start, [none, point])
-    return Result(_correction(point), tuple(errors), before or {}, after or {})
+        none = np.zeros(unknowns)
+        first = walk_from(start, [none, found.point])
+        second = walk_from((start + 0.5) % 1.0, [none, found.point])
+    point, refused = found.point, None
+    if point.any() and (refused := harm(*first, *second)):
+        point = none
+    after = first[1] if refused is None else first[0]
+    number = found.effective_number
+    return Result(_correction(point), found.errors, number, refused, first[0], after)
+
+
+def harm(
+    before: Walked | None,
+    after: Walked | None,
+    before_other: Walked | None,
+    after_other: Walked | None,
+) -> str | None:
+    """Why a correction is not to be used, from walks without and with it from two start phases;
+    None if it may be.
+    """
+    if before is None or after is None or before_other is None or after_other is None:
+        return "a walk from another start phase fell"
+    if after_other.error() >= before_other.error():
+        return "a walk from another start phase gets no better"
+    scatter = abs(before.left_out() - before_other.left_out())
+    worse = max(
+        after.left_out() - before.left_out(), after_other.left_out() - before_other.left_out()
+    )
+    if worse > scatter:
+        return (
+            f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; walks "
+            f"differ by {scatter:.2f}"
+        )
+    return None

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
@@ -18,12 +19,14 @@ from gaitval.metrics.comparison import (
     FORCES,
     JOINT_ANGLES,
     JOINT_MOMENTS,
+    PELVIS_ANGLES,
     Curves,
     low_pass_of,
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
+from gaitval.model.rotations import pelvis_angles
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
@@ -36,8 +39,7 @@ _PERCENT: Final = np.linspace(0.0, 1.0, 101)
 
 
 def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float) -> Curves:
-    """The reference over each side's own cycle, as `comparison.recorded_curves` has a record; no
-    angles of the pelvis.
+    """The reference over each side's own cycle, as `comparison.recorded_curves` has a record.
 
     Parameters
     ----------
@@ -45,6 +47,7 @@ def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float)
     left_phase : phase of the right cycle at which the left heel strikes.
     """
     curves = Curves({}, {}, {})
+    pelvis = pelvis_angles(Rotation.from_rotvec(reference.positions[:, :3]).as_matrix())
     for column, side in enumerate(SIDES):
         at = (_PERCENT + (0.0 if side == "right" else left_phase)) % 1.0
 
@@ -58,7 +61,11 @@ def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float)
         for name in JOINT_MOMENTS:
             moment = reference.moments[:, ACTUATED.index(f"{name}_{side[0]}")]
             curves.moments[f"{name}_{side[0]}"] = sampled(moment) / mass
-        medial = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
+        mirror = 1.0 if side == "right" else -1.0
+        for index, name in enumerate(PELVIS_ANGLES):
+            sign = 1.0 if name == "pelvis_tilt" else mirror
+            curves.angles[f"{name}_{side[0]}"] = sampled(sign * pelvis[:, index])
+        medial = np.array([1.0, mirror, 1.0])
         for axis, name in enumerate(FORCES):
             force = medial[axis] * reference.ground_reaction[:, column, axis]
             curves.forces[f"{name}_{side[0]}"] = sampled(force)

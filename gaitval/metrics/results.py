@@ -36,7 +36,7 @@ from gaitval.metrics.typed import (
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.told import QUANTITIES, Quantity
 
-SCHEMA_VERSION: Final = 7
+SCHEMA_VERSION: Final = 8
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 1
 """Of `identification.json`, which does not contain it."""
@@ -312,19 +312,20 @@ class IdentificationResult(FoundParameters):
     """What the search found, where the record does not support it and the body stays nominal."""
 
 
-class CorrectedMeasure(Result):
-    """A measure before and after the correction, and its goal."""
+class CorrectedCurve(Result):
+    """RMSE of a curve from the reference before and after the correction, in `units`."""
 
-    measure: str
-    target: str
-    aim: Number
+    kind: Literal["angles", "moments", "forces"]
+    curve: str
+    fitted: bool
+    """Whether the correction looks at it; the others tell whether it does harm."""
     before: Number
     after: Number
 
 
 class CorrectionResult(Result):
     """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
-    cycle), height of the pelvis in m. An error of 1 means that every measure is at its goal.
+    cycle), height of the pelvis in m. Errors are those of `learning_control.correct.Walked`.
     """
 
     joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
@@ -333,7 +334,13 @@ class CorrectionResult(Result):
     ]
     height: Number
     errors: list[Number]
-    measures: list[CorrectedMeasure]
+    numbers: Count
+    """Of harmonics and height."""
+    effective_number: Size
+    """Of them, those that the walk answers to and the prior leaves free."""
+    refused: str | None
+    """Why what was found is not used."""
+    curves: list[CorrectedCurve]
 
 
 class PushRecoveryResult(Result):
@@ -400,7 +407,7 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[7]
+    schema_version: Literal[8]
     subject: SubjectResult
     units: CurveUnits
     method: Method

@@ -10,15 +10,16 @@ from gaitval.prediction.told import QUANTITIES, Quantity, quantities_told
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
 STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 
-ReadBy = Literal["reference", "feed-forward", "reward", "identification", "correction"]
-"""What a run uses a told quantity for. Scaling uses standing markers or lengths, and no gait."""
+ReadBy = Literal["reference", "feed-forward", "reward", "identification"]
+"""What a run uses a told quantity for. Scaling uses standing markers or lengths, and no gait; the
+correction reads the reference and no record."""
 
 _READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
-    "angles": ("reference", "reward", "identification", "correction"),
-    "timing": ("reference", "reward", "identification", "correction"),
+    "angles": ("reference", "reward", "identification"),
+    "timing": ("reference", "reward", "identification"),
     "moments": get_args(ReadBy),
-    "forces": ("reference", "reward", "identification", "correction"),
-    "stance": ("reference", "correction"),
+    "forces": ("reference", "reward", "identification"),
+    "stance": ("reference",),
 }
 
 _OF_MEASURE: Final[Mapping[str, tuple[Quantity, ...]]] = {
@@ -53,12 +54,8 @@ def uses(subject: Subject, configuration: Configuration) -> dict[str, list[str]]
     not told.
     """
     told = quantities_told(subject, configuration.record)
-    corrected = configuration.correction.rounds > 0
     return {
-        quantity: [use for use in _READ_BY[quantity] if corrected or use != "correction"]
-        if quantity in told
-        else []
-        for quantity in QUANTITIES
+        quantity: list(_READ_BY[quantity]) if quantity in told else [] for quantity in QUANTITIES
     }
 
 

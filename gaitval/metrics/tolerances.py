@@ -178,16 +178,6 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
     )
 
 
-def aim(measure: str, target: str) -> float | None:
-    """What a measured value should reach: the goal of the tolerance that decides on it, or its
-    limit if it has no goal; None if no tolerance decides.
-    """
-    for tolerance in load_registry().tolerance:
-        if tolerance.role == "acceptance" and _concerns(tolerance, Measure(measure, target, None)):
-            return tolerance.value if tolerance.goal is None else tolerance.goal
-    return None
-
-
 def _holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
     return value is not None and _HOLDS[tolerance.limit](value, bound)
 

@@ -6,7 +6,6 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
@@ -36,7 +35,7 @@ from gaitval.metrics.recorded import (
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.told_measures import is_recorded, status, uses
-from gaitval.metrics.tolerances import UNITS, Measure, Verdict, aim, evaluate
+from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.typed import tidy
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
@@ -223,35 +222,6 @@ def _walk(
         *endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
     ]
-
-
-def deviations(
-    rollout: Rollout, record: GaitRecord, model: BodyModel, configuration: Configuration
-) -> dict[tuple[str, str], NDArray[np.float64]] | None:
-    """Deviations of a rollout from the record, divided by their aim (`tolerances.aim`).
-
-    They are given by measure and target, for curves (101,) and for speed, stance and steps (1,); a
-    norm of 1 is a value at its goal. None if the walker fell or there are not two cycles of each
-    foot.
-    """
-    if rollout.fell[0]:
-        return None
-    recorded = recorded_part(record)
-    cycles, compared, _, rows = _compared(rollout, record, recorded, model, configuration)
-    if min(cycles.count(side) for side in SIDES) < 2:
-        return None
-    found = {}
-    for kind, curves in by_kind(compared).items():
-        for name, curve in curves.items():
-            bound = aim(RMSE[kind], name)
-            if bound is not None:
-                difference = curve.mean(axis=0) - recorded["curves"][kind][name]
-                found[RMSE[kind], name] = difference / (bound * np.sqrt(len(difference)))
-    for each in _spatiotemporal_errors(rows):
-        bound = aim(each.measure, each.target)
-        if bound is not None and each.value is not None:
-            found[each.measure, each.target] = np.array([each.value / bound])
-    return found
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:

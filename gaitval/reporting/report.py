@@ -17,6 +17,7 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import FORCES, PELVIS_ANGLES
+from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
@@ -131,13 +132,21 @@ def _correction(values: Json | None) -> dict[str, Any] | None:
         largest = float(np.abs(changes[:, index]).max())
         mean = math.degrees(found.harmonics[index, 0])
         rows.setdefault(name, []).append({"mean": mean, "largest": largest})
-    measures = values["measures"]
-    kept = {key: sum(row[key] <= row["aim"] for row in measures) for key in ("before", "after")}
+    groups = [
+        {
+            "name": kind,
+            "unit": CURVE_UNITS[kind],
+            "fitted": fitted,
+            **{key: float(np.mean([row[key] for row in group])) for key in ("before", "after")},
+        }
+        for kind in CURVE_UNITS
+        for fitted in (True, False)
+        if (group := [r for r in values["curves"] if (r["kind"], r["fitted"]) == (kind, fitted)])
+    ]
     return {
-        **kept,
-        "measures": len(measures),
-        "errors": values["errors"],
-        "height": values["height"],
+        **{key: values[key] for key in ("errors", "height", "numbers", "effective_number")},
+        "refused": values["refused"],
+        "groups": groups,
         "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
     }
 

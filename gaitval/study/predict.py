@@ -8,9 +8,12 @@ policy: it costs a reference and a few walks, and no training.
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from gaitval.simulation.walker import WalkingTask
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ConfigurationError
@@ -19,6 +22,7 @@ from gaitval.study.inputs import (
     ROLLOUTS,
     WALKS,
     copy_files,
+    corrected_task,
     range_task,
     start_policy,
     stored_policy,
@@ -141,25 +145,60 @@ def adopt_stage(run: Run, source: Path) -> Stage:
     )
 
 
+def predicted_correction_stage(run: Run) -> Stage:
+    """Reference and policy → how much of the policy's habit to take away, and the change of the
+    reference with which it walks most like it. Neither reads a record.
+    """
+
+    def correct_walk() -> None:
+        from gaitval.learning_control.correct import correct
+        from gaitval.metrics.habit import centred
+        from gaitval.model.parameters import nominal_parameters
+
+        task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
+        mu = nominal_parameters()
+        share = centred(task, policy, mu)
+        run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
+        task = with_centring(task, share)
+        result = correct(task, policy, mu, on_progress=run.observer.progress)
+        write_json(run.folder / "centring.json", {"centring": share})
+        write_json(run.folder / "correction.json", result.as_dict())
+
+    return Stage(
+        "correct",
+        correct_walk,
+        inputs=("model.urdf", "reference.npz", *(f"policy/{name}" for name in POLICY_FILES)),
+        outputs=("centring.json", "correction.json"),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "correction"),
+            "walks": run.configuration.validation.model_dump(
+                mode="json", exclude={"consecutive_cycles"}
+            ),
+        },
+    )
+
+
+def with_centring(task: "WalkingTask", share: float) -> "WalkingTask":
+    """The task with another share of the policy's habit taken away."""
+    environment = task.configuration.environment.model_copy(update={"centring": share})
+    configuration = task.configuration.model_copy(update={"environment": environment})
+    return replace(task, configuration=configuration)
+
+
 def predicted_walk_stage(run: Run) -> Stage:
-    """Reference and policy → walks from every start phase."""
+    """Reference, correction and policy → walks from every start phase."""
     validation = run.configuration.validation
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.habit import centred
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.model.parameters import nominal_parameters
         from gaitval.policy.rollouts import RolloutPool
 
-        told = walking_task(run)
+        share = read_json(run.folder / "centring.json")["centring"]
+        task = with_centring(corrected_task(run), share)
         policy, mu = stored_policy(run, run.folder / "policy"), nominal_parameters()
-        share = centred(told, policy, mu)
-        environment = run.configuration.environment.model_copy(update={"centring": share})
-        configuration = run.configuration.model_copy(update={"environment": environment})
-        task = replace(told, configuration=configuration)
-        run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
         workers = min(run.configuration.training.workers, len(validation.start_phases))
         with RolloutPool(task, workers=workers, engine="dart") as pool:
             walks = roll_out_from(
@@ -183,7 +222,13 @@ def predicted_walk_stage(run: Run) -> Stage:
     return Stage(
         "simulate",
         walk,
-        inputs=("model.urdf", "reference.npz", *(f"policy/{name}" for name in POLICY_FILES)),
+        inputs=(
+            "model.urdf",
+            "reference.npz",
+            "centring.json",
+            "correction.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
         outputs=(ROLLOUTS["nominal"], WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
@@ -219,6 +264,7 @@ def compare_stage(run: Run) -> Stage:
             run.configuration,
             others=builtin_subjects(),
             torque_shares=went["torque_shares"],
+            correction=read_json(run.folder / "correction.json"),
             centring=went["centring"],
         )
         write_json(run.folder / "metrics.json", metrics)
@@ -226,7 +272,7 @@ def compare_stage(run: Run) -> Stage:
     return Stage(
         "validate",
         compare,
-        inputs=("subject.toml", "model.urdf", ROLLOUTS["nominal"], WALKS),
+        inputs=("subject.toml", "model.urdf", "correction.json", ROLLOUTS["nominal"], WALKS),
         outputs=("metrics.json",),
         values={
             **run.sections("seed", "record", "contact", "validation"),
@@ -268,6 +314,7 @@ def run_prediction(run: Run, range_folder: Path, *, force: bool = False) -> None
         scale_stage(run),
         reference_stage(run),
         adopt_stage(run, range_folder),
+        predicted_correction_stage(run),
         predicted_walk_stage(run),
         compare_stage(run),
         predicted_report_stage(run),

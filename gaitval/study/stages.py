@@ -269,7 +269,7 @@ def round_epsilon(run: Run, round_number: int) -> float:
 
 
 def correct_stage(run: Run) -> Stage:
-    """Policy and mu → the change of the reference that brings the walk closest to the record."""
+    """Policy and mu → the change of the reference with which the walk is most like it."""
 
     def correct() -> None:
         from gaitval.learning_control.correct import correct
