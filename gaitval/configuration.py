@@ -260,24 +260,53 @@ class TrainingSettings(Section):
 
 
 class IdentificationSettings(Section):
-    """CMA-ES over mu (Hansen's cma)."""
+    """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
+    method: Literal["posterior", "none"] = "posterior"
+    """`none`: the body stays as scaled, and the policy alone is learned."""
     population: int = Field(8, ge=4)
     """The paper's 8."""
-    generations: int = Field(12, ge=1)
-    initial_sigma: Positive = 0.2
-    """Initial step in units of half the range of each parameter."""
-    start_phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
-    """Phases at which the common rollouts start."""
-    seconds: Positive = 6.0
-    """Length of each rollout."""
-    prior: float = Field(0.02, ge=0)
-    """Weight of the prior: fraction of the mean reward that is lost at the bound of one
-    parameter."""
+    generations: int = Field(400, ge=1)
+    """At most; the search ends when it has converged."""
+    initial_sigma: Positive = 0.5
+    """Initial step, in standard deviations of the prior."""
+    tolerance: Positive = 0.03
+    """The search has converged when its distribution is narrower than this in every parameter, in
+    standard deviations of the prior."""
     rounds: int = Field(2, ge=1)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 0.5
     """Threshold on the normalised error epsilon that ends Algorithm 1."""
+
+
+class NoiseSettings(Section):
+    """Errors of a record, as standard deviations, by which a body is judged (`identify`)."""
+
+    angle_offset: Positive = 0.035
+    """Of an angle throughout the cycle, rad: 2 degrees, from where markers are put (McGinley 2009:
+    2-5 degrees between sessions)."""
+    angle: Positive = 0.014
+    """RMS of an angle's error about its offset, rad: 0.8 degrees, mostly skin."""
+    angle_harmonics: int = Field(4, ge=1, le=24)
+    """Harmonics up to which it is spread evenly; beyond they fall with the square of their
+    number."""
+    moment: Positive = 0.05
+    """Nm/kg, of hip flexion, knee and ankle moments, besides what wrong joint centres do."""
+    adduction_moment: Positive = 0.08
+    """Nm/kg, of the hip adduction moment."""
+    vertical_force: Positive = 0.015
+    """Body weights."""
+    forward_force: Positive = 0.008
+    """Body weights."""
+    medial_force: Positive = 0.006
+    """Body weights."""
+    independent: Positive = 6.0
+    """Numbers that a curve of moment or force is worth: its errors are correlated along the
+    cycle."""
+    joint_centre: Positive = 0.01
+    """m, of the joint centres that the laboratory's moments are about."""
+    plate: Positive = 0.01
+    """m, of the centre of pressure of each plate, fore and aft."""
 
 
 class CorrectionSettings(Section):
@@ -370,6 +399,7 @@ class Configuration(Section):
     randomisation: RandomisationSettings = RandomisationSettings()
     training: TrainingSettings = TrainingSettings()
     identification: IdentificationSettings = IdentificationSettings()
+    noise: NoiseSettings = NoiseSettings()
     correction: CorrectionSettings = CorrectionSettings()
     validation: ValidationSettings = ValidationSettings()
     pushes: PushSettings = PushSettings()

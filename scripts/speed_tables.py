@@ -180,12 +180,14 @@ def steered_walk(name: str, step: float) -> dict[str, Array]:
     in degrees, moments in Nm/kg, vertical forces in % of body weight.
     """
     task, stored = with_step(walking_task(name), step), REPORTS / name / "baseline"
+    mu = np.array(read_json(stored / "identification.json")["identified"])
+    task = WalkingTask.of(task.model, task.record, task.configuration, mu=mu)
     correction = Adjustment.from_dict(read_json(stored / "correction.json"), str(stored))
-    task = replace(task, reference=adjusted(task.reference, task.model, correction))
+    task = replace(task, reference=adjusted(task.reference, task.reference_body, correction))
     rollout = roll_out(
         task,
         load_policy(stored / "policy"),
-        mu=np.array(read_json(stored / "identification.json")["identified"]),
+        mu=mu,
         start_phase=0.0,
         cycles=task.configuration.validation.settling_cycles + STEERED_CYCLES,
         engine="compiled",

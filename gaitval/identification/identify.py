@@ -1,32 +1,33 @@
-"""Identification of the body parameters mu with CMA-ES (Hansen 2016; the paper's section III-B).
+"""Identification of the body parameters mu from a record (the paper's section III-B, restated).
 
-The deterministic policy walks from fixed start phases with the same initial states for every
-candidate (common random numbers), so that candidates differ only in mu. The objective is the mean
-reward of a planned step, minus a prior that pulls each parameter towards its nominal value; its
-width is the anthropometric spread given by the bounds.
+CMA-ES (Hansen 2016) with the paper's population of 8 looks for the mode of the posterior
+(`body_fit`) until its distribution is narrower than a fraction of the prior, and Gauss-Newton steps
+of the whole fit find the last digits and the covariance. What the record does not determine stays
+at its prior mean (`verdicts`); what it does is where it is most likely with the rest there.
 """
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import cma
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.artefacts import read_json, value_hash, write_json
-from gaitval.configuration import IdentificationSettings
+from gaitval.configuration import Configuration, IdentificationSettings, NoiseSettings
+from gaitval.gait.record import GaitRecord
+from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
+from gaitval.identification.verdicts import Judged, correlation, judged, judged_combinations
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, Score, score_rollout
-from gaitval.policy.storage import Policy
-from gaitval.simulation.walker import WalkingTask
 
-Evaluate = Callable[[list[Array]], list[float]]
+Evaluate = Callable[[Sequence[Array]], list[float]]
+"""Values to be made small, of several points (n,)."""
 
-_STATE = "identification_state.json"
+_STATE: Final = "identification_state.json"
 
 
 @dataclass(frozen=True)
@@ -35,22 +36,40 @@ class Identification:
 
     Attributes
     ----------
-    identified : μ*.
-    standard_deviation : spread of the final search distribution, in the parameters' units.
-    on_bound : whether a parameter ended within 1 % of its range from a bound.
-    reward_nominal, reward_identified : mean reward of a step, without the prior.
-    history : generation, best objective, sigma of every generation.
+    nominal : the prior's mean, the body as scaled.
+    identified : μ*: posterior mean of what is at least weakly identified, within the bounds; the
+        prior's of everything else.
+    standard_deviation : of the posterior with all parameters free; `prior_standard_deviation`.
+    posterior_mean : of the same posterior.
+    on_bound : whether the posterior's mean is outside the bounds.
+    verdicts : see `verdicts.Verdict`.
+    correlation : (14, 14) of the posterior.
+    combinations : name, prior SD, mean, SD and verdict of sums of parameters, such as the leg.
+    plates : m, by how much the centre of pressure of the right and left plate is further forward
+        than the record has it.
+    deviance_nominal, deviance_identified : minus twice the log posterior, up to the same constant.
+    converged : whether CMA-ES ended by itself; `search_distance`: between its result and the mode,
+        in posterior SDs, the largest of all parameters.
+    history : generation, best value, sigma of every generation.
     """
 
     names: tuple[str, ...]
     nominal: tuple[float, ...]
     identified: tuple[float, ...]
+    prior_standard_deviation: tuple[float, ...]
+    posterior_mean: tuple[float, ...]
     standard_deviation: tuple[float, ...]
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     on_bound: tuple[bool, ...]
-    reward_nominal: float
-    reward_identified: float
+    verdicts: tuple[str, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    combinations: tuple[dict[str, Any], ...]
+    plates: tuple[float, ...]
+    deviance_nominal: float | None
+    deviance_identified: float | None
+    converged: bool
+    search_distance: float | None
     history: tuple[dict[str, float], ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -59,72 +78,37 @@ class Identification:
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    policy: Policy
-    mu: Array
-    start_phase: float
-    seconds: float
+class Searched:
+    """What CMA-ES found: best point (n,), whether it ended by itself, and its generations."""
 
-
-def _score(environment: WalkingEnvironment, item: _Candidate) -> Score:
-    return score_rollout(
-        environment,
-        item.policy,
-        mu=item.mu,
-        start_phase=item.start_phase,
-        seconds=item.seconds,
-    )
-
-
-def mean_rewards(
-    pool: RolloutPool, policy: Policy, settings: IdentificationSettings, candidates: list[Array]
-) -> list[float]:
-    """Mean reward of a step over the start phases, for each candidate mu (14,)."""
-    walks = [
-        _Candidate(policy, mu, phase, settings.seconds)
-        for mu in candidates
-        for phase in settings.start_phases
-    ]
-    scores = pool.map(_score, walks)
-    rewards = np.array([score.reward for score in scores])
-    return [float(r) for r in rewards.reshape(len(candidates), -1).mean(axis=1)]
+    best: Array
+    converged: bool
+    history: tuple[dict[str, float], ...]
 
 
 def search(
     evaluate: Evaluate,
+    size: int,
     *,
-    start: Array,
-    nominal: Array,
-    lower: Array,
-    upper: Array,
     settings: IdentificationSettings,
     seed: int,
     state_file: Path | None = None,
     key: str = "",
     on_generation: Callable[[int, float], None] | None = None,
-) -> tuple[Array, Array, list[dict[str, float]]]:
-    """CMA-ES for the maximum of `evaluate` minus the prior, within bounds.
+) -> Searched:
+    """CMA-ES for the minimum of `evaluate`, in units of the prior's SD, from zero.
 
-    The search runs in units of half the range of each parameter. Every generation's candidates and
-    values are kept in `state_file`; an interrupted search replays them into a new CMA-ES with the
-    same seed and continues, with the same result as if it had not been interrupted.
+    It has converged when its distribution is narrower than `settings.tolerance` in every direction
+    of the parameters. Every generation's values are kept in `state_file`; an interrupted search
+    replays them into a new CMA-ES with the same seed and continues, with the same result as if it
+    had not been interrupted.
 
     Parameters
     ----------
-    evaluate : rewards of a list of candidates (14,).
-    start, nominal, lower, upper : (n,).
     key : identifies the search; a state file with another key is ignored.
-
-    Returns
-    -------
-    best (n,), standard deviation of the final distribution (n,), history.
     """
-    half = np.maximum(0.5 * (upper - lower), 1e-12)
-    middle = 0.5 * (upper + lower)
-    prior_centre = (nominal - middle) / half
     options = {
         "popsize": settings.population,
-        "bounds": [-1.0, 1.0],
         "seed": seed + 1,  # cma takes 0 for "from the clock"
         "verbose": -9,
         "maxiter": settings.generations,
@@ -134,112 +118,199 @@ def search(
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cma warns about options it does not use
-        strategy = cma.CMAEvolutionStrategy(
-            np.clip((start - middle) / half, -1.0, 1.0), settings.initial_sigma, options
-        )
+        strategy = cma.CMAEvolutionStrategy(np.zeros(size), settings.initial_sigma, options)
     told: list[list[float]] = []
     if state_file is not None and state_file.exists():
         state = read_json(state_file)
         if state.get("key") == key:
             told = state["values"]
     history: list[dict[str, float]] = []
-    values_so_far: list[list[float]] = []
-    for generation in range(settings.generations):
-        unit = strategy.ask()
-        if generation < len(told):
-            values = told[generation]
-        else:
-            prior = [settings.prior * float(np.sum((u - prior_centre) ** 2)) for u in unit]
-            rewards = evaluate([middle + half * u for u in unit])
-            values = [p - r for p, r in zip(prior, rewards, strict=True)]
-        strategy.tell(unit, values)
-        values_so_far.append([float(v) for v in values])
+    so_far: list[list[float]] = []
+    converged = False
+    while not converged and len(history) < settings.generations:
+        points = strategy.ask()
+        generation = len(history)
+        values = told[generation] if generation < len(told) else evaluate(points)
+        strategy.tell(points, values)
+        so_far.append([float(each) for each in values])
         if state_file is not None:
-            write_json(state_file, {"key": key, "values": values_so_far})
-        history.append(
-            {
-                "generation": generation + 1,
-                "best": -float(min(values)),
-                "sigma": float(strategy.sigma),
-            }
-        )
+            write_json(state_file, {"key": key, "values": so_far})
+        best, sigma = float(min(values)), float(strategy.sigma)
+        history.append({"generation": generation + 1, "best": best, "sigma": sigma})
         if on_generation is not None:
-            on_generation(generation + 1, -float(min(values)))
-    # The mean of the final distribution, which is least affected by noise in single candidates.
-    best = middle + half * np.clip(strategy.result.xfavorite, -1.0, 1.0)
-    return best, half * strategy.result.stds, history
+            on_generation(generation + 1, best)
+        converged = bool(strategy.result.stds.max() < settings.tolerance)
+    # The mean of the final distribution, which is least affected by single candidates.
+    return Searched(np.asarray(strategy.result.xfavorite), converged, tuple(history))
+
+
+def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
+    """The noise of moments and forces that are not this person's, but what people of their speed
+    have: half as large again as such a prediction misses by, because it is wrong in its own way at
+    every percent of the cycle.
+    """
+    return noise.model_copy(
+        update={
+            "moment": 0.15,
+            "adduction_moment": 0.2,
+            "vertical_force": 0.08,
+            "forward_force": 0.02,
+            "medial_force": 0.02,
+            "independent": 2.0,
+        }
+    )
+
+
+def unidentified(configuration: Configuration, prior_sd: Array) -> Identification:
+    """Nothing is looked for: the body stays as scaled."""
+    mu = nominal_parameters()
+    lower, upper = parameter_bounds(configuration.randomisation)
+    numbers = tuple(map(float, mu))
+    sd = tuple(map(float, prior_sd))
+    return Identification(
+        names=PARAMETERS,
+        nominal=numbers,
+        identified=numbers,
+        prior_standard_deviation=sd,
+        posterior_mean=numbers,
+        standard_deviation=sd,
+        lower=tuple(map(float, lower)),
+        upper=tuple(map(float, upper)),
+        on_bound=(False,) * len(mu),
+        verdicts=("not identified",) * len(mu),
+        correlation=tuple(tuple(map(float, row)) for row in np.eye(len(mu))),
+        combinations=(),
+        plates=(0.0, 0.0),
+        deviance_nominal=None,
+        deviance_identified=None,
+        converged=False,
+        search_distance=None,
+        history=(),
+    )
 
 
 def identify(
-    task: WalkingTask,
-    policy: Policy,
+    record: GaitRecord,
+    model: BodyModel,
+    prior_sd: Array,
+    configuration: Configuration,
     folder: Path,
     *,
-    start: Array | None = None,
+    kinetics_told: bool = True,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Identification:
-    """Find the mu with which the policy walks most like the record.
-
-    A candidate is accepted only if it is better than the nominal parameters without the prior;
-    otherwise the nominal ones are the result. An interrupted identification resumes.
+    """Find what a record says about the body. An interrupted identification resumes.
 
     Parameters
     ----------
+    prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
     folder : receives the state of the search while it runs.
-    start : (14,) mu to start from; the nominal ones when not given.
-    on_progress : called after each generation with generation, total and reward.
+    kinetics_told : whether the record's moments and forces are the person's own.
+    on_progress : called after each generation with generation, total and value.
     """
-    configuration = task.configuration
     settings = configuration.identification
-    nominal = nominal_parameters()
-    lower, upper = parameter_bounds(configuration.randomisation)
+    if settings.method == "none":
+        return unidentified(configuration, prior_sd)
+    noise = configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
+    fit = BodyFit(record, model, configuration.contact, noise, prior_sd=prior_sd)
+    nominal = fit.prior_mean
+    held = fit.solve(fixed=nominal)
+    profile = Profile(fit, held)
+    free = BodyFit.looked_for()
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
             "settings": settings.model_dump(mode="json"),
-            "randomisation": configuration.randomisation.model_dump(mode="json"),
-            "start": None if start is None else list(map(float, start)),
-            "policy": {k: v for k, v in policy.about.items() if k != "versions"},
-            "numbers": [float(np.sum(np.abs(v))) for v in policy.tensors.values()],
+            "noise": noise.model_dump(mode="json"),
+            "prior": list(map(float, prior_sd)),
+            "deviance": held.cost,
         }
     )
 
+    def mu_of(point: Array) -> Array:
+        mu = nominal.copy()
+        mu[free] += prior_sd[free] * point
+        return mu
+
     def progress(generation: int, best: float) -> None:
         if on_progress is not None:
-            on_progress({"generation": generation, "total": settings.generations, "reward": best})
+            on_progress({"generation": generation, "total": settings.generations, "value": best})
 
-    with RolloutPool(task, workers=configuration.training.workers) as pool:
-
-        def evaluate(candidates: list[Array]) -> list[float]:
-            return mean_rewards(pool, policy, settings, candidates)
-
-        best, spread, history = search(
-            evaluate,
-            start=nominal if start is None else start,
-            nominal=nominal,
-            lower=lower,
-            upper=upper,
-            settings=settings,
-            seed=configuration.seed,
-            state_file=state_file,
-            key=key,
-            on_generation=progress,
-        )
-        reward_nominal, reward_best = evaluate([nominal, best])
-    if reward_best < reward_nominal:
-        best, reward_best = nominal, reward_nominal
+    searched = search(
+        lambda points: [profile(mu_of(each)) for each in points],
+        int(free.sum()),
+        settings=settings,
+        seed=configuration.seed,
+        state_file=state_file,
+        key=key,
+        on_generation=progress,
+    )
+    posterior = fit.posterior(fit.solve(start=fit.near(held, mu_of(searched.best))))
     state_file.unlink(missing_ok=True)
-    margin = 0.01 * (upper - lower)
-    on_bound = (best < lower + margin) | (best > upper - margin)
+    return found(posterior, searched, mu_of(searched.best), held.cost, fit, model, configuration)
+
+
+def found(
+    posterior: BodyPosterior,
+    searched: Searched,
+    best: Array,
+    deviance: float,
+    fit: BodyFit,
+    model: BodyModel,
+    configuration: Configuration,
+) -> Identification:
+    """The verdicts on a posterior, and the body to walk with.
+
+    Parameters
+    ----------
+    best : (14,) what CMA-ES found.
+    deviance : at the prior's mean.
+    """
+    lower, upper = parameter_bounds(configuration.randomisation)
+    verdicts = judged(posterior, (lower, upper))
+    used = np.array([each.verdict != "not identified" for each in verdicts]) & fit.looked_for()
+    kept = posterior.prior_mean.copy()
+    kept[used] = conditional_mean(posterior, used)[used]
     return Identification(
         names=PARAMETERS,
-        nominal=tuple(map(float, nominal)),
-        identified=tuple(map(float, best)),
-        standard_deviation=tuple(map(float, spread)),
+        nominal=tuple(map(float, posterior.prior_mean)),
+        identified=tuple(map(float, np.clip(kept, lower, upper))),
+        prior_standard_deviation=tuple(map(float, posterior.prior_sd)),
+        posterior_mean=tuple(map(float, posterior.mean)),
+        standard_deviation=tuple(map(float, posterior.sd)),
         lower=tuple(map(float, lower)),
         upper=tuple(map(float, upper)),
-        on_bound=tuple(map(bool, on_bound)),
-        reward_nominal=reward_nominal,
-        reward_identified=reward_best,
-        history=tuple(history),
+        on_bound=tuple(each.verdict == "at its bound" for each in verdicts),
+        verdicts=tuple(each.verdict for each in verdicts),
+        correlation=tuple(tuple(map(float, row)) for row in correlation(posterior)),
+        combinations=tuple(_combination(each) for each in judged_combinations(posterior, model)),
+        plates=tuple(map(float, posterior.plates)),
+        deviance_nominal=deviance,
+        deviance_identified=-2.0 * posterior.log_posterior,
+        converged=searched.converged,
+        search_distance=float(np.max(np.abs(best - posterior.mean) / posterior.sd)),
+        history=searched.history,
     )
+
+
+def _combination(each: Judged) -> dict[str, Any]:
+    return {
+        "name": each.name,
+        "prior_standard_deviation": each.prior_sd,
+        "mean": each.mean,
+        "standard_deviation": each.sd,
+        "verdict": each.verdict,
+    }
+
+
+def conditional_mean(posterior: BodyPosterior, used: Flags) -> Array:
+    """Posterior mean (14,) if all but the parameters in `used` (14,) are at their prior mean."""
+    precision = np.linalg.inv(posterior.covariance)
+    rest = ~used
+    mean = posterior.prior_mean.copy()
+    away = posterior.prior_mean[rest] - posterior.mean[rest]
+    if used.any():
+        inner = precision[np.ix_(used, used)]
+        shift = np.linalg.solve(inner, precision[np.ix_(used, rest)] @ away)
+        mean[used] = posterior.mean[used] - shift
+    return mean

@@ -81,9 +81,12 @@ class Policy(Result):
 
     @cached_property
     def corrected_task(self) -> WalkingTask:
-        """The task with the corrected reference, as it is validated."""
-        reference = adjusted(self.task.reference, self.model, self.correction)
-        return replace(self.task, reference=reference)
+        """The task of the identified body with the corrected reference, as it is validated."""
+        task = WalkingTask.of(
+            self.model, self.subject.record(), self.configuration, mu=self.identified
+        )
+        reference = adjusted(task.reference, task.reference_body, self.correction)
+        return replace(task, reference=reference)
 
     def title(self) -> str:
         """Whose policy, from where."""

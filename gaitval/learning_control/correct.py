@@ -246,7 +246,7 @@ def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
 def beside_reference(environment: WalkingEnvironment, case: "Case") -> Walked | None:
     """Walk with a changed reference, and compare with the unchanged; None if the walker fell."""
     task = environment.task
-    changed = adjusted(task.reference, task.model, case.correction)
+    changed = adjusted(task.reference, task.reference_body, case.correction)
     walker = WalkingEnvironment(replace(task, reference=changed))
     validation = task.configuration.validation
     rollout = record_rollout(

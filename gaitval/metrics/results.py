@@ -38,7 +38,7 @@ from gaitval.prediction.told import QUANTITIES, Quantity
 
 SCHEMA_VERSION: Final = 8
 """Of `metrics.json`."""
-IDENTIFICATION_VERSION: Final = 1
+IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
 
 CORRECTED_JOINTS: Final = 13
@@ -286,18 +286,47 @@ class Round(OpenResult):
 _Parameters = Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
 
 
+class Combination(OpenResult):
+    """A sum of parameters that matters as one, m, about its prior mean."""
+
+    name: str
+    prior_standard_deviation: Size
+    mean: Number
+    standard_deviation: Size
+    verdict: Literal["identified", "weak", "not identified"]
+
+
 class FoundParameters(OpenResult):
     """One identification, in the order of `gaitval.model.parameters.PARAMETERS`."""
 
     names: Annotated[list[str], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     nominal: _Parameters
+    """Mean of the prior: the body as scaled."""
     identified: _Parameters
+    """What the body walks with: what the record does not determine stays nominal."""
+    prior_standard_deviation: _Parameters
+    posterior_mean: _Parameters
     standard_deviation: _Parameters
+    """Of the posterior."""
     lower: _Parameters
     upper: _Parameters
     on_bound: Annotated[list[Flag], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
-    reward_nominal: Number | None
-    reward_identified: Number | None
+    verdicts: Annotated[
+        list[Literal["identified", "weak", "not identified", "at its bound"]],
+        Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS)),
+    ]
+    correlation: Annotated[
+        list[_Parameters], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
+    ]
+    combinations: list[Combination]
+    plates: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    """m, by how much the centre of pressure of the right and left plate is further forward."""
+    deviance_nominal: Number | None
+    deviance_identified: Number | None
+    """Minus twice the log posterior, up to the same constant; none if nothing was looked for."""
+    converged: Flag
+    search_distance: Number | None
+    """Between CMA-ES's result and the mode, in posterior SDs."""
     history: list[Generation]
 
 

@@ -94,6 +94,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.action_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
         self._mass = task.model.mass
         self._targets = targets_of(task.reference, task.model)
+        self._made_for = task.reference_body
         self._weights, self._sharpness = reward_numbers(configuration.reward)
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
@@ -218,10 +219,10 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return observation.astype(np.float32)
 
     def _leg_extension(self) -> float:
-        """How much higher the pelvis is above the ankles than in the nominal body, m."""
+        """How much higher the pelvis is above the ankles than in the reference's body, m."""
         legs = [SEGMENTS.index(name) for name in ("thigh_r", "shank_r", "foot_r")]
-        nominal = sum(self.task.model.segments[i].joint_position[2] for i in legs)
-        return float(nominal - self.walker.tree.joint_position[legs, 2].sum())
+        made_for = sum(self._made_for.segments[i].joint_position[2] for i in legs)
+        return float(made_for - self.walker.tree.joint_position[legs, 2].sum())
 
     def _measure(self) -> bool:
         walker = self.walker

@@ -20,6 +20,7 @@ Gauss-Newton solves it, first with little weight on Newton's laws, because the r
 press the feet centimetres into the ground.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -121,29 +122,38 @@ _COMMON = 3
 _NO_SHIFT = 1e-7
 """m, standard deviation of a shift that is not to be found."""
 
+_VARIED_STEP = 1e-3
+"""Step of the central differences by the numbers that the body depends on, in their units."""
+
 _STANCE_EDGE = 0.04
 """Fraction of the cycle before and after swing in which the foot may still be near the ground."""
 
 
-class _Problem(NamedTuple):
-    """The fit of one record; T instants, n numbers of a coordinate's series.
+Bodies = Callable[[Array], tuple[Tree, ContactLaw]]
+"""The body and the contact law that belong to `Solution.common`."""
+
+
+class Problem(NamedTuple):
+    """The fit of one record; T instants, n numbers of a coordinate's series, C of `common`.
 
     Attributes
     ----------
+    bodies : the body may depend on `Solution.common`.
+    varied : the numbers of `common` that it depends on.
     path : three (T, 31): coordinates of the motion to change and their first two rates, without
         the forward travel but with its speed.
     series : three (T, n), `_series`.
     target, weight : (T, 48) of the numbers of `walking_laws`.
-    lever : (T, 48, 3) what `Solution.common` takes from the targets, per m and rad.
+    lever : (T, 48, C) what `Solution.common` takes from the targets, per its unit.
     swinging : (T, 2) bool, the foot must clear the ground.
     clearance_weight : weight of missing it.
     penalty, miss : (31, R, n), (31, R): the residuals that are linear in a coordinate's series are
         penalty @ change + miss.
-    prior : (3,) 1 / standard deviation that `Solution.common` has beforehand, 1/m and 1/rad.
+    prior : (C,) 1 / standard deviation that `Solution.common` has beforehand, about zero.
     """
 
-    tree: Tree
-    law: ContactLaw
+    bodies: Bodies
+    varied: tuple[int, ...]
     path: tuple[Array, Array, Array]
     series: tuple[Array, Array, Array]
     target: Array
@@ -162,16 +172,18 @@ class Solution(NamedTuple):
     Attributes
     ----------
     change : (31, n) series of the changes of the coordinates.
-    common : (3,) what is the same at all instants: by how much the centre of pressure of the right
-        and of the left plate is too far forward, m (zero unless asked for), and the mean forward
-        lean of the trunk, rad.
-    covariance : (3, 3) of `common`, linearised, if every curve's deviation is one error of its
+    common : (C,) what is the same at all instants; first by how much the centre of pressure of the
+        right and of the left plate is too far forward, m (zero unless asked for), and the mean
+        forward lean of the trunk, rad.
+    covariance : (C, C) of `common`, linearised, if every curve's deviation is one error of its
         accuracy, the same throughout the cycle.
+    cost : sum of squares of all residuals.
     """
 
     change: Array
     common: Array
     covariance: Array
+    cost: float
 
 
 def _series(phase: Array, stride_time: float) -> tuple[Array, Array, Array]:
@@ -241,14 +253,16 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     return penalty, miss
 
 
-def _problem(
+def fit_problem(
     reference: ReferenceMotion,
     record: GaitRecord,
     model: BodyModel,
     contact: ContactSettings,
     accuracy: Accuracy,
     shift_sd: float,
-) -> _Problem:
+) -> Problem:
+    """What `solve` solves; parameters as there."""
+    body = tree_arrays(model), contact_law(contact, NOMINAL_FRICTION)
     weight = model.mass * GRAVITY
     time = record.stride_time
     phase = np.arange(INSTANTS) / INSTANTS
@@ -284,9 +298,9 @@ def _problem(
 
     norm = 1.0 / np.sqrt(INSTANTS)
     penalty, miss = _penalties(accuracy, np.broadcast_to(departure, path[0].shape), series[0])
-    return _Problem(
-        tree=tree_arrays(model),
-        law=contact_law(contact, NOMINAL_FRICTION),
+    return Problem(
+        bodies=lambda _: body,
+        varied=(),
         path=(path[0], path[1], path[2]),
         series=series,
         target=target,
@@ -312,14 +326,11 @@ def _path(reference: ReferenceMotion, record: GaitRecord) -> tuple[Array, Array,
     return whole, rates, second
 
 
-def _laws(
-    problem: _Problem, change: Array, common: Array, ease: float, slope: Array | None = None
+def weighted_laws(
+    problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
     """Weighted residuals (T, 48) of the numbers of `walking_laws`, and the weights."""
-    parts = [
-        path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)
-    ]
-    out = walking_laws(problem.tree, problem.law, np.hstack(parts), slope)
+    out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
     weight = problem.weight.copy()
     weight[:, :ROOT_DOFS] *= ease
     residual = out - problem.target + problem.lever @ common
@@ -331,28 +342,51 @@ def _laws(
     return residual * weight, weight
 
 
-def _linear(problem: _Problem, change: Array) -> Array:
+def _motion(problem: Problem, change: Array) -> Array:
+    """Coordinates, rates and second rates (T, 93) of the changed motion."""
+    parts = [
+        path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)
+    ]
+    return np.hstack(parts)
+
+
+def _levers(problem: Problem, change: Array, common: Array) -> Array:
+    """Derivatives (T, 48, C) of the residuals before weighting by `common`."""
+    lever = problem.lever
+    if problem.varied:
+        lever, motion = lever.copy(), _motion(problem, change)
+        for index in problem.varied:
+            away = np.zeros(len(common))
+            away[index] = _VARIED_STEP
+            above, below = (
+                walking_laws(*problem.bodies(common + sign * away), motion) for sign in (1, -1)
+            )
+            lever[:, :, index] += (above - below) / (2.0 * _VARIED_STEP)
+    return lever
+
+
+def linear_terms(problem: Problem, change: Array) -> Array:
     """The residuals (31, R) that are linear in the change."""
     return np.asarray(np.einsum("krn,kn->kr", problem.penalty, change) + problem.miss)
 
 
-def _cost(problem: _Problem, change: Array, common: Array, ease: float) -> float:
-    residual, _ = _laws(problem, change, common, ease)
-    linear = _linear(problem, change)
+def _cost(problem: Problem, change: Array, common: Array, ease: float) -> float:
+    residual, _ = weighted_laws(problem, change, common, ease)
+    linear = linear_terms(problem, change)
     prior = problem.prior * common
     return float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
 
 
-def _normal_equations(
-    problem: _Problem, change: Array, common: Array, ease: float
+def normal_equations(
+    problem: Problem, change: Array, common: Array, ease: float
 ) -> tuple[Array, Array]:
-    """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + 3.
+    """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + C.
 
     The Jacobian is the derivative by coordinates and rates at an instant times the series, so its
     square is summed coordinate by coordinate, which takes a tenth of the time of the whole.
     """
     slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
-    residual, weight = _laws(problem, change, common, ease, slope)
+    residual, weight = weighted_laws(problem, change, common, ease, slope)
     slope *= weight[:, :, None]
     dofs, terms = change.shape
     size = dofs * terms
@@ -361,23 +395,24 @@ def _normal_equations(
     series = np.stack(problem.series, axis=1)  # (T, 3, n)
     flat = np.ascontiguousarray(by_order).reshape(INSTANTS, OUTPUTS, 3 * dofs)
     square = (flat.transpose(0, 2, 1) @ flat).reshape(INSTANTS, 3 * dofs, dofs, 3)
-    matrix = np.zeros((size + _COMMON, size + _COMMON))
+    count = len(common)
+    matrix = np.zeros((size + count, size + count))
     left = series.reshape(INSTANTS * 3, terms).T  # (n, 3 T)
     for k in range(dofs):
         product = (square[:, :, k] @ series).reshape(INSTANTS, dofs, 3, terms)
         right = product.transpose(1, 0, 2, 3).reshape(dofs, INSTANTS * 3, terms)
         matrix[:size, k * terms : (k + 1) * terms] = (left @ right).reshape(size, terms)
-    gradient = np.zeros(size + _COMMON)
+    gradient = np.zeros(size + count)
     force = np.einsum("tokj,to->ktj", by_order, residual)
     gradient[:size] = np.einsum("ktj,tjn->kn", force, series).reshape(-1)
-    lever = problem.lever * weight[:, :, None]
+    lever = _levers(problem, change, common) * weight[:, :, None]
     across = np.einsum("tokj,toi->iktj", by_order, lever)
-    matrix[:size, size:] = np.einsum("iktj,tjn->kni", across, series).reshape(size, _COMMON)
+    matrix[:size, size:] = np.einsum("iktj,tjn->kni", across, series).reshape(size, count)
     matrix[size:, :size] = matrix[:size, size:].T
     matrix[size:, size:] = np.einsum("toi,toj->ij", lever, lever)
     gradient[size:] = np.einsum("toi,to->i", lever, residual)
 
-    linear = _linear(problem, change)
+    linear = linear_terms(problem, change)
     for k in range(dofs):
         rows = slice(k * terms, (k + 1) * terms)
         matrix[rows, rows] += problem.penalty[k].T @ problem.penalty[k]
@@ -387,15 +422,29 @@ def _normal_equations(
     return matrix, gradient
 
 
-def _solve(problem: _Problem) -> Solution:
-    """The change with the least sum of squares, by damped Gauss-Newton steps."""
+def solve_problem(
+    problem: Problem,
+    *,
+    start: tuple[Array, Array] | None = None,
+    smallest_gain: float = SMALLEST_GAIN,
+) -> Solution:
+    """The change and `common` with the least sum of squares, by damped Gauss-Newton steps.
+
+    Parameters
+    ----------
+    start : change and `common` to start from, near the solution; else zero, and little weight on
+        Newton's laws at first.
+    smallest_gain : relative decrease of the sum of squares at which the steps end.
+    """
     dofs, terms = len(COORDINATES), problem.series[0].shape[1]
-    change, common = np.zeros((dofs, terms)), np.zeros(_COMMON)
+    count = len(problem.prior)
+    change, common = start or (np.zeros((dofs, terms)), np.zeros(count))
     damping = 1e-4
-    for ease in EASES:
+    cost = np.inf
+    for ease in EASES[-1:] if start else EASES:
         cost = _cost(problem, change, common, ease)
         for _ in range(MOST_STEPS):
-            matrix, gradient = _normal_equations(problem, change, common, ease)
+            matrix, gradient = normal_equations(problem, change, common, ease)
             diagonal = np.diag(matrix).copy()
             before = cost
             while damping < MOST_DAMPING:
@@ -405,7 +454,7 @@ def _solve(problem: _Problem) -> Solution:
                 except LinAlgError:
                     damping *= 10.0
                     continue
-                size = len(step) - _COMMON
+                size = len(step) - count
                 tried = change - step[:size].reshape(dofs, terms), common - step[size:]
                 tried_cost = _cost(problem, *tried, ease)
                 if tried_cost < cost:
@@ -413,13 +462,13 @@ def _solve(problem: _Problem) -> Solution:
                     damping = max(0.2 * damping, 1e-8)
                     break
                 damping = max(8.0 * damping, 1e-6)
-            if before - cost < SMALLEST_GAIN * cost:
+            if before - cost < smallest_gain * cost:
                 break
         damping = 1e-4
-    matrix, _ = _normal_equations(problem, change, common, EASES[-1])
-    columns = np.eye(len(matrix))[:, -_COMMON:]
-    covariance = cho_solve(cho_factor(matrix), columns)[-_COMMON:]
-    return Solution(change, common, covariance)
+    matrix, _ = normal_equations(problem, change, common, EASES[-1])
+    columns = np.eye(len(matrix))[:, -count:]
+    covariance = cho_solve(cho_factor(matrix), columns)[-count:]
+    return Solution(change, common, covariance, cost)
 
 
 def solve(
@@ -441,7 +490,8 @@ def solve(
     shift_sd : m, what is known beforehand of how far the centre of pressure of each plate is too
         far forward; 0: it is right.
     """
-    return _solve(_problem(reference, record, model, contact, accuracy or Accuracy(), shift_sd))
+    problem = fit_problem(reference, record, model, contact, accuracy or Accuracy(), shift_sd)
+    return solve_problem(problem)
 
 
 def fitted(

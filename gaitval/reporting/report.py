@@ -151,32 +151,73 @@ def _correction(values: Json | None) -> dict[str, Any] | None:
     }
 
 
+_AXIS = 3.0
+"""Prior SDs that the drawing of a parameter reaches to on both sides."""
+
+
 def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of mu, with positions between the bounds as percentages for the drawing."""
+    """Rows of mu and of combinations, with places on an axis of prior SDs as percentages."""
     if identification is None:
         return None
-    rows = []
-    keys = ("names", "nominal", "identified", "standard_deviation", "lower", "upper", "on_bound")
-    for values in zip(*(identification[key] for key in keys), strict=True):
-        row = dict(zip(keys, values, strict=True))
-        width = row["upper"] - row["lower"]
+    keys = {
+        "names": "name",
+        "nominal": "prior_mean",
+        "prior_standard_deviation": "prior_sd",
+        "posterior_mean": "mean",
+        "standard_deviation": "sd",
+        "identified": "used",
+        "verdicts": "verdict",
+    }
+    rows = [
+        dict(zip(keys.values(), values, strict=True))
+        for values in zip(*(identification[key] for key in keys), strict=True)
+    ]
+    rows += [
+        {
+            "name": each["name"] + ", m",
+            "prior_mean": 0.0,
+            "prior_sd": each["prior_standard_deviation"],
+            "mean": each["mean"],
+            "sd": each["standard_deviation"],
+            "used": None,
+            "verdict": each["verdict"],
+        }
+        for each in identification["combinations"]
+    ]
 
-        def place(value: float, row: Json = row, width: float = width) -> float:
-            share = (value - row["lower"]) / width if width > 0 else 0.5
-            return 100.0 * min(1.0, max(0.0, share))
+    def place(z: float) -> float:
+        return 50.0 * (1.0 + min(1.0, max(-1.0, z / _AXIS)))
 
-        low, high = (
-            place(row["identified"] + sign * row["standard_deviation"]) for sign in (-1.0, 1.0)
+    for row in rows:
+        at, width = (
+            (row["mean"] - row["prior_mean"]) / row["prior_sd"],
+            row["sd"] / row["prior_sd"],
         )
         row |= {
-            "name": str(row["names"]).replace("_", " "),
-            "nominal_place": place(row["nominal"]),
-            "identified_place": place(row["identified"]),
-            "spread_place": low,
-            "spread_width": high - low,
+            "name": str(row["name"]).replace("_", " "),
+            "contraction": width,
+            "place": place(at),
+            "prior_place": place(-1.0),
+            "prior_width": place(1.0) - place(-1.0),
+            "spread_place": place(at - width),
+            "spread_width": place(at + width) - place(at - width),
         }
-        rows.append(row)
     return rows
+
+
+def _correlated(identification: Json | None) -> list[dict[str, Any]]:
+    """Pairs of parameters that the record tells apart badly, the strongest first."""
+    if identification is None:
+        return []
+    names = [str(name).replace("_", " ") for name in identification["names"]]
+    matrix = identification["correlation"]
+    pairs = [
+        {"first": names[i], "second": names[j], "r": matrix[i][j]}
+        for i in range(len(names))
+        for j in range(i)
+        if abs(matrix[i][j]) >= 0.4
+    ]
+    return sorted(pairs, key=lambda pair: -abs(pair["r"]))[:6]
 
 
 def _csv(path: Path) -> list[dict[str, str]] | None:
@@ -402,6 +443,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics["identification"]),
+        "correlated": _correlated(metrics["identification"]),
         "correction": _correction(metrics["correction"]),
         "spatiotemporal": [
             {**row, "label": _SPATIOTEMPORAL[row["name"]]} for row in walk["spatiotemporal"]

@@ -55,12 +55,28 @@ MUJOCO_STEPS = 4
 
 @dataclass(frozen=True)
 class WalkingTask:
-    """What a policy is trained for: a body, the person's gait, and all constants."""
+    """What a policy is trained for: a body, the person's gait, and all constants.
+
+    Attributes
+    ----------
+    model : the body as scaled, to which mu is applied.
+    reference_mu : (14,) mu of the body that the reference was made for; None for the nominal ones.
+    """
 
     model: BodyModel
     record: GaitRecord
     reference: ReferenceMotion
     configuration: Configuration
+    reference_mu: Array | None = None
+
+    @property
+    def reference_body(self) -> BodyModel:
+        """The body that the reference was made for."""
+        return (
+            self.model
+            if self.reference_mu is None
+            else apply_parameters(self.model, self.reference_mu)
+        )
 
     @classmethod
     def of(
@@ -69,10 +85,15 @@ class WalkingTask:
         record: GaitRecord,
         configuration: Configuration,
         accuracy: RecordAccuracy | None = None,
+        *,
+        mu: Array | None = None,
     ) -> "WalkingTask":
-        """The task with the reference motion of a record, as accurate as told, on a model."""
-        reference = consistent_reference(record, model, configuration.contact, accuracy)
-        return cls(model, record, reference, configuration)
+        """The task with the reference motion of a record, as accurate as told, on a model, which
+        has the parameters mu (14,).
+        """
+        body = model if mu is None else apply_parameters(model, mu)
+        reference = consistent_reference(record, body, configuration.contact, accuracy)
+        return cls(model, record, reference, configuration, mu)
 
 
 def _outside_engine(

@@ -12,6 +12,7 @@ from gaitval.errors import ArtefactError
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
 from gaitval.study.stage import Observer, open_run, run_stage
 from gaitval.study.stages import (
+    identified_reference_stage,
     metrics_of,
     push_stage,
     reference_stage,
@@ -146,7 +147,12 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
         open_run(subject, configuration, Path(temporary), observer) as run,
     ):
         copy_files(baseline, run.folder, STORED_FILES[2:-1])
-        for stage in (scale_stage, reference_stage, partial(simulate_stage, witness=not quick)):
+        for stage in (
+            scale_stage,
+            reference_stage,
+            identified_reference_stage,
+            partial(simulate_stage, witness=not quick),
+        ):
             run_stage(stage(run), run.folder, observer=observer)
         if quick:
             return metrics_of(run, pushes=None)

@@ -40,6 +40,8 @@ def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
 
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
 """The compared rollout with each mu, as far as it is compared."""
+IDENTIFIED = "identified.npz"
+"""The reference motion of the identified body."""
 WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 WALKS = "rollouts/walks.json"
@@ -105,9 +107,29 @@ def corrected_task(run: Run) -> "WalkingTask":
     """The task with the corrected reference, for the rollouts that are validated."""
     from gaitval.reference.adjustment import Adjustment, adjusted
 
-    task, path = walking_task(run), run.folder / "correction.json"
+    task, path = identified_task(run), run.folder / "correction.json"
     correction = Adjustment.from_dict(read_json(path), str(path))
-    return replace(task, reference=adjusted(task.reference, task.model, correction))
+    return replace(task, reference=adjusted(task.reference, task.reference_body, correction))
+
+
+def identified_task(run: Run, folder: str = ".") -> "WalkingTask":
+    """The task with the reference that was made for the identified body.
+
+    Parameters
+    ----------
+    folder : with `identification.json` and `identified.npz`, inside the run's; a prediction has
+        neither, and walks with the body as scaled.
+    """
+    from gaitval.reference.motion import ReferenceMotion
+
+    task, here = walking_task(run), run.folder / folder
+    if not (here / IDENTIFIED).is_file():
+        return task
+    return replace(
+        task,
+        reference=ReferenceMotion.load(here / IDENTIFIED),
+        reference_mu=body_parameters(here / "identification.json"),
+    )
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:

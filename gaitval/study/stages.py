@@ -1,12 +1,17 @@
 """The stages of a run, from scaling to the report, each as a `Stage`."""
 
+import shutil
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gaitval.simulation.walker import WalkingTask
 
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.study.inputs import (
+    IDENTIFIED,
     POLICY_FILES,
     ROLLOUTS,
     WALKS,
@@ -14,6 +19,7 @@ from gaitval.study.inputs import (
     body_parameters,
     copy_files,
     corrected_task,
+    identified_task,
     start_kind,
     start_policy,
     stored_policy,
@@ -71,18 +77,27 @@ def train_stage(run: Run, round_number: int) -> Stage:
     start = f"{before}/policy" if round_number > 1 else "start"
     has_start = round_number > 1 or (run.folder / start).exists()
     earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
+    if round_number > 1:
+        found = ("identification/identification.json", f"identification/{IDENTIFIED}")
+        earlier += [f"{before}/{name}" for name in (*found, "epsilon.json")]
     samples = {
         "scratch": training.samples,
         "general": training.transfer_samples,
         "warm": training.refinement_samples,
     }[start_kind(run.folder) if round_number == 1 else "warm"]
 
+    def trained_task() -> "WalkingTask":
+        """Later rounds train for the identified body, if the record supports it."""
+        if round_number == 1 or not supported(read_json(run.folder / before / "epsilon.json")):
+            return walking_task(run)
+        return identified_task(run, f"{before}/identification")
+
     def train() -> None:
         from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
         policy = train(
-            walking_task(run),
+            trained_task(),
             run.folder / here,
             samples=samples,
             start=start_policy(run, run.folder / start) if has_start else None,
@@ -102,41 +117,80 @@ def train_stage(run: Run, round_number: int) -> Stage:
 
 
 def identify_stage(run: Run, round_number: int) -> Stage:
-    """One identification of Algorithm 1, of the policy of the same round."""
+    """Record and scaled body → posterior of mu, and the reference of the identified body.
+
+    No policy has a part in it, so later rounds of Algorithm 1 take over what the first one found.
+    """
     here = f"rounds/{round_number}/identification"
-    policy = f"rounds/{round_number}/policy"
-    before = f"rounds/{round_number - 1}/identification/identification.json"
-    values = run.sections(*LEARNING_SECTIONS, "identification")
-    # More rounds, or another threshold, do not change the result of one round.
+    before = f"rounds/{round_number - 1}/identification"
+    names = ("identification.json", IDENTIFIED)
+    values = run.sections("seed", "contact", "record", "noise", "identification", "randomisation")
+    # More rounds, or another threshold, do not change what is found.
     for name in ("rounds", "kappa"):
         del values["identification"][name]
 
     def identify() -> None:
         from gaitval.identification.identify import identify
+        from gaitval.identification.prior import prior_sd
         from gaitval.metrics.results import FoundParameters
+        from gaitval.model.urdf import read_urdf
+        from gaitval.prediction.told import quantities_told
 
+        if round_number > 1:
+            copy_files(run.folder / before, run.folder / here, names)
+            return
+        told, model = run.told(), read_urdf(run.folder / "model.urdf")
         found = identify(
-            walking_task(run),
-            stored_policy(run, run.folder / policy),
+            told.record,
+            model,
+            prior_sd(run.subject),
+            run.configuration,
             run.folder / here,
-            start=body_parameters(run.folder / before) if round_number > 1 else None,
+            kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
             on_progress=run.observer.progress,
         )
         result = FoundParameters(**found.as_dict())
         write_json(run.folder / here / "identification.json", result.as_dict())
+        save_identified_reference(run, run.folder / here)
 
     return Stage(
         f"identify-{round_number}",
         identify,
         inputs=(
+            "subject.toml",
             "model.urdf",
-            "reference.npz",
-            *(f"{policy}/{name}" for name in POLICY_FILES),
-            *([before] if round_number > 1 else []),
+            *([f"{before}/{name}" for name in names] if round_number > 1 else []),
         ),
-        outputs=(f"{here}/identification.json",),
+        outputs=tuple(f"{here}/{name}" for name in names),
         values=values,
         workspace=here,
+    )
+
+
+def save_identified_reference(run: Run, folder: Path) -> None:
+    """Write the reference of the body in a folder's `identification.json` beside it."""
+    from gaitval.model.parameters import apply_parameters, nominal_parameters
+    from gaitval.model.urdf import read_urdf
+    from gaitval.reference.dynamic_fit import consistent_reference
+
+    told, model = run.told(), read_urdf(run.folder / "model.urdf")
+    mu = body_parameters(folder / "identification.json")
+    geometry = nominal_parameters()
+    geometry[2:] = mu[2:]
+    reference = consistent_reference(
+        told.record, apply_parameters(model, geometry), run.configuration.contact, told.accuracy
+    )
+    reference.save(folder / IDENTIFIED)
+
+
+def identified_reference_stage(run: Run) -> Stage:
+    """The reference of the identified body of a stored run, which does not contain it."""
+    return Stage(
+        "identified",
+        lambda: save_identified_reference(run, run.folder),
+        inputs=("subject.toml", "model.urdf", "identification.json"),
+        outputs=(IDENTIFIED,),
+        values=run.sections("contact", "record"),
     )
 
 
@@ -158,9 +212,10 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
         errors = {}
-        for which in ("nominal", "identified"):
+        tasks = {"nominal": task, "identified": identified_task(run, f"{here}/identification")}
+        for which, each in tasks.items():
             rollout = roll_out(
-                task,
+                each,
                 policy,
                 mu=body_parameters(run.folder / identification, which),
                 start_phase=validation.start_phases[0],
@@ -184,6 +239,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             "model.urdf",
             "reference.npz",
             identification,
+            f"{here}/identification/{IDENTIFIED}",
             *(f"{here}/policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(f"{here}/epsilon.json",),
@@ -207,8 +263,12 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             run.folder / "policy" / "training.csv",
         )
         searched = read_json(source / "identification" / "identification.json")
+        reference = source / "identification" / IDENTIFIED
         if not supported(errors[best - 1]):
             searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
+            reference = run.folder / "reference.npz"
+        with replacing(run.folder / IDENTIFIED) as temporary:
+            shutil.copyfile(reference, temporary)
         found = IdentificationResult(
             **searched,
             chosen_round=best,
@@ -224,18 +284,23 @@ def choose_stage(run: Run, rounds: int) -> Stage:
     return Stage(
         "choose",
         choose,
-        inputs=tuple(
-            f"rounds/{number}/{name}"
-            for number in numbers
-            for name in (
-                *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
-                "identification/identification.json",
-                "epsilon.json",
-            )
+        inputs=(
+            "reference.npz",
+            *(
+                f"rounds/{number}/{name}"
+                for number in numbers
+                for name in (
+                    *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
+                    "identification/identification.json",
+                    f"identification/{IDENTIFIED}",
+                    "epsilon.json",
+                )
+            ),
         ),
         outputs=(
             *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
             "identification.json",
+            IDENTIFIED,
         ),
     )
 
@@ -275,7 +340,7 @@ def correct_stage(run: Run) -> Stage:
         from gaitval.learning_control.correct import correct
 
         result = correct(
-            walking_task(run),
+            identified_task(run),
             stored_policy(run, run.folder / "policy"),
             body_parameters(run.folder / "identification.json"),
             on_progress=run.observer.progress,
@@ -290,6 +355,7 @@ def correct_stage(run: Run) -> Stage:
             "subject.toml",
             "model.urdf",
             "reference.npz",
+            IDENTIFIED,
             "identification.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
@@ -363,6 +429,7 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         inputs=(
             "model.urdf",
             "reference.npz",
+            IDENTIFIED,
             "identification.json",
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
@@ -399,6 +466,7 @@ def push_stage(run: Run) -> Stage:
         inputs=(
             "model.urdf",
             "reference.npz",
+            IDENTIFIED,
             "identification.json",
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),

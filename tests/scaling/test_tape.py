@@ -9,14 +9,22 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject
-from gaitval.scaling.tape import ANKLE_FACTOR, FOOT, PELVIC_TILT, PELVIS_WIDTH, measure_by_tape
+from gaitval.scaling.tape import (
+    ANKLE_FACTOR,
+    FOOT,
+    PELVIC_TILT,
+    PELVIS_WIDTH,
+    SHANK,
+    THIGH,
+    measure_by_tape,
+)
 
 
 def test_stature_alone_gives_winters_lengths():
     body = measure_by_tape(height_m=1.80)
     assert body.right is body.left
-    assert body.right.thigh == pytest.approx(0.245 * 1.80)
-    assert body.right.shank == pytest.approx(0.246 * 1.80)
+    assert body.right.thigh == pytest.approx(THIGH * 1.80)
+    assert body.right.shank == pytest.approx(SHANK * 1.80)
     assert body.right.foot_length == pytest.approx(0.152 * 1.80, rel=1e-3)
     leg = body.right.thigh + body.right.shank + body.right.ankle_height
     assert body.hip_height == pytest.approx(leg)
@@ -37,7 +45,7 @@ def test_taped_lengths_are_taken():
 def test_a_taped_hip_height_is_shared_by_what_was_not_measured():
     body = measure_by_tape(height_m=1.70, hip_height=0.92, ankle_height=0.08)
     assert body.right.thigh + body.right.shank == pytest.approx(0.84)
-    assert body.right.thigh / body.right.shank == pytest.approx(0.245 / 0.246)
+    assert body.right.thigh / body.right.shank == pytest.approx(THIGH / SHANK)
     one = measure_by_tape(height_m=1.70, hip_height=0.92, ankle_height=0.08, thigh=0.43)
     assert one.right.shank == pytest.approx(0.41)
     assert one.sources["thigh"] == "tape"
@@ -76,8 +84,8 @@ def test_a_person_without_markers_is_scaled_by_stature():
     scaled = scale_subject(PERSON)
     assert scaled.model.mass == pytest.approx(PERSON.mass_kg)
     thigh, shank, *_ = scaled.table
-    assert thigh.length_m == pytest.approx(0.245 * PERSON.height_m)
-    assert thigh.source.startswith("stature; SD 14-21 mm")
+    assert thigh.length_m == pytest.approx(THIGH * PERSON.height_m)
+    assert thigh.source.startswith("stature as in WBDS; SD 14-21 mm")
     assert shank.factor == pytest.approx(1.0)
     lengths = {row.segment: row.length_m for row in scaled.table}
     standing = ("ankle height", "shank", "thigh", "lower trunk", "middle trunk", "upper trunk")
@@ -90,11 +98,12 @@ def test_a_subject_file_without_markers_can_be_scaled():
     subject = make_subject(values, "S05 without markers")
     model = scale_subject(subject).model
     assert model.name == "S05"
-    assert -model["shank_r"].joint_position[2] == pytest.approx(0.245 * subject.height_m)
+    assert -model["shank_r"].joint_position[2] == pytest.approx(THIGH * subject.height_m)
 
 
 def test_population_means_are_those_of_the_built_in_subjects():
     widths, ankles, tilts, feet = [], [], [], {name: [] for name in FOOT}
+    thighs, shanks = [], []
     for subject in builtin_subjects():
         right, left = (np.array(subject.markers[f"{side}.ASIS"]) for side in "RL")
         widths.append(np.linalg.norm(right - left) / subject.height_m)
@@ -102,6 +111,8 @@ def test_population_means_are_those_of_the_built_in_subjects():
         tilts.append(body.pelvic_tilt)
         for leg in (body.right, body.left):
             ankles.append(leg.ankle_height / subject.height_m / 0.039)
+            thighs.append(leg.thigh / subject.height_m)
+            shanks.append(leg.shank / subject.height_m)
             floor = [0.0, 0.0, leg.ankle_height]
             for name, place in (
                 ("heel", leg.heel),
@@ -109,6 +120,8 @@ def test_population_means_are_those_of_the_built_in_subjects():
             ):
                 feet[name].append((place + floor) / leg.foot_length)
     assert np.mean(widths) == pytest.approx(PELVIS_WIDTH, abs=5e-4)
+    assert np.mean(thighs) == pytest.approx(THIGH, abs=6e-5)
+    assert np.mean(shanks) == pytest.approx(SHANK, abs=6e-5)
     assert np.mean(ankles) == pytest.approx(ANKLE_FACTOR, abs=6e-3)
     assert np.mean(tilts) == pytest.approx(PELVIC_TILT, abs=np.radians(0.06))
     for name, places in feet.items():

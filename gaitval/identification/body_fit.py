@@ -1,0 +1,336 @@
+"""The posterior of the body parameters mu, from a record and how the body was measured.
+
+A candidate body must be able to walk as recorded: with its feet on the ground where the treadmill
+takes them, carried by the contact law, without a force on the pelvis. How far a motion of that body
+must depart from the recorded curves is what tells one body from another. So the motion and mu are
+found together, by the fit that makes reference motions (`reference.dynamic_fit`), with mu among its
+unknowns and deviations weighed by a noise model (`NoiseSettings`): the reference is rebuilt for
+every body that is tried. No policy has a part in it; the errors of a walker from its reference are
+larger than what a body parameter changes.
+
+The result is the mode of the posterior, and its covariance from the normal equations at the mode
+(Laplace's approximation), with the motion and the laboratory's faults integrated out.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from gaitval.arrays import Array, Flags
+from gaitval.configuration import ContactSettings, NoiseSettings
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.gait.plate_correction import SHIFT_SIGNS
+from gaitval.gait.record import GaitRecord
+from gaitval.model.body import BodyModel
+from gaitval.model.contact_law import ContactLaw, contact_law
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
+from gaitval.reference.dynamic_fit import (
+    HARMONICS,
+    INSTANTS,
+    Accuracy,
+    Problem,
+    Solution,
+    fit_problem,
+    linear_terms,
+    normal_equations,
+    solve_problem,
+    weighted_laws,
+)
+from gaitval.reference.motion import FEED_FORWARD, ReferenceMotion, build_reference
+from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS
+
+_PLATES: Final = 2
+"""First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
+_BODY: Final = _PLATES + 1
+"""First of the numbers that are mu, in units of the prior's SD."""
+_HELD: Final = 1e6
+"""1 / prior SD of a number that is not to be found."""
+_NUISANCES: Final = _BODY + len(PARAMETERS)
+"""First of the errors of the laboratory's joint centres, in units of their SD."""
+_SHOWN: Final = slice(2, len(PARAMETERS))
+"""Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
+recorded, and friction does not matter to a foot that does not slip: the record says nothing of
+either, and the smoothing of the contact law must not either."""
+_CENTRES: Final = tuple(
+    (name, side)
+    for side in SIDES
+    for name in ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction")
+)
+"""Moments about a joint centre that the laboratory has in the wrong place."""
+
+
+_CHORDS: Final = 12
+_CHORD_GAIN: Final = 0.02
+"""Most chord steps, and the decrease of the sum of squares at which they end."""
+
+
+@dataclass(frozen=True)
+class BodyPosterior:
+    """Gaussian approximation of the posterior of mu; arrays in the order of `PARAMETERS`.
+
+    Attributes
+    ----------
+    mean : (14,) mode.
+    covariance : (14, 14).
+    prior_mean, prior_sd : (14,).
+    log_posterior : at the mode, up to a constant: minus half the sum of squares.
+    plates : (2,) m, shifts of the right and left plate at the mode.
+    """
+
+    mean: Array
+    covariance: Array
+    prior_mean: Array
+    prior_sd: Array
+    log_posterior: float
+    plates: Array
+
+    @property
+    def sd(self) -> Array:
+        """(14,) standard deviations."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def contraction(self) -> Array:
+        """(14,) posterior SD / prior SD."""
+        return np.asarray(self.sd / self.prior_sd)
+
+
+class BodyFit:
+    """The joint fit of motion and mu to one record.
+
+    Parameters
+    ----------
+    record : with moments and forces.
+    model : as scaled.
+    prior_sd : (14,) of mu about the nominal parameters.
+    plate_sd : m, (right, left), of the shifts of the plates about those that the record was
+        corrected for.
+    """
+
+    def __init__(
+        self,
+        record: GaitRecord,
+        model: BodyModel,
+        contact: ContactSettings,
+        noise: NoiseSettings,
+        *,
+        prior_sd: Array,
+    ) -> None:
+        self.reference = build_reference(record, model, contact)
+        self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
+        self._model, self._contact, self._noise = model, contact, noise
+        self.problem = self._problem(record)
+
+    def body(self, mu: Array) -> tuple[Tree, ContactLaw]:
+        """The body with parameters mu (14,), and the ground under it."""
+        return tree_arrays(apply_parameters(self._model, mu)), contact_law(
+            self._contact, float(mu[1])
+        )
+
+    def mu(self, common: Array) -> Array:
+        """The parameters (14,) among a solution's `common`."""
+        return self.prior_mean + self.prior_sd * common[_BODY:_NUISANCES]
+
+    def _problem(self, record: GaitRecord) -> Problem:
+        noise, model = self._noise, self._model
+        plain = fit_problem(self.reference, record, model, self._contact, Accuracy(), noise.plate)
+        count = _NUISANCES + len(_CENTRES)
+        lever = np.zeros((*plain.lever.shape[:2], count))
+        lever[..., :_BODY] = plain.lever
+        weights = _law_weights(plain.weight, model.mass, noise)
+        for index, (name, side) in enumerate(_CENTRES):
+            row = COORDINATES.index(f"{name}_{side[0]}")
+            vertical = plain.target[:, FOOT + FOOT_NUMBERS * SIDES.index(side) + 2]
+            sign = SHIFT_SIGNS.get(name, 1.0)
+            lever[:, row, _NUISANCES + index] = sign * noise.joint_centre * vertical
+        penalty, miss = _angle_terms(self.reference, plain, noise)
+        prior = np.ones(count)
+        prior[:_BODY] = plain.prior
+        return plain._replace(
+            bodies=lambda common: self.body(self.mu(common)),
+            varied=tuple(range(_BODY, _NUISANCES))[_SHOWN],
+            lever=lever,
+            weight=weights,
+            penalty=penalty,
+            miss=miss,
+            prior=prior,
+        )
+
+    def solve(
+        self,
+        *,
+        fixed: Array | None = None,
+        free: Flags | None = None,
+        start: Solution | None = None,
+        smallest_gain: float = 1e-4,
+    ) -> Solution:
+        """The most likely motion and mu.
+
+        Parameters
+        ----------
+        fixed : (14,) mu that is held instead of found.
+        free : (14,) bool, parameters that are found; the others stay at the prior's mean.
+        start : a solution nearby.
+        """
+        problem = self.problem
+        begin = None if start is None else (start.change.copy(), start.common.copy())
+        prior = problem.prior.copy()
+        if free is not None:
+            prior[_BODY:_NUISANCES][~free] = _HELD
+        if fixed is not None:
+            unit = np.zeros(len(prior))
+            unit[_BODY:_NUISANCES] = (fixed - self.prior_mean) / self.prior_sd
+            whole = problem.bodies
+            problem = problem._replace(bodies=lambda common: whole(common + unit), varied=())
+            prior[_BODY:_NUISANCES] = _HELD
+        return solve_problem(
+            problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
+        )
+
+    @staticmethod
+    def looked_for() -> Flags:
+        """(14,) which parameters the fit can say anything about."""
+        found = np.zeros(len(PARAMETERS), dtype=bool)
+        found[_SHOWN] = True
+        return found
+
+    def near(self, solution: Solution, mu: Array) -> Solution:
+        """The solution with another mu (14,), to start from."""
+        common = solution.common.copy()
+        common[_BODY:_NUISANCES] = (mu - self.prior_mean) / self.prior_sd
+        return solution._replace(common=common)
+
+    def posterior(self, solution: Solution | None = None) -> BodyPosterior:
+        """The posterior of mu around the mode."""
+        found = solution or self.solve()
+        part = slice(_BODY, _NUISANCES)
+        return BodyPosterior(
+            mean=self.mu(found.common),
+            covariance=found.covariance[part, part] * np.outer(self.prior_sd, self.prior_sd),
+            prior_mean=self.prior_mean,
+            prior_sd=self.prior_sd,
+            log_posterior=-0.5 * found.cost,
+            plates=found.common[:_PLATES],
+        )
+
+
+class Profile:
+    """Sum of squares of the fit for any mu, with the motion and the laboratory's errors at their
+    best.
+
+    Near a solution all of them answer almost linearly, so the equations of the solution are used
+    for every mu (chord steps), which takes hundredths of a second instead of seconds.
+
+    Parameters
+    ----------
+    fit, solution : where the equations are taken.
+    """
+
+    def __init__(self, fit: BodyFit, solution: Solution) -> None:
+        problem = fit.problem
+        self._fit, self._problem, self._near = fit, problem, solution
+        slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
+        _, weight = weighted_laws(problem, solution.change, solution.common, 1.0, slope)
+        slope *= weight[:, :, None]
+        self._slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
+        self._series = np.stack(problem.series, axis=1)
+        self._lever = problem.lever * weight[:, :, None]
+        matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+        self._size = solution.change.size
+        body = np.arange(self._size + _BODY, self._size + _NUISANCES)
+        self._rest = np.setdiff1d(np.arange(len(matrix)), body)
+        self._factor = cho_factor(matrix[np.ix_(self._rest, self._rest)])
+        self._answer = -cho_solve(self._factor, matrix[np.ix_(self._rest, body)])
+
+    def __call__(self, mu: Array) -> float:
+        """The sum of squares at mu (14,): minus twice the log posterior, up to a constant."""
+        z = (mu - self._fit.prior_mean) / self._fit.prior_sd
+        change, common = self._near.change, self._near.common.copy()
+        step = self._answer @ (z - common[_BODY:_NUISANCES])
+        common[_BODY:_NUISANCES] = z
+        least = np.inf
+        for _ in range(_CHORDS):
+            change, common = self._moved(change, common, step)
+            residual, _ = weighted_laws(self._problem, change, common, 1.0)
+            linear = linear_terms(self._problem, change)
+            prior = self._problem.prior * common
+            cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
+            if not cost < least - _CHORD_GAIN:
+                return min(cost, least)
+            least = cost
+            step = -cho_solve(self._factor, self._gradient(residual, linear, prior)[self._rest])
+        return least
+
+    def _moved(self, change: Array, common: Array, step: Array) -> tuple[Array, Array]:
+        whole = np.zeros(self._size + len(common))
+        whole[self._rest] = step
+        moved = change + whole[: self._size].reshape(change.shape)
+        return moved, common + whole[self._size :]
+
+    def _gradient(self, residual: Array, linear: Array, prior: Array) -> Array:
+        by_rate = np.matmul(self._slope, residual[:, :, None]).reshape(len(residual), 3, -1)
+        motion = np.einsum("tjk,tjn->kn", by_rate, self._series, optimize=True)
+        motion += np.einsum("krn,kr->kn", self._problem.penalty, linear, optimize=True)
+        common = np.einsum("toi,to->i", self._lever, residual, optimize=True)
+        return np.concatenate([motion.ravel(), common + self._problem.prior * prior])
+
+
+def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
+    """Weights (T, 48) of the laws' numbers: those of Newton's laws and of the trunk stay, those of
+    moments and forces are the noise model's.
+    """
+    weights, weight = plain.copy(), mass * GRAVITY
+    norm = np.sqrt(noise.independent / INSTANTS)
+    for i, side in enumerate(SIDES):
+        place = FOOT + FOOT_NUMBERS * i
+        sizes = np.array([noise.forward_force, noise.medial_force, noise.vertical_force])
+        weights[:, place : place + 3] = norm / (sizes * weight)
+        for name in FEED_FORWARD:
+            row = COORDINATES.index(f"{name}_{side[0]}")
+            size = noise.adduction_moment if name == "hip_adduction" else noise.moment
+            weights[:, row] = norm / (size * mass)
+    return weights
+
+
+def angle_sd(noise: NoiseSettings) -> Array:
+    """Standard deviation (1 + 2 H,) rad of the mean, the cosines and the sines of a measured
+    angle's error: an offset, and a waveform whose harmonics fall off with the square of their
+    number beyond `noise.angle_harmonics`.
+    """
+    harmonic = np.arange(1, HARMONICS + 1)
+    size = np.minimum(1.0, (noise.angle_harmonics / harmonic) ** 2)
+    size *= noise.angle / np.sqrt(np.sum(size**2))
+    return np.concatenate([[noise.angle_offset], size, size])
+
+
+def _angle_terms(
+    reference: ReferenceMotion, plain: Problem, noise: NoiseSettings
+) -> tuple[Array, Array]:
+    """Penalties of the recorded angles by harmonic, instead of by instant; see `Problem`."""
+    series = plain.series[0]
+    instants, terms = series.shape
+    penalty, miss = plain.penalty.copy(), plain.miss.copy()
+    whiten = np.diag(1.0 / angle_sd(noise))
+    recorded = [*range(3), *(ROOT_DOFS + i for i, name in enumerate(ACTUATED) if _is_angle(name))]
+    for k in recorded:
+        penalty[k], miss[k] = 0.0, 0.0
+        penalty[k, :terms] = whiten
+        if k >= ROOT_DOFS:
+            miss[k, 0] = whiten[0, 0] * reference.offsets[k - ROOT_DOFS]
+    assert terms <= instants
+    return penalty, miss
+
+
+def _is_angle(name: str) -> bool:
+    """Whether a coordinate of the reference is a recorded angle."""
+    return name.rpartition("_")[0] in {
+        "hip_flexion",
+        "hip_adduction",
+        "hip_rotation",
+        "knee_angle",
+        "ankle_angle",
+    }

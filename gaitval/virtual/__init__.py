@@ -1,0 +1,1 @@
+"""Virtual people: bodies whose parameters are known, walked and measured like real ones."""

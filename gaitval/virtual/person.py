@@ -1,0 +1,230 @@
+"""A virtual person: a body drawn from the prior, walked, measured with a laboratory's errors.
+
+The body is that of a built-in subject as scaled, changed by parameters mu that are drawn from the
+prior of how it was measured; so the subject's own scaling is wrong by as much as scaling is. It
+walks with the general policy, which was trained on other bodies and has not seen this one, near a
+reference made for it. The mean curves of the walk get errors of markers, joint centres and plates
+as in `configuration.NoiseSettings`, and become an ordinary subject, which knows nothing of mu.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration, NoiseSettings
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.subject import Subject, make_subject
+from gaitval.errors import GaitvalError
+from gaitval.gait.plate_correction import SHIFT_SIGNS
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.gait.sampling import SAMPLES
+from gaitval.identification.body_fit import angle_sd
+from gaitval.identification.prior import prior_sd
+from gaitval.metrics.comparison import (
+    FORCES,
+    JOINT_MOMENTS,
+    PELVIS_ANGLES,
+    Curves,
+    low_pass_of,
+    simulated_curves,
+)
+from gaitval.metrics.cycles import find_cycles, walking_speed
+from gaitval.model.parameters import apply_parameters, nominal_parameters
+from gaitval.policy.rollouts import roll_out
+from gaitval.policy.storage import Policy
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.walker import WalkingTask
+
+WIDEST: Final = 2.5
+"""Prior SDs at which draws are cut off."""
+_CYCLES: Final = 20
+_PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
+
+
+class VirtualError(GaitvalError):
+    """A virtual person does not walk."""
+
+
+@dataclass(frozen=True)
+class VirtualPerson:
+    """A virtual person.
+
+    Attributes
+    ----------
+    subject : what a laboratory would know of them.
+    truth : (14,) mu of the body that walked, relative to the subject's scaling.
+    """
+
+    subject: Subject
+    truth: Array
+
+
+def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
+    """Mu (14,) from the prior, cut off at `WIDEST`; damping and friction stay positive."""
+    while True:
+        z = random.standard_normal(len(sd))
+        mu = nominal_parameters() + sd * z
+        if np.abs(z).max() <= WIDEST and mu[0] >= 0.0 and mu[1] >= 0.4:
+            return np.asarray(mu)
+
+
+def virtual_person(
+    number: int, seed: int, person: Subject, policy: Policy, configuration: Configuration
+) -> VirtualPerson:
+    """The virtual person of this number and seed.
+
+    Parameters
+    ----------
+    person : whose scaled body and record it is drawn around.
+    policy : that walks it, `reports/general`.
+
+    Raises
+    ------
+    VirtualError : they fall.
+    """
+    random = np.random.default_rng([seed, number])
+    truth = drawn_parameters(prior_sd(person), random)
+    scaled = scale_subject(person).model
+    body = apply_parameters(scaled, truth)
+    reference = consistent_reference(person.record(), body, configuration.contact)
+    task = WalkingTask(body, person.record(), reference, configuration)
+    walking = nominal_parameters()
+    walking[:2] = truth[:2]
+    settling = configuration.validation.settling_cycles
+    walk = roll_out(
+        task, policy, mu=walking, start_phase=0.0, cycles=settling + _CYCLES + 2, engine="compiled"
+    )
+    if walk.fell[0]:
+        raise VirtualError(f"virtual person {number} of seed {seed} falls.")
+    curves, values = _seen(walk, task, truth[0])
+    noisy = with_errors(curves, values["left_phase"], configuration.noise, random)
+    subject = _subject(number, seed, person, noisy, values)
+    return VirtualPerson(subject, truth)
+
+
+def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict[str, Any]]:
+    """Mean curves of a walk, SI units, and its timing. A laboratory's moments are those of inverse
+    dynamics, so they contain the passive ones.
+    """
+    configuration = task.configuration
+    cycles = find_cycles(walk, configuration).first(_CYCLES)
+    net = replace(walk, moments=walk.moments - damping * walk.velocities[:, 6:])
+    each = simulated_curves(
+        net,
+        cycles,
+        mass=task.model.mass,
+        filters=low_pass_of(task.record, configuration.validation.filter_frequency),
+    )
+    mean = Curves(
+        **{
+            kind: {name: curve.mean(axis=0) for name, curve in getattr(each, kind).items()}
+            for kind in ("angles", "moments", "forces")
+        }
+    )
+    step = float(walk.time[1] - walk.time[0])
+    starts = {side: cycles.starts[side] for side in SIDES}
+    stride = float(np.mean(cycles.ends["right"] - starts["right"])) * step
+    left = np.array(
+        [starts["left"][starts["left"] > first][0] - first for first in starts["right"][:-1]]
+    )
+    speed = walking_speed(walk, cycles)
+    assert speed is not None
+    return mean, {
+        "walking_speed_m_s": speed,
+        "stride_time_s": stride,
+        "left_phase": float(left.mean()) * step / stride,
+    }
+
+
+def _wave(sd: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    """Coefficients of an error over the cycle: cosines and sines with these SDs (H,)."""
+    return sd * random.standard_normal(len(sd)), sd * random.standard_normal(len(sd))
+
+
+def _at(phase: Array, mean: float, wave: tuple[Array, Array]) -> Array:
+    angle = 2.0 * np.pi * np.outer(phase, np.arange(1, len(wave[0]) + 1))
+    return np.asarray(mean + np.cos(angle) @ wave[0] + np.sin(angle) @ wave[1])
+
+
+def with_errors(
+    curves: Curves,
+    left_phase: float,
+    noise: NoiseSettings,
+    random: np.random.Generator,
+) -> Curves:
+    """The curves (101,) as a laboratory would measure them.
+
+    Right and left curves of the pelvis are of one pelvis, and so is its error. A plate that is out
+    of place and a joint centre that is in the wrong place change moments by the vertical force
+    times that distance.
+    """
+    sd = angle_sd(noise)
+    harmonics = (len(sd) - 1) // 2
+    found = Curves({}, {}, {})
+
+    def angle_error() -> tuple[float, tuple[Array, Array]]:
+        return sd[0] * random.standard_normal(), _wave(sd[1 : 1 + harmonics], random)
+
+    for name in RECORDED_ANGLES:
+        for side in SIDES:
+            key = f"{name}_{side[0]}"
+            found.angles[key] = curves.angles[key] + _at(_PERCENT, *angle_error())
+    for name in PELVIS_ANGLES:
+        mean, wave = angle_error()
+        sign = 1.0 if name == "pelvis_tilt" else -1.0
+        found.angles[f"{name}_r"] = curves.angles[f"{name}_r"] + _at(_PERCENT, mean, wave)
+        left = sign * _at(_PERCENT + left_phase, mean, wave)
+        found.angles[f"{name}_l"] = curves.angles[f"{name}_l"] + left
+    # a curve is worth `independent` numbers: so many cosines and sines of equal size
+    count = max(1, round(noise.independent / 2))
+
+    def wave_error(size: float) -> Array:
+        return _at(_PERCENT, 0.0, _wave(np.full(count, size / np.sqrt(count)), random))
+
+    sizes = dict(
+        zip(FORCES, (noise.forward_force, noise.medial_force, noise.vertical_force), strict=True)
+    )
+    for side in SIDES:
+        vertical = curves.forces[f"vertical_{side[0]}"]
+        plate = noise.plate * random.standard_normal()
+        for name in JOINT_MOMENTS:
+            key = f"{name}_{side[0]}"
+            size = noise.adduction_moment if name == "hip_adduction" else noise.moment
+            centre = noise.joint_centre * random.standard_normal()
+            away = SHIFT_SIGNS.get(name, 0.0) * plate + SHIFT_SIGNS.get(name, 1.0) * centre
+            error = away * vertical * GRAVITY + wave_error(size)
+            found.moments[key] = curves.moments[key] + error
+        for name in FORCES:
+            key = f"{name}_{side[0]}"
+            found.forces[key] = curves.forces[key] + wave_error(sizes[name]) * (vertical > 0.0)
+    return found
+
+
+def _subject(
+    number: int, seed: int, person: Subject, curves: Curves, values: dict[str, Any]
+) -> Subject:
+    """An ordinary subject of these curves, with the standing measurements of `person`."""
+    forces = {}
+    for side in SIDES:
+        forward, medial, up = (curves.forces[f"{name}_{side[0]}"] for name in FORCES)
+        left = medial if side == "right" else -medial
+        forces[side] = np.column_stack([forward, left, up])
+    mean = MeanCurves(angles=curves.angles, moments=curves.moments, forces=forces, seam=())
+    where = f"virtual person {number} of seed {seed}"
+    found = gait_values(mean, where)
+    kept = ("sex", "age_years", "mass_kg", "height_m", "leg_length_m", "markers", "tape",
+            "measurements")  # fmt: skip
+    own = {name: getattr(person, name) for name in kept}
+    about = {
+        "identifier": f"V{seed}_{number:03d}",
+        "source": f"V{seed}-{number:03d} T01",
+        "citation": f"gaitval virtual, around {person.source}: {person.citation}",
+        "licence": person.licence,
+    }
+    return make_subject(own | about | values | found, where)
