@@ -25,6 +25,7 @@ ORDER = (
     "session",
     "reporting",
     "learning_control",
+    "virtual",
     "identification",
     "metrics",
     "policy",

@@ -310,9 +310,12 @@ def angle_sd(noise: NoiseSettings) -> Array:
 def _angle_terms(
     reference: ReferenceMotion, plain: Problem, noise: NoiseSettings
 ) -> tuple[Array, Array]:
-    """Penalties of the recorded angles by harmonic, instead of by instant; see `Problem`."""
+    """Penalties of the recorded angles by harmonic, instead of by instant; see `Problem`. The mean
+    place of the pelvis is free.
+    """
     series = plain.series[0]
     instants, terms = series.shape
+    assert terms <= instants
     penalty, miss = plain.penalty.copy(), plain.miss.copy()
     whiten = np.diag(1.0 / angle_sd(noise))
     recorded = [*range(3), *(ROOT_DOFS + i for i, name in enumerate(ACTUATED) if _is_angle(name))]
@@ -321,7 +324,9 @@ def _angle_terms(
         penalty[k, :terms] = whiten
         if k >= ROOT_DOFS:
             miss[k, 0] = whiten[0, 0] * reference.offsets[k - ROOT_DOFS]
-    assert terms <= instants
+    # Where the pelvis is on the whole follows from the body, not from the one that was scaled.
+    for k in range(3, ROOT_DOFS):
+        penalty[k, :instants] -= penalty[k, :instants].mean(axis=0)
     return penalty, miss
 
 

@@ -43,6 +43,8 @@ from gaitval.simulation.walker import WalkingTask
 
 WIDEST: Final = 2.5
 """Prior SDs at which draws are cut off."""
+_LOADED: Final = 0.2
+"""Body weights from which on the error of a force is whole."""
 _CYCLES: Final = 20
 _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
@@ -192,6 +194,8 @@ def with_errors(
     )
     for side in SIDES:
         vertical = curves.forces[f"vertical_{side[0]}"]
+        # a plate without a foot on it shows none
+        loaded = np.clip(vertical / _LOADED, 0.0, 1.0)
         plate = noise.plate * random.standard_normal()
         for name in JOINT_MOMENTS:
             key = f"{name}_{side[0]}"
@@ -202,7 +206,7 @@ def with_errors(
             found.moments[key] = curves.moments[key] + error
         for name in FORCES:
             key = f"{name}_{side[0]}"
-            found.forces[key] = curves.forces[key] + wave_error(sizes[name]) * (vertical > 0.0)
+            found.forces[key] = curves.forces[key] + loaded * wave_error(sizes[name])
     return found
 
 

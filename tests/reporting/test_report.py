@@ -58,16 +58,34 @@ def _identification() -> dict:
     nominal = [0.5, 0.8, 1.0, 1.0, 1.0, *[0.0] * 9]
     half = [0.5, 0.2, 0.05, 0.03, 0.03, *[0.01] * 9]
     share = np.linspace(-0.9, 1.0, 14)
+    found = [n + h * s for n, h, s in zip(nominal, half, share, strict=True)]
+    leg = {"prior_standard_deviation": 0.02, "mean": 0.0105, "standard_deviation": 0.005}
+    correlation = np.eye(14)
+    correlation[3, 4] = correlation[4, 3] = -0.62
     return {
         "names": names,
         "nominal": nominal,
-        "identified": [n + h * s for n, h, s in zip(nominal, half, share, strict=True)],
+        "identified": [*nominal[:3], *found[3:5], *nominal[5:13], found[13]],
+        "prior_standard_deviation": half,
+        "posterior_mean": found,
         "standard_deviation": [0.2 * h for h in half],
+        "verdicts": [
+            *["not identified"] * 3,
+            "identified",
+            "weak",
+            *["not identified"] * 8,
+            "at its bound",
+        ],
+        "correlation": correlation.tolist(),
+        "combinations": [{"name": "leg length, thigh + shank", **leg, "verdict": "identified"}],
+        "plates": [0.004, -0.002],
+        "deviance_nominal": 151.25,
+        "deviance_identified": 139.0,
+        "converged": True,
+        "search_distance": 0.1,
         "lower": [n - h for n, h in zip(nominal, half, strict=True)],
         "upper": [n + h for n, h in zip(nominal, half, strict=True)],
         "on_bound": [bool(s == 1.0) for s in share],
-        "reward_nominal": 0.8123,
-        "reward_identified": 0.8471,
         "epsilon_nominal": None,
         "epsilon_identified": None,
         "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
@@ -76,17 +94,23 @@ def _identification() -> dict:
 
 
 def _correction() -> dict:
-    """As `gaitval correct` writes it; of two measures one more is at its goal."""
+    """As `gaitval correct` writes it."""
     harmonics = np.zeros((len(JOINTS), 3))
     harmonics[JOINTS.index("knee_angle_l")] = np.deg2rad([-1.25, 0.5, 0.0])
-    rows = [("knee_angle_l", 2.6, 1.4), ("ankle_angle_l", 1.9, 1.8)]
+    rows = [
+        ("angles", "knee_angle_l", True, 2.6, 1.4),
+        ("angles", "ankle_angle_l", True, 1.9, 1.8),
+        ("angles", "pelvis_list_r", False, 0.7, 0.75),
+        ("forces", "vertical_r", True, 3.0, 2.0),
+    ]
+    keys = ("kind", "curve", "fitted", "before", "after")
     return {
         **Adjustment(harmonics, -0.0021).as_dict(),
         "errors": [0.95, 0.8, 0.71],
-        "measures": [
-            {"measure": "angle_rmse", "target": name, "aim": 2.0, "before": before, "after": after}
-            for name, before, after in rows
-        ],
+        "numbers": 170,
+        "effective_number": 101.6,
+        "refused": None,
+        "curves": [dict(zip(keys, row, strict=True)) for row in rows],
     }
 
 
@@ -292,15 +316,20 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     contact = walk["foot_contact"]["left"]
     assert number(contact["transient_peak"], 0) in text
     assert "the subject's weight" in text
-    assert "on a bound" in text
+    assert "at its bound" in text
+    assert "12.2 less than with the body as scaled" in text or "12.3 less" in text
+    assert "thigh length from shank length (r = −0.62)" in text
+    assert re.search(r"leg length, thigh \+ shank, m ?0.0000 ?0.0200 ?0.0105 ?0.0050 ?0.25", text)
     assert "unverified" in text
 
 
 def test_the_correction_is_told_in_degrees(page):
     text = " ".join(page.text.split())
-    assert "Of 2 measures that have a goal or limit, 1 keep it without and 2 with" in text
-    assert "0.95 before and 0.71 after 2 rounds" in text
+    assert "0.95 before, 0.71 after 2 steps" in text
+    assert "Of 170 numbers a prior leaves 102 free" in text
     assert "−2.1 mm higher" in text
+    assert re.search("angles ?2.250 ?1.600 ?deg", text)
+    assert re.search("angles of the pelvis, not fitted ?0.700 ?0.750 ?deg", text)
     assert re.search("knee angle ?0.00 ?0.00 ?−1.25 ?1.75", text)
 
 

@@ -36,11 +36,20 @@ FOUND = {
     "names": PARAMETERS,
     **{
         name: [0.5] * len(PARAMETERS)
-        for name in ("nominal", "identified", "standard_deviation", "lower", "upper")
+        for name in (
+            *("nominal", "identified", "prior_standard_deviation", "posterior_mean"),
+            *("standard_deviation", "lower", "upper"),
+        )
     },
     "on_bound": [False] * len(PARAMETERS),
-    "reward_nominal": 0.5,
-    "reward_identified": 0.6,
+    "verdicts": ["weak"] * len(PARAMETERS),
+    "correlation": [[0.5] * len(PARAMETERS)] * len(PARAMETERS),
+    "combinations": [],
+    "plates": [0.0, 0.0],
+    "deviance_nominal": 2.0,
+    "deviance_identified": 1.0,
+    "converged": True,
+    "search_distance": 0.1,
     "history": [],
 }
 """An identification, as its stage writes it."""

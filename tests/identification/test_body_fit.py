@@ -1,0 +1,162 @@
+"""The fit of motion and body together: its derivatives, its posterior, and a planted body."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulation_fixtures import changed
+
+from gaitval.artefacts import read_json
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.body_fit import BodyFit, Profile, angle_sd
+from gaitval.identification.identify import identify, noise_of_expected
+from gaitval.identification.prior import prior_sd
+from gaitval.identification.verdicts import combinations, judged_combinations
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.policy.storage import load_start
+from gaitval.reference.dynamic_fit import weighted_laws
+from gaitval.reference.walking_laws import TRUNK
+from gaitval.scaling.scaling import scale_subject
+from gaitval.virtual.person import virtual_person
+
+CONFIGURATION = load_configuration()
+GENERAL = Path(__file__).parents[2] / "reports" / "general"
+
+
+@pytest.fixture(scope="module")
+def person():
+    """A virtual person whose thighs and shanks are known only by stature."""
+    around = load_subject("S05").model_copy(update={"markers": {}})
+    policy = load_start(GENERAL, CONFIGURATION.environment)
+    return virtual_person(0, 1, around, policy, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def fit(person):
+    subject = person.subject
+    model = scale_subject(subject).model
+    return BodyFit(
+        subject.record(), model, CONFIGURATION.contact, CONFIGURATION.noise,
+        prior_sd=prior_sd(subject),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def held(fit):
+    return fit.solve(fixed=nominal_parameters())
+
+
+@pytest.fixture(scope="module")
+def solution(fit, held):
+    return fit.solve(start=held, smallest_gain=1e-5)
+
+
+def test_another_body_changes_the_laws_as_its_derivatives_say(fit, held):
+    """Forces and moments of the same motion, for a body whose hips are a millimetre forward."""
+    index = PARAMETERS.index("hip_x")
+    step = 0.001 / fit.prior_sd[index]
+    above, below = (held.common.copy() for _ in range(2))
+    above[3 + index] += step
+    below[3 + index] -= step
+    up, _ = weighted_laws(fit.problem, held.change, above, 1.0)
+    down, _ = weighted_laws(fit.problem, held.change, below, 1.0)
+    there, _ = weighted_laws(fit.problem, held.change, held.common, 1.0)
+    np.testing.assert_allclose(up + down - 2 * there, 0.0, atol=0.02 * np.abs(up - down).max())
+    assert np.abs(up - down)[:, : TRUNK.start].max() > 0.01
+
+
+def test_a_free_body_is_at_least_as_likely_as_the_one_that_was_scaled(fit, held, solution):
+    assert solution.cost < held.cost
+    nominal = fit.posterior(held._replace(covariance=solution.covariance)).mean
+    np.testing.assert_array_equal(nominal, nominal_parameters())
+
+
+def test_the_record_says_nothing_of_damping_and_friction(fit, solution):
+    found = fit.posterior(solution)
+    np.testing.assert_allclose(found.contraction[:2], 1.0, rtol=1e-6)
+    np.testing.assert_allclose(found.mean[:2], nominal_parameters()[:2], rtol=1e-9)
+    assert (found.contraction[2:] < 1.0).all()
+
+
+def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
+    """The prior knows it to 3.4 %; the record to half of that."""
+    model = scale_subject(person.subject).model
+    found = fit.posterior(solution)
+    leg = judged_combinations(found, model)[0]
+    truth = combinations(model)[0].weights @ (person.truth - found.prior_mean)
+    assert leg.contraction < 0.6
+    assert abs(leg.mean - truth) < 2.5 * leg.sd
+    assert np.sum(((person.truth - found.mean) / found.sd)[2:] ** 2) < 40.0  # chi square of 12
+
+
+def test_the_posterior_is_as_gaussian_as_laplace_supposes(fit, solution):
+    """Along every principal direction, one and two SDs away, by the fit of the whole motion."""
+    profile, found = Profile(fit, solution), fit.posterior(solution)
+    values, vectors = np.linalg.eigh(found.covariance[2:, 2:])
+    least = profile(found.mean)
+    assert least == pytest.approx(solution.cost, abs=0.1)
+    for value, vector in zip(values, vectors.T, strict=True):
+        for length in (-2.0, 1.0):
+            mu = found.mean.copy()
+            mu[2:] += length * np.sqrt(value) * vector
+            assert profile(mu) - least == pytest.approx(length**2, rel=0.25, abs=0.15)
+
+
+def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
+    mu = fit.posterior(solution).mean.copy()
+    mu[PARAMETERS.index("thigh_length")] += 0.03
+    whole = fit.solve(fixed=mu, start=solution, smallest_gain=1e-5)
+    assert Profile(fit, solution)(mu) == pytest.approx(whole.cost, abs=0.3)
+
+
+def test_the_noise_of_an_angle_has_the_size_that_is_set():
+    sd = angle_sd(CONFIGURATION.noise)
+    harmonics = (len(sd) - 1) // 2
+    assert sd[0] == CONFIGURATION.noise.angle_offset
+    np.testing.assert_array_equal(sd[1 : 1 + harmonics], sd[1 + harmonics :])
+    # a cosine and a sine of SD s have together a mean square of s²
+    assert np.sum(sd[1 : 1 + harmonics] ** 2) == pytest.approx(CONFIGURATION.noise.angle**2)
+
+
+def test_kinetics_that_are_expected_weigh_little():
+    plain, expected = CONFIGURATION.noise, noise_of_expected(CONFIGURATION.noise)
+    for name in ("moment", "adduction_moment", "vertical_force", "forward_force", "medial_force"):
+        assert getattr(expected, name) >= 2.0 * getattr(plain, name)
+    assert expected.angle == plain.angle
+
+
+def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp_path):
+    """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away."""
+    subject = person.subject
+    seen = []
+    found = identify(
+        subject.record(), scale_subject(subject).model, prior_sd(subject), CONFIGURATION, tmp_path,
+        on_progress=seen.append,
+    )  # fmt: skip
+    mode = fit.posterior(solution)
+    assert found.converged
+    assert found.search_distance < 0.5
+    np.testing.assert_allclose(
+        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.05
+    )
+    assert found.deviance_identified < found.deviance_nominal
+    assert "weak" in found.verdicts
+    for verdict, used, nominal in zip(found.verdicts, found.identified, found.nominal, strict=True):
+        assert verdict != "not identified" or used == nominal
+    assert seen[-1]["generation"] == len(found.history)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_a_method_the_body_stays_as_scaled(task, tmp_path):
+    quick = changed(task, identification={"method": "none"})
+    sd = prior_sd(load_subject("S05"))
+    found = identify(task.record, task.model, sd, quick.configuration, tmp_path)
+    assert found.identified == found.nominal == tuple(nominal_parameters())
+    assert set(found.verdicts) == {"not identified"}
+    assert found.deviance_nominal is None
+
+
+def test_a_stored_identification_is_one_of_this_kind():
+    stored = read_json(GENERAL.parent / "S05" / "baseline" / "identification.json")
+    assert len(stored["verdicts"]) == len(stored["correlation"]) == 14

@@ -1,0 +1,111 @@
+"""CMA-ES: it finds what was planted, ends by its rule, and goes on after a kill."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import IdentificationSettings
+from gaitval.identification.identify import search
+
+SIZE = 12
+
+
+def bowl(planted):
+    """The sum of squares about a point, narrow in some directions."""
+    widths = np.linspace(0.4, 1.0, SIZE)
+
+    def evaluate(points):
+        return [float(np.sum(((each - planted) / widths) ** 2)) for each in points]
+
+    return evaluate
+
+
+def find(evaluate, *, seed=0, generations=400, **options):
+    settings = IdentificationSettings(generations=generations)
+    return search(evaluate, SIZE, settings=settings, seed=seed, **options)
+
+
+def planted(seed=0):
+    return np.random.default_rng(seed).normal(0.0, 1.0, SIZE)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_it_finds_the_minimum_and_says_that_it_has_converged(seed):
+    found = find(bowl(planted(seed)), seed=seed)
+    np.testing.assert_allclose(found.best, planted(seed), atol=0.05)
+    assert found.converged
+    assert len(found.history) < 200
+    assert [row["generation"] for row in found.history] == list(range(1, len(found.history) + 1))
+    assert found.history[-1]["best"] < 0.02
+
+
+def test_a_search_that_is_cut_short_has_not_converged():
+    found = find(bowl(planted()), generations=5)
+    assert not found.converged
+    assert len(found.history) == 5
+
+
+def test_it_starts_at_the_prior_with_the_papers_population():
+    seen = []
+
+    def evaluate(points):
+        seen.extend(points)
+        return [0.0] * len(points)
+
+    find(evaluate, generations=1)
+    assert len(seen) == 8
+    # eight draws with SD 0.5: their mean is 0.18 away at one standard error
+    assert np.abs(np.mean(seen, axis=0)).max() < 0.7
+
+
+def test_one_seed_gives_one_search_and_another_a_different_one():
+    first, again, other = (find(bowl(planted()), seed=s, generations=5).best for s in (0, 0, 1))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+class Killed(Exception):
+    """Stands for what ends a process."""
+
+
+@pytest.mark.parametrize("stop", [1, 4, 9])
+def test_a_search_that_was_cut_off_goes_on_to_the_same_result(tmp_path, stop):
+    evaluate, state = bowl(planted()), tmp_path / "state.json"
+    whole = find(evaluate, generations=10)
+    calls = []
+
+    def dying(points):
+        calls.append(len(points))
+        if len(calls) == stop + 1:
+            raise Killed
+        return evaluate(points)
+
+    options = {"generations": 10, "state_file": state, "key": "a"}
+    with pytest.raises(Killed):
+        find(dying, **options)
+    evaluated, generations = [], []
+
+    def counting(points):
+        evaluated.append(len(points))
+        return evaluate(points)
+
+    resumed = find(counting, on_generation=lambda *each: generations.append(each), **options)
+    assert len(evaluated) == 10 - stop  # what was known is not evaluated again
+    np.testing.assert_array_equal(resumed.best, whole.best)
+    assert resumed.history == whole.history
+    assert [generation for generation, _ in generations] == list(range(1, 11))
+
+
+def test_the_state_of_another_search_is_not_used(tmp_path):
+    evaluate, state = bowl(planted()), tmp_path / "state.json"
+    find(evaluate, generations=3, state_file=state, key="a")
+    assert json.loads(state.read_text())["key"] == "a"
+    evaluated = []
+
+    def counting(points):
+        evaluated.append(len(points))
+        return evaluate(points)
+
+    find(counting, generations=3, state_file=state, key="b")
+    assert len(evaluated) == 3
