@@ -1,6 +1,7 @@
 """Contents of `metrics.json` and `identification.json`, as typed models.
 
-The models are the schema: `scripts/schemas.py` writes it beside them.
+The models are the schema: `scripts/schemas.py` writes it beside them. It is long because the files
+have many parts, each of which is one model.
 """
 
 from typing import Annotated, Any, Final, Literal

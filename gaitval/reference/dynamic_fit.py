@@ -18,6 +18,8 @@ beside the motion would not do: earlier walkers had such references, and rang.
 
 Gauss-Newton solves it, first with little weight on Newton's laws, because the recorded angles alone
 press the feet centimetres into the ground.
+
+It is long because one problem is set up, linearised and solved here, from one set of unknowns.
 """
 
 from collections.abc import Callable

@@ -183,9 +183,11 @@ def _share(
             )
         return {}
     rest -= sum(used[name] for name in ("thigh", "shank") if name in measured)
-    total = sum(WINTER[name] for name in open_)
-    shares = {name: rest * WINTER[name] / total for name in open_}
-    expected = {name: WINTER[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_}
+    total = sum(FRACTIONS[name] for name in open_)
+    shares = {name: rest * FRACTIONS[name] / total for name in open_}
+    expected = {
+        name: FRACTIONS[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_
+    }
     problems = [
         f"{name}: only {value:.3f} m is left for it"
         for name, value in shares.items()

@@ -107,29 +107,32 @@ def corrected_task(run: Run) -> "WalkingTask":
     """The task with the corrected reference, for the rollouts that are validated."""
     from gaitval.reference.adjustment import Adjustment, adjusted
 
-    task, path = identified_task(run), run.folder / "correction.json"
+    mu = body_parameters(run.folder / "identification.json") if _identified(run) else None
+    task, path = identified_task(run, mu), run.folder / "correction.json"
     correction = Adjustment.from_dict(read_json(path), str(path))
     return replace(task, reference=adjusted(task.reference, task.reference_body, correction))
 
 
-def identified_task(run: Run, folder: str = ".") -> "WalkingTask":
+def _identified(run: Run) -> bool:
+    """Whether a body was identified; a prediction walks with the body as scaled."""
+    return (run.folder / IDENTIFIED).is_file()
+
+
+def identified_task(run: Run, mu: NDArray[np.float64] | None, folder: str = ".") -> "WalkingTask":
     """The task with the reference that was made for the identified body.
 
     Parameters
     ----------
-    folder : with `identification.json` and `identified.npz`, inside the run's; a prediction has
-        neither, and walks with the body as scaled.
+    mu : (14,) of that body; None for the body as scaled.
+    folder : with its reference, inside the run's.
     """
     from gaitval.reference.motion import ReferenceMotion
 
-    task, here = walking_task(run), run.folder / folder
-    if not (here / IDENTIFIED).is_file():
+    task = walking_task(run)
+    if mu is None:
         return task
-    return replace(
-        task,
-        reference=ReferenceMotion.load(here / IDENTIFIED),
-        reference_mu=body_parameters(here / "identification.json"),
-    )
+    reference = ReferenceMotion.load(run.folder / folder / IDENTIFIED)
+    return replace(task, reference=reference, reference_mu=mu)
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:

@@ -1,4 +1,7 @@
-"""The stages of a run, from scaling to the report, each as a `Stage`."""
+"""The stages of a run, from scaling to the report, each as a `Stage`.
+
+It is long because every stage is here, in order, with what it reads and writes.
+"""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -8,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gaitval.simulation.walker import WalkingTask
+
+import numpy as np
 
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.study.inputs import (
@@ -90,7 +95,8 @@ def train_stage(run: Run, round_number: int) -> Stage:
         """Later rounds train for the identified body, if the record supports it."""
         if round_number == 1 or not supported(read_json(run.folder / before / "epsilon.json")):
             return walking_task(run)
-        return identified_task(run, f"{before}/identification")
+        found = read_json(run.folder / f"{before}/identification/identification.json")
+        return identified_task(run, np.array(found["identified"]), f"{before}/identification")
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
@@ -212,7 +218,11 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
         errors = {}
-        tasks = {"nominal": task, "identified": identified_task(run, f"{here}/identification")}
+        found = body_parameters(run.folder / identification)
+        tasks = {
+            "nominal": task,
+            "identified": identified_task(run, found, f"{here}/identification"),
+        }
         for which, each in tasks.items():
             rollout = roll_out(
                 each,
@@ -339,10 +349,11 @@ def correct_stage(run: Run) -> Stage:
     def correct() -> None:
         from gaitval.learning_control.correct import correct
 
+        mu = body_parameters(run.folder / "identification.json")
         result = correct(
-            identified_task(run),
+            identified_task(run, mu),
             stored_policy(run, run.folder / "policy"),
-            body_parameters(run.folder / "identification.json"),
+            mu,
             on_progress=run.observer.progress,
         )
         write_json(run.folder / "correction.json", result.as_dict())

@@ -1,6 +1,7 @@
 """The walking task: episodes, how they end, and what is drawn at random."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from simulation_fixtures import changed
 from walking_states import put, reference_at
 
 from gaitval.coordinates import ACTUATED
+from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.model.tree import forward
 from gaitval.policy.environment import WalkingEnvironment
@@ -295,6 +297,20 @@ def test_longer_legs_start_with_their_soles_where_the_nominal_ones_are(task, ext
     longer[3:5] = 1.03
     for phase in (0.1, 0.3, 0.6, 0.8):
         assert sole(longer, phase) == pytest.approx(sole(nominal_parameters(), phase), abs=0.004)
+
+
+def test_a_body_that_the_reference_was_made_for_is_not_lifted(task):
+    longer = nominal_parameters()
+    longer[3:5] = 1.03
+    own = WalkingEnvironment(replace(task, reference_mu=longer))
+    heights = {}
+    for name, mu in (("its own", longer), ("nominal", nominal_parameters())):
+        own.reset(options={"mu": mu, "phase": 0.3, "noise": 0.0, "push": None})
+        heights[name] = own.walker.state[0, 5]
+    assert heights["its own"] == pytest.approx(reference_at(task, 0.3, task.reference.positions)[5])
+    legs = [SEGMENTS.index(name) for name in ("shank_r", "foot_r")]
+    length = -sum(task.model.segments[i].joint_position[2] for i in legs)
+    assert heights["its own"] - heights["nominal"] == pytest.approx(0.03 * length)
 
 
 def kinematics_of(tree, q):

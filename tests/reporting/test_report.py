@@ -277,7 +277,11 @@ def test_a_guess_and_the_skill_stand_beside_the_errors(page, run_folder):
 def test_every_section_is_there(page):
     for heading in (
         *("Joint angles", "Joint moments", "Ground reaction forces", "Errors of every curve"),
-        *("Spatiotemporal parameters", "Walks from each start phase", "Body parameters μ*"),
+        *(
+            "Spatiotemporal parameters",
+            "Walks from each start phase",
+            "Body parameters μ: what this record can tell",
+        ),
         *("Where the joint moments come from", "Correction of the reference"),
         *("Contradictions in the record", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),

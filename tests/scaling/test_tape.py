@@ -67,7 +67,7 @@ def test_contradictions_are_refused():
         ({"foot": 10.2}, ["foot = 10.2: this looks like inches"]),
         (
             {"pelvis_width": 25.0, "thigh": 0.7},
-            ["give pelvis_width = 0.25", "thigh = 0.7 m: about 0.416 m is expected"],
+            ["give pelvis_width = 0.25", "thigh = 0.7 m: about 0.388 m is expected"],
         ),
         ({"foot": -0.25}, ["foot = -0.25 m"]),
         ({"foot": float("nan")}, ["foot = nan m"]),
@@ -86,7 +86,7 @@ def test_a_person_without_markers_is_scaled_by_stature():
     thigh, shank, *_ = scaled.table
     assert thigh.length_m == pytest.approx(THIGH * PERSON.height_m)
     assert thigh.source.startswith("stature as in WBDS; SD 14-21 mm")
-    assert shank.factor == pytest.approx(1.0)
+    assert shank.factor == pytest.approx(SHANK / 0.246)  # of Winter's
     lengths = {row.segment: row.length_m for row in scaled.table}
     standing = ("ankle height", "shank", "thigh", "lower trunk", "middle trunk", "upper trunk")
     assert sum(lengths[name] for name in (*standing, "head")) == pytest.approx(PERSON.height_m)

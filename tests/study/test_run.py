@@ -383,7 +383,7 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     ("setting", "first"),
     [
         ("validation.filter_frequency=12", "evaluate-1"),
-        ("correction.rounds=1", "correct"),
+        ("correction.rounds=2", "correct"),
         ("validation.cycles=30", "evaluate-1"),
         ("validation.consecutive_cycles=30", "simulate"),
         ("pushes.force=200", "push"),

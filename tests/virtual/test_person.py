@@ -52,7 +52,7 @@ def test_both_sides_see_one_pelvis(errors):
     for name, sign in (("pelvis_tilt", 1.0), ("pelvis_list", -1.0), ("pelvis_rotation", -1.0)):
         right, left = (errors["angles"][f"{name}_{side}"][0] for side in "rl")
         at = np.interp((phase + left_phase) % 1.0, phase, right)
-        np.testing.assert_allclose(left, sign * at, atol=2e-4)
+        np.testing.assert_allclose(left, sign * at, atol=5e-4)
 
 
 def test_joint_errors_of_the_two_sides_are_independent(errors):
@@ -105,7 +105,7 @@ def test_a_seed_makes_one_person_and_the_subject_is_an_ordinary_one():
     np.testing.assert_array_equal(first.truth, again.truth)
     text = first.subject.to_toml()
     assert text == again.subject.to_toml()
-    assert parse_subject(text, "virtual") == first.subject
+    assert parse_subject(text, "virtual").to_toml() == text
     assert first.subject.identifier == "V7_002"
     assert "virtual" in first.subject.citation
     for value in first.truth[first.truth != nominal_parameters()]:

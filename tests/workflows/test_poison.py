@@ -10,7 +10,12 @@ from quick_settings import QUICK
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.study.predict import adopt_stage, predicted_walk_stage, run_range
+from gaitval.study.predict import (
+    adopt_stage,
+    predicted_correction_stage,
+    predicted_walk_stage,
+    run_range,
+)
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Observer, Run, open_run, run_stage
 from gaitval.study.stages import (
@@ -31,6 +36,8 @@ SETTINGS = (
     "training.range_samples=1024",
     "correction.rounds=1",
     "correction.harmonics=0",
+    "identification.method=posterior",
+    "identification.generations=2",
 )
 
 
@@ -122,7 +129,12 @@ def main_job(run: Run) -> None:
 def predicted(run: Run) -> None:
     """A policy of the range and the predicted walk, up to the comparison."""
     run_range(run)
-    for stage in (reference_stage(run), adopt_stage(run, run.folder), predicted_walk_stage(run)):
+    for stage in (
+        reference_stage(run),
+        adopt_stage(run, run.folder),
+        predicted_correction_stage(run),
+        predicted_walk_stage(run),
+    ):
         run_stage(stage, run.folder)
 
 

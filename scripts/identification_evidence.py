@@ -1,0 +1,261 @@
+"""How far identification can be trusted: tables, and the rows of evidence/identification.csv.
+
+    python scripts/identification_evidence.py
+
+Reads `reports/identification/virtual.json` (`scripts/virtual_people.py --walks`), `real.json`
+(`scripts/real_people.py`) and the stored baselines. Writes the rows and the tables of
+docs/identification.md.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import evidence
+import numpy as np
+from marked_table import with_table
+from scipy.stats import norm
+
+from gaitval.artefacts import write_text
+from gaitval.model.parameters import PARAMETERS
+
+ROOT = Path(__file__).resolve().parent.parent
+STORE = ROOT / "reports" / "identification"
+PAGE = ROOT / "docs" / "identification.md"
+COMMAND = "python scripts/identification_evidence.py"
+Row = evidence.Row
+
+
+def virtual_people() -> list[dict[str, Any]]:
+    """Those who could be measured."""
+    people = json.loads((STORE / "virtual.json").read_text())["people"]
+    return [each for each in people if "refused" not in each]
+
+
+def arrays(people: list[dict[str, Any]]) -> dict[str, Any]:
+    """(people, 14) of truth, prior and posterior, and derived numbers."""
+    keys = ("truth", "prior_mean", "prior_sd", "mean", "sd")
+    found = {key: np.array([each[key] for each in people]) for key in keys}
+    found["z"] = (found["truth"] - found["mean"]) / found["sd"]
+    found["verdicts"] = np.array([each["verdicts"] for each in people])
+    return found
+
+
+def within(z: Any, share: float) -> float:
+    """Share of truths inside the central interval of a Gaussian."""
+    return float(np.mean(np.abs(z) < norm.ppf(0.5 + 0.5 * share)))
+
+
+def legs(people: list[dict[str, Any]], index: int = 0) -> Any:
+    """(people, 4) m: truth, mean, SD and prior SD of a combination."""
+    return np.array(
+        [[each["combinations"][index][key] for key in ("truth", "mean", "sd", "prior_sd")]
+         for each in people]
+    )  # fmt: skip
+
+
+def rms(values: Any) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def virtual_rows(people: list[dict[str, Any]]) -> list[Row]:
+    """Coverage, errors, legs, and what the walkers gain."""
+    found = arrays(people)
+    declared = found["verdicts"] == "identified"
+    told = (found["verdicts"] == "identified") | (found["verdicts"] == "weak")
+    rows = [
+        Row(
+            "virtual people: parameters declared identified, per person",
+            float(declared.sum() / len(people)), "parameters", ">=", 0, 0, len(people), COMMAND,
+        )
+    ]  # fmt: skip
+    legs_ = legs(people)
+    leg_z = (legs_[:, 0] - legs_[:, 1]) / legs_[:, 2]
+    for name, z in (
+        ("all parameters that the fit looks for", found["z"][:, 2:]),
+        ("parameters declared identified or weak", found["z"][told]),
+        ("leg length (thigh + shank)", leg_z),
+    ):
+        cover = within(z, 0.9)
+        what = f"virtual people: coverage of 90 % intervals, {name}"
+        n = int(np.size(z))
+        rows.append(Row(f"{what}, at least", cover, "1", ">=", 0.85, 0.80, n, COMMAND))
+        rows.append(Row(f"{what}, at most", cover, "1", "<=", 0.95, 0.97, n, COMMAND))
+    error = ((found["mean"] - found["truth"]) / found["prior_sd"])[told]
+    rows.append(
+        Row(
+            "virtual people: declared identified or weak, RMS error over the prior's SD",
+            rms(error), "1", "<=", 0.3, 0.5, int(told.sum()), COMMAND,
+        )
+    )  # fmt: skip
+    missed = float(np.mean(np.abs(found["z"][told]) > 2.0))
+    rows.append(
+        Row(
+            "virtual people: declared identified or weak, missed by more than 2 posterior SD",
+            missed, "1", "<=", 0.05, 0.10, int(told.sum()), COMMAND,
+        )
+    )  # fmt: skip
+    for by in ("markers", "stature"):
+        part = np.array([each["by"] == by for each in people])
+        chosen = legs_[part]
+        prior = 100 * rms(chosen[:, 0])
+        rows.append(
+            Row(
+                f"virtual people: leg length by {by} (prior misses {prior:.1f} cm RMS), RMS error",
+                100 * rms(chosen[:, 0] - chosen[:, 1]), "cm", "<=", 1.0, 1.5, int(part.sum()),
+                COMMAND,
+            )
+        )  # fmt: skip
+    walked = [each["epsilon"] for each in people if each.get("epsilon")]
+    walked = [each for each in walked if None not in each.values()]
+    if walked:
+        gains = np.array([1.0 - each["identified"] / each["nominal"] for each in walked])
+        n = len(gains)
+        rows += [
+            Row(
+                "virtual people: epsilon of the general policy lower as identified than as scaled",
+                float(np.mean(gains > 0.0)), "1", ">=", 0.9, 0.8, n, COMMAND,
+            ),
+            Row(
+                "virtual people: median gain of epsilon",
+                float(100 * np.median(gains)), "%", ">=", 15, 8, n, COMMAND,
+            ),
+        ]  # fmt: skip
+    return rows
+
+
+def virtual_table(people: list[dict[str, Any]]) -> list[str]:
+    """A row for each parameter."""
+    found = arrays(people)
+    error = (found["mean"] - found["truth"]) / found["prior_sd"]
+    lines = [
+        f"{len(people)} people of seed {people[0]['seed']}. Error: posterior mean less truth.",
+        "",
+        "| parameter | SD, posterior / prior | RMS error / prior SD | 50 % intervals hold |"
+        " 90 % hold | verdicts: identified, weak, not |",
+        "|---|---|---|---|---|---|",
+    ]
+    for i, name in enumerate(PARAMETERS):
+        z = found["z"][:, i]
+        verdicts = found["verdicts"][:, i]
+        counts = ", ".join(
+            str(int(np.sum(verdicts == verdict)))
+            for verdict in ("identified", "weak", "not identified")
+        )
+        ratio = np.mean(found["sd"][:, i] / found["prior_sd"][:, i])
+        lines.append(
+            f"| {name} | {ratio:.2f} | {rms(error[:, i]):.2f} | {100 * within(z, 0.5):.0f} % "
+            f"| {100 * within(z, 0.9):.0f} % | {counts} |"
+        )
+    for index, name in ((0, "leg length, cm"), (1, "hip to ankle, cm")):
+        for by in ("markers", "stature"):
+            part = [each for each in people if each["by"] == by]
+            if not part:
+                continue
+            numbers = legs(part, index)
+            z = (numbers[:, 0] - numbers[:, 1]) / numbers[:, 2]
+            lines.append(
+                f"| {name}, by {by} | {np.mean(numbers[:, 2] / numbers[:, 3]):.2f} "
+                f"| {100 * rms(numbers[:, 0] - numbers[:, 1]):.1f} cm (before: "
+                f"{100 * rms(numbers[:, 0]):.1f}) | {100 * within(z, 0.5):.0f} % "
+                f"| {100 * within(z, 0.9):.0f} % | |"
+            )
+    return lines
+
+
+def real_rows(people: dict[str, Any]) -> list[Row]:
+    """The ten: likelihood on the trial used and on others, seeds, and the time."""
+    own = [each["own"]["identified"] < each["own"]["nominal"] for each in people.values()]
+    others = [
+        trial["identified"] < trial["nominal"]
+        for each in people.values()
+        for trial in each["others"].values()
+    ]
+    rows = [
+        Row("the ten: trial used is more likely as identified", sum(own), "people", ">=", 10, 8,
+            len(own), COMMAND),
+        Row("the ten: held-out trials are more likely as identified", sum(others), "trials", ">=",
+            len(others), round(4 / 6 * len(others)), len(others), COMMAND),
+    ]  # fmt: skip
+    for key, what in (("mode", "the result"), ("cma", "CMA-ES alone")):
+        apart = [each["seeds"][key] for each in people.values() if "seeds" in each]
+        rows.append(
+            Row(f"two seeds of the search, largest difference of {what}", max(apart),
+                "posterior SD", "<=", 0.2, 0.4, len(apart), COMMAND)
+        )  # fmt: skip
+    off = [each["sampled"] for each in people.values() if "sampled" in each]
+    rows.append(
+        Row("Laplace against importance sampling: SD, largest relative difference",
+            max(max(abs(np.array(each["sd_ratio"]) - 1.0)) for each in off), "1", "<=", 0.2, 0.3,
+            len(off), COMMAND)
+    )  # fmt: skip
+    seconds = []
+    for path in sorted((ROOT / "reports").glob("S??/baseline/times.json")):
+        for run in json.loads(path.read_text()).values():
+            if "identify-1" in run["stages"]:
+                seconds.append(run["stages"]["identify-1"])
+    rows.append(
+        Row("identification of one subject, 2 cores, slowest of the stored runs", max(seconds) / 60,
+            "min", "<=", 3, 6, len(seconds), COMMAND)
+    )  # fmt: skip
+    return rows
+
+
+def real_table(people: dict[str, Any]) -> list[str]:
+    """A row for each subject."""
+    lines = [
+        "| subject | leg by markers, cm | change found, cm | BMI | weak or identified | deviance,"
+        " own trial: as scaled, as identified | other trials |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, each in people.items():
+        told = [
+            parameter.replace("_", " ")
+            for parameter, verdict in zip(PARAMETERS, each["verdicts"], strict=True)
+            if verdict != "not identified"
+        ]
+        others = "; ".join(
+            f"{trial}: {at['nominal']:.1f}, {at['identified']:.1f}"
+            for trial, at in each["others"].items()
+        )
+        leg = each["leg"]
+        lines.append(
+            f"| {name} | {100 * each['leg_scaled']:.1f} ± {100 * leg['prior_sd']:.1f} "
+            f"| {100 * leg['mean']:+.1f} ± {100 * leg['sd']:.1f} "
+            f"| {each['body_mass_index']:.0f} | {', '.join(told)} "
+            f"| {each['own']['nominal']:.1f}, {each['own']['identified']:.1f} | {others} |"
+        )
+    change = np.array([each["leg"]["mean"] for each in people.values()])
+    index = np.array([each["body_mass_index"] for each in people.values()])
+    lines += [
+        "",
+        f"Correlation of the change of the leg with the body mass index over the "
+        f"{len(people)} people: {np.corrcoef(change, index)[0, 1]:+.2f}.",
+    ]
+    for name, each in people.items():
+        if "sampled" in each:
+            by = each["sampled"]
+            lines.append(
+                f"{name}: importance sampling with {by['draws']} draws (worth "
+                f"{by['effective_draws']:.0f}) against Laplace: means differ by at most "
+                f"{np.abs(by['mean_off_in_sd']).max():.2f} SD, SDs by a factor of "
+                f"{min(by['sd_ratio']):.2f} to {max(by['sd_ratio']):.2f}."
+            )
+    return lines
+
+
+def main() -> None:
+    """Rows and tables."""
+    people = virtual_people()
+    real = json.loads((STORE / "real.json").read_text())["people"]
+    evidence.write("identification", [*virtual_rows(people), *real_rows(real)])
+    text = PAGE.read_text(encoding="utf-8")
+    for mark, lines in (("virtual", virtual_table(people)), ("real", real_table(real))):
+        text = with_table(text, mark, "\n".join(lines))
+    write_text(PAGE, text)
+    print(f"{PAGE}, {evidence.FOLDER / 'identification.csv'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""What the records of the ten built-in subjects say about their bodies, and whether other records
+of the same people agree.
+
+    python scripts/real_people.py
+
+For every subject the posterior from its own trial, and the deviance of that trial with the body as
+scaled and as identified. For every further trial, which had no part in it, the same two deviances.
+For two subjects the search with another seed, and the posterior by importance sampling instead of
+Laplace's approximation. Writes `reports/identification/real.json` after every subject.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitval.artefacts import read_json, versions, write_json
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
+from gaitval.identification.identify import conditional_mean, search
+from gaitval.identification.prior import prior_sd
+from gaitval.identification.verdicts import judged, judged_combinations
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.reference.dynamic_fit import Solution
+from gaitval.scaling.scaling import scale_subject
+
+ROOT = Path(__file__).resolve().parent.parent
+STORE = ROOT / "reports" / "identification" / "real.json"
+SAMPLED = ("S05", "S08")
+DRAWS = 400
+
+
+def sampled(fit: BodyFit, solution: Solution, posterior: BodyPosterior) -> dict[str, Any]:
+    """Mean and SD by importance sampling from a wider Gaussian than Laplace's."""
+    profile = Profile(fit, solution)
+    shown = BodyFit.looked_for()
+    part = np.ix_(shown, shown)
+    wider = 1.2**2 * posterior.covariance[part]
+    random = np.random.default_rng(0)
+    draws = random.multivariate_normal(posterior.mean[shown], wider, DRAWS)
+    away = draws - posterior.mean[shown]
+    quadratic = np.einsum("ij,jk,ik->i", away, np.linalg.inv(wider), away)
+    logs = []
+    for draw, each in zip(draws, quadratic, strict=True):
+        mu = posterior.mean.copy()
+        mu[shown] = draw
+        logs.append(-0.5 * profile(mu) + 0.5 * each)
+    weights = np.exp(np.array(logs) - max(logs))
+    weights /= weights.sum()
+    mean = weights @ draws
+    sd = np.sqrt(weights @ (draws - mean) ** 2)
+    return {
+        "names": [name for name, is_shown in zip(PARAMETERS, shown, strict=True) if is_shown],
+        "draws": DRAWS,
+        "effective_draws": float(1.0 / np.sum(weights**2)),
+        "mean_off_in_sd": ((mean - posterior.mean[shown]) / posterior.sd[shown]).tolist(),
+        "sd_ratio": (sd / posterior.sd[shown]).tolist(),
+    }
+
+
+def seeds(fit: BodyFit, held: Solution, posterior: BodyPosterior) -> dict[str, float]:
+    """Largest difference between two seeds of the search, in posterior SDs: of what CMA-ES finds,
+    and of the modes that the whole fit finds from there.
+    """
+    profile, shown = Profile(fit, held), BodyFit.looked_for()
+    settings = load_configuration().identification
+    bests, modes = [], []
+    for seed in (0, 1):
+
+        def mu_of(point: Any) -> Any:
+            mu = fit.prior_mean.copy()
+            mu[shown] += fit.prior_sd[shown] * point
+            return mu
+
+        found = search(
+            lambda points: [profile(mu_of(each)) for each in points],
+            int(shown.sum()),
+            settings=settings,
+            seed=seed,
+        )
+        bests.append(mu_of(found.best))
+        modes.append(fit.posterior(fit.solve(start=fit.near(held, bests[-1]))).mean)
+    return {
+        name: float(np.max(np.abs(pair[0] - pair[1]) / posterior.sd))
+        for name, pair in (("cma", bests), ("mode", modes))
+    }
+
+
+def fit_of(subject: Subject) -> BodyFit:
+    """The fit of a subject's own trial."""
+    configuration = load_configuration()
+    return BodyFit(
+        subject.record(), scale_subject(subject).model, configuration.contact,
+        configuration.noise, prior_sd=prior_sd(subject),
+    )  # fmt: skip
+
+
+def deviance(fit: BodyFit, mu: Any) -> float:
+    """Of a held body, without the prior."""
+    return fit.solve(fixed=mu).cost
+
+
+def main() -> None:
+    """Every subject that is not stored yet."""
+    found = read_json(STORE)["people"] if STORE.exists() else {}
+    for subject in builtin_subjects():
+        if subject.identifier in found:
+            continue
+        fit, model = fit_of(subject), scale_subject(subject).model
+        held = fit.solve(fixed=nominal_parameters())
+        solution = fit.solve(start=held)
+        posterior = fit.posterior(solution)
+        verdicts = [each.verdict for each in judged(posterior)]
+        used = np.array([verdict != "not identified" for verdict in verdicts])
+        mu = conditional_mean(posterior, used)
+        leg = judged_combinations(posterior, model)[0]
+        about: dict[str, Any] = {
+            "mean": posterior.mean.tolist(),
+            "sd": posterior.sd.tolist(),
+            "prior_sd": posterior.prior_sd.tolist(),
+            "verdicts": verdicts,
+            "identified": mu.tolist(),
+            "leg": {"prior_sd": leg.prior_sd, "mean": leg.mean, "sd": leg.sd},
+            "leg_scaled": float(sum(
+                -segment.joint_position[2] for segment in model.segments
+                if segment.name in ("shank_r", "foot_r")
+            )),
+            "body_mass_index": subject.mass_kg / subject.height_m**2,
+            "own": {"nominal": held.cost, "identified": deviance(fit, mu)},
+            "others": {},
+        }  # fmt: skip
+        for trial in subject.trials:
+            other = fit_of(subject.on_trial(trial.name))
+            about["others"][trial.name] = {
+                "nominal": deviance(other, nominal_parameters()),
+                "identified": deviance(other, mu),
+            }
+        if subject.identifier in SAMPLED:
+            about["sampled"] = sampled(fit, solution, posterior)
+            about["seeds"] = seeds(fit, held, posterior)
+        found[subject.identifier] = about
+        write_json(STORE, {"versions": versions(), "people": found})
+        print(subject.identifier, about["own"], about["others"], flush=True)
+
+
+if __name__ == "__main__":
+    main()
