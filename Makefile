@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general untold ablation wheel clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation wheel clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -78,6 +78,11 @@ untold: setup ## Run all walks that are told only a part of the record (2 h), an
 	@$(BIN)/python scripts/untold_runs.py kinematics
 	@$(BIN)/python scripts/untold_runs.py halves ../shared/data
 	@$(BIN)/python scripts/untold_evidence.py
+
+identification: setup ## Identify virtual people and the built-in ones (20 min), and the tables
+	@$(BIN)/python scripts/virtual_people.py --people 40
+	@$(BIN)/python scripts/real_people.py
+	@$(BIN)/python scripts/identification_evidence.py
 
 ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
 	@$(BIN)/python scripts/ablation.py run
