@@ -228,7 +228,7 @@ def _subject(
     about = {
         "identifier": f"V{seed}_{number:03d}",
         "source": f"V{seed}-{number:03d} T01",
-        "citation": f"gaitval virtual, around {person.source}: {person.citation}",
+        "citation": f"A virtual person of gaitval, around {person.source}: {person.citation}",
         "licence": person.licence,
     }
     return make_subject(own | about | values | found, where)

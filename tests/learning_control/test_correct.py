@@ -331,7 +331,7 @@ def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quic
     again = Adjustment.from_dict(stored, "")
     np.testing.assert_array_equal(again.harmonics, result.correction.harmonics)
 
-    blind = replace(quick.record, moments={}, ground_reactions={})
+    blind = replace(quick.record, moments={}, forces={})
     one_worker = changed(replace(quick, record=blind), training={"workers": 1})
     alone = correct(one_worker, *walker)
     np.testing.assert_array_equal(alone.correction.harmonics, result.correction.harmonics)

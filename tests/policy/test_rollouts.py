@@ -5,7 +5,7 @@ import pytest
 from simulation_fixtures import changed, random_policy
 
 from gaitval.errors import ModelError
-from gaitval.identification.identify import _Candidate, _score
+from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, roll_out, score_rollout
@@ -137,15 +137,15 @@ def test_a_pushed_walk_records_the_push(task):
     np.testing.assert_allclose(impulse, [0, 0, 0, 0, 200.0 * 0.05, 0], atol=1e-9)
 
 
-def test_worker_processes_give_the_same_scores_in_order(task, environment):
+def test_worker_processes_give_the_same_walks_in_order(task, environment):
     policy = random_policy(task, scale=0.1)
-    walks = [_Candidate(policy, MU, phase, 0.2) for phase in (0.1, 0.9, 0.4, 0.6, 0.2)]
-    expected = [_score(environment, each) for each in walks]
-    assert len({score.reward for score in expected}) == 5
+    starts = [_Start(policy, MU, phase, 1, compared=False) for phase in (0.1, 0.9, 0.4, 0.6, 0.2)]
+    expected = [_walk(environment, each) for each in starts]
+    assert len({went.start_phase for went, _ in expected}) == 5
     with RolloutPool(task, workers=2) as pool:
-        assert pool.map(_score, walks) == expected
+        assert pool.map(_walk, starts) == expected
         with pytest.raises(ModelError, match="mu must have shape"):
-            pool.map(_score, [_Candidate(policy, np.zeros(3), 0.1, 0.2)])
-        assert pool.map(_score, walks[:1]) == expected[:1]  # the workers survive it
+            pool.map(_walk, [_Start(policy, np.zeros(3), 0.1, 1, compared=False)])
+        assert pool.map(_walk, starts[:1]) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
-        assert alone.map(_score, walks) == expected
+        assert alone.map(_walk, starts) == expected
