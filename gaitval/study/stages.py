@@ -165,6 +165,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         inputs=(
             "subject.toml",
             "model.urdf",
+            "reference.npz",
             *([f"{before}/{name}" for name in names] if round_number > 1 else []),
         ),
         outputs=tuple(f"{here}/{name}" for name in names),
@@ -182,6 +183,9 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     told, model = run.told(), read_urdf(run.folder / "model.urdf")
     mu = body_parameters(folder / "identification.json")
     geometry = nominal_parameters()
+    if np.array_equal(mu[2:], geometry[2:]):  # the body as scaled, whose reference there is
+        _copied(run.folder / "reference.npz", folder / IDENTIFIED)
+        return
     geometry[2:] = mu[2:]
     reference = consistent_reference(
         told.record, apply_parameters(model, geometry), run.configuration.contact, told.accuracy
@@ -189,12 +193,18 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     reference.save(folder / IDENTIFIED)
 
 
+def _copied(source: Path, target: Path) -> None:
+    """Copy a file, whole or not at all."""
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
+
+
 def identified_reference_stage(run: Run) -> Stage:
     """The reference of the identified body of a stored run, which does not contain it."""
     return Stage(
         "identified",
         lambda: save_identified_reference(run, run.folder),
-        inputs=("subject.toml", "model.urdf", "identification.json"),
+        inputs=("subject.toml", "model.urdf", "reference.npz", "identification.json"),
         outputs=(IDENTIFIED,),
         values=run.sections("contact", "record"),
     )
@@ -277,8 +287,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         if not supported(errors[best - 1]):
             searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
             reference = run.folder / "reference.npz"
-        with replacing(run.folder / IDENTIFIED) as temporary:
-            shutil.copyfile(reference, temporary)
+        _copied(reference, run.folder / IDENTIFIED)
         found = IdentificationResult(
             **searched,
             chosen_round=best,
