@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
-from gaitval.identification.identify import conditional_mean, search
+from gaitval.identification.identify import search, walked_with
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged, judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -64,24 +65,18 @@ def seeds(fit: BodyFit, held: Solution, posterior: BodyPosterior) -> dict[str, f
     """Largest difference between two seeds of the search, in posterior SDs: of what CMA-ES finds,
     and of the modes that the whole fit finds from there.
     """
-    profile, shown = Profile(fit, held), BodyFit.looked_for()
+    profile = Profile(fit, held)
     settings = load_configuration().identification
     bests, modes = [], []
     for seed in (0, 1):
-
-        def mu_of(point: Any) -> Any:
-            mu = fit.prior_mean.copy()
-            mu[shown] += fit.prior_sd[shown] * point
-            return mu
-
         found = search(
-            lambda points: [profile(mu_of(each)) for each in points],
-            int(shown.sum()),
+            lambda points: [profile(fit.mu_at(each)) for each in points],
+            int(BodyFit.looked_for().sum()),
             settings=settings,
             seed=seed,
         )
-        bests.append(mu_of(found.best))
-        modes.append(fit.posterior(fit.solve(start=fit.near(held, bests[-1]))).mean)
+        bests.append(fit.mu_at(found.best))
+        modes.append(fit.posterior(fit.mode(held, fit.near(held, bests[-1]))).mean)
     return {
         name: float(np.max(np.abs(pair[0] - pair[1]) / posterior.sd))
         for name, pair in (("cma", bests), ("mode", modes))
@@ -97,9 +92,13 @@ def fit_of(subject: Subject) -> BodyFit:
     )  # fmt: skip
 
 
-def deviance(fit: BodyFit, mu: Any) -> float:
-    """Of a held body, without the prior."""
-    return fit.solve(fixed=mu).cost
+def deviances(fit: BodyFit, identified: Array) -> dict[str, float]:
+    """Of the body as scaled and the identified one, without the prior; each from a standstill and
+    from where the other ended.
+    """
+    bodies = {"nominal": nominal_parameters(), "identified": identified}
+    still = {name: fit.solve(fixed=mu) for name, mu in bodies.items()}
+    return {name: fit.mode(*still.values(), fixed=mu).cost for name, mu in bodies.items()}
 
 
 def main() -> None:
@@ -110,17 +109,16 @@ def main() -> None:
             continue
         fit, model = fit_of(subject), scale_subject(subject).model
         held = fit.solve(fixed=nominal_parameters())
-        solution = fit.solve(start=held)
+        solution = fit.mode(held)
         posterior = fit.posterior(solution)
-        verdicts = [each.verdict for each in judged(posterior)]
-        used = np.array([verdict != "not identified" for verdict in verdicts])
-        mu = conditional_mean(posterior, used)
+        verdicts = judged(posterior)
+        mu = walked_with(posterior, verdicts)
         leg = judged_combinations(posterior, model)[0]
         about: dict[str, Any] = {
             "mean": posterior.mean.tolist(),
             "sd": posterior.sd.tolist(),
             "prior_sd": posterior.prior_sd.tolist(),
-            "verdicts": verdicts,
+            "verdicts": [each.verdict for each in verdicts],
             "identified": mu.tolist(),
             "leg": {"prior_sd": leg.prior_sd, "mean": leg.mean, "sd": leg.sd},
             "leg_scaled": float(sum(
@@ -128,15 +126,12 @@ def main() -> None:
                 if segment.name in ("shank_r", "foot_r")
             )),
             "body_mass_index": subject.mass_kg / subject.height_m**2,
-            "own": {"nominal": held.cost, "identified": deviance(fit, mu)},
-            "others": {},
+            "own": deviances(fit, mu),
+            "others": {
+                trial.name: deviances(fit_of(subject.on_trial(trial.name)), mu)
+                for trial in subject.trials
+            },
         }  # fmt: skip
-        for trial in subject.trials:
-            other = fit_of(subject.on_trial(trial.name))
-            about["others"][trial.name] = {
-                "nominal": deviance(other, nominal_parameters()),
-                "identified": deviance(other, mu),
-            }
         if subject.identifier in SAMPLED:
             about["sampled"] = sampled(fit, solution, posterior)
             about["seeds"] = seeds(fit, held, posterior)

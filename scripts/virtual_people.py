@@ -15,15 +15,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
 from gaitval.identification.body_fit import BodyFit
-from gaitval.identification.identify import conditional_mean
+from gaitval.identification.identify import walked_with
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import combinations, judged, judged_combinations
 from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
@@ -92,16 +90,15 @@ def one(number: int, seed: int, walks: bool) -> dict[str, Any]:
     )  # fmt: skip
     held = fit.solve(fixed=nominal_parameters())
     posterior = fit.posterior(fit.solve(start=held))
-    verdicts = [each.verdict for each in judged(posterior)]
-    used = np.array([verdict != "not identified" for verdict in verdicts])
-    identified = conditional_mean(posterior, used)
+    verdicts = judged(posterior)
+    identified = walked_with(posterior, verdicts)
     about |= {
         "truth": person.truth.tolist(),
         "prior_mean": posterior.prior_mean.tolist(),
         "prior_sd": posterior.prior_sd.tolist(),
         "mean": posterior.mean.tolist(),
         "sd": posterior.sd.tolist(),
-        "verdicts": verdicts,
+        "verdicts": [each.verdict for each in verdicts],
         "identified": identified.tolist(),
         "deviance": [held.cost, -2.0 * posterior.log_posterior],
         "combinations": [

@@ -216,7 +216,6 @@ def identify(
     nominal = fit.prior_mean
     held = fit.solve(fixed=nominal)
     profile = Profile(fit, held)
-    free = BodyFit.looked_for()
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
@@ -227,27 +226,23 @@ def identify(
         }
     )
 
-    def mu_of(point: Array) -> Array:
-        mu = nominal.copy()
-        mu[free] += prior_sd[free] * point
-        return mu
-
     def progress(generation: int, best: float) -> None:
         if on_progress is not None:
             on_progress({"generation": generation, "total": settings.generations, "value": best})
 
     searched = search(
-        lambda points: [profile(mu_of(each)) for each in points],
-        int(free.sum()),
+        lambda points: [profile(fit.mu_at(each)) for each in points],
+        int(BodyFit.looked_for().sum()),
         settings=settings,
         seed=configuration.seed,
         state_file=state_file,
         key=key,
         on_generation=progress,
     )
-    posterior = fit.posterior(fit.solve(start=fit.near(held, mu_of(searched.best))))
+    best = fit.mu_at(searched.best)
+    posterior = fit.posterior(fit.mode(held, fit.near(held, best)))
     state_file.unlink(missing_ok=True)
-    return found(posterior, searched, mu_of(searched.best), held.cost, fit, model, configuration)
+    return found(posterior, searched, best, held.cost, fit, model, configuration)
 
 
 def found(
@@ -268,9 +263,7 @@ def found(
     """
     lower, upper = parameter_bounds(configuration.randomisation)
     verdicts = judged(posterior, (lower, upper))
-    used = np.array([each.verdict != "not identified" for each in verdicts]) & fit.looked_for()
-    kept = posterior.prior_mean.copy()
-    kept[used] = conditional_mean(posterior, used)[used]
+    kept = walked_with(posterior, verdicts)
     return Identification(
         names=PARAMETERS,
         nominal=tuple(map(float, posterior.prior_mean)),
@@ -301,6 +294,14 @@ def _combination(each: Judged) -> dict[str, Any]:
         "standard_deviation": each.sd,
         "verdict": each.verdict,
     }
+
+
+def walked_with(posterior: BodyPosterior, verdicts: Sequence[Judged]) -> Array:
+    """Parameters (14,) to walk with: what is not identified stays at its prior mean, the rest is
+    where it is most likely then.
+    """
+    used = np.array([each.verdict != "not identified" for each in verdicts])
+    return conditional_mean(posterior, used)
 
 
 def conditional_mean(posterior: BodyPosterior, used: Flags) -> Array:

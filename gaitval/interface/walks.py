@@ -82,9 +82,10 @@ class Policy(Result):
     @cached_property
     def corrected_task(self) -> WalkingTask:
         """The task of the identified body with the corrected reference, as it is validated."""
-        task = WalkingTask.of(
-            self.model, self.subject.record(), self.configuration, mu=self.identified
-        )
+        task = self.task
+        if not np.array_equal(self.identified[2:], self.nominal[2:]):  # another body
+            record = self.subject.record()
+            task = WalkingTask.of(self.model, record, self.configuration, mu=self.identified)
         reference = adjusted(task.reference, task.reference_body, self.correction)
         return replace(task, reference=reference)
 

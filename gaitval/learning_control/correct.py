@@ -82,10 +82,12 @@ class Walked:
         `_INDEPENDENT` for a curve that is off by its accuracy throughout.
     rmse : by (kind, curve), in the units of `metrics.recorded.CURVE_UNITS`; also of curves that are
         not fitted, the pelvis's angles.
+    scatter : degrees, RMS difference of one cycle's angles of the pelvis from their means.
     """
 
     deviations: Array
     rmse: Mapping[tuple[str, str], float]
+    scatter: float
 
     def error(self) -> float:
         """Root mean square over the fitted curves of error / accuracy."""
@@ -269,15 +271,17 @@ def beside_reference(environment: WalkingEnvironment, case: "Case") -> Walked | 
         )
     )
     wanted = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
-    parts, errors = [], {}
+    parts, errors, scatters = [], {}, []
     for kind, curves in wanted.items():
         for name, curve in curves.items():
-            difference = walked[kind][name].mean(axis=0) - curve
-            errors[kind, name] = rms(difference)
+            mean = walked[kind][name].mean(axis=0)
+            errors[kind, name] = rms(mean - curve)
             if fitted(kind, name):
                 weight = float(np.sqrt(_INDEPENDENT / len(curve))) / accuracy_of(kind, name)
-                parts.append(weight * difference)
-    return Walked(np.concatenate(parts), errors)
+                parts.append(weight * (mean - curve))
+            else:
+                scatters.append(rms(walked[kind][name] - mean))
+    return Walked(np.concatenate(parts), errors, rms(np.array(scatters)))
 
 
 @dataclass(frozen=True)
@@ -308,7 +312,7 @@ def correct(
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if a walk from half a cycle later, which the search has not seen, gets
     better too, and if the pelvis's angles, which it does not look at, get no worse in either walk
-    by more than the two walks differ.
+    by more than its cycles differ.
 
     Parameters
     ----------
@@ -363,13 +367,13 @@ def harm(
         return "a walk from another start phase fell"
     if after_other.error() >= before_other.error():
         return "a walk from another start phase gets no better"
-    scatter = abs(before.left_out() - before_other.left_out())
+    scatter = max(before.scatter, before_other.scatter)
     worse = max(
         after.left_out() - before.left_out(), after_other.left_out() - before_other.left_out()
     )
     if worse > scatter:
         return (
-            f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; walks "
+            f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; cycles "
             f"differ by {scatter:.2f}"
         )
     return None

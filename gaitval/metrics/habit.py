@@ -72,6 +72,13 @@ def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float)
     return curves
 
 
+def with_centring(task: WalkingTask, share: float) -> WalkingTask:
+    """The task with another share of the policy's habit taken away."""
+    environment = task.configuration.environment.model_copy(update={"centring": share})
+    configuration = task.configuration.model_copy(update={"environment": environment})
+    return replace(task, configuration=configuration)
+
+
 def centred(
     task: WalkingTask, policy: Policy, mu: Array, shares: Sequence[float] = SHARES
 ) -> float:
@@ -83,9 +90,7 @@ def centred(
     wanted = reference_curves(task.reference, task.model.mass, task.record.left_phase)
     best, least = task.configuration.environment.centring, np.inf
     for share in shares:
-        environment = task.configuration.environment.model_copy(update={"centring": share})
-        configuration = task.configuration.model_copy(update={"environment": environment})
-        walker = WalkingEnvironment(replace(task, configuration=configuration))
+        walker = WalkingEnvironment(with_centring(task, share))
         rollout = record_rollout(
             walker, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + _CYCLES
         )
@@ -94,7 +99,7 @@ def centred(
         found = epsilon(
             simulated_curves(
                 rollout,
-                find_cycles(rollout, configuration),
+                find_cycles(rollout, task.configuration),
                 mass=task.model.mass,
                 filters=low_pass_of(task.record, validation.filter_frequency),
             ),

@@ -34,8 +34,13 @@ def start_kind(folder: Path) -> str:
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
     """Copy files from one folder to another, each whole or not at all."""
     for name in names:
-        with replacing(target / name) as temporary:
-            shutil.copyfile(source / name, temporary)
+        copy_file(source / name, target / name)
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Copy a file, whole or not at all."""
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
 
 
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}

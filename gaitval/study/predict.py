@@ -6,14 +6,10 @@ policy: it costs a reference and a few walks, and no training.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from gaitval.simulation.walker import WalkingTask
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ConfigurationError
@@ -152,7 +148,7 @@ def predicted_correction_stage(run: Run) -> Stage:
 
     def correct_walk() -> None:
         from gaitval.learning_control.correct import correct
-        from gaitval.metrics.habit import centred
+        from gaitval.metrics.habit import centred, with_centring
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
@@ -178,19 +174,13 @@ def predicted_correction_stage(run: Run) -> Stage:
     )
 
 
-def with_centring(task: "WalkingTask", share: float) -> "WalkingTask":
-    """The task with another share of the policy's habit taken away."""
-    environment = task.configuration.environment.model_copy(update={"centring": share})
-    configuration = task.configuration.model_copy(update={"environment": environment})
-    return replace(task, configuration=configuration)
-
-
 def predicted_walk_stage(run: Run) -> Stage:
     """Reference, correction and policy → walks from every start phase."""
     validation = run.configuration.validation
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
+        from gaitval.metrics.habit import with_centring
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.model.parameters import nominal_parameters

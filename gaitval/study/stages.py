@@ -3,14 +3,10 @@
 It is long because every stage is here, in order, with what it reads and writes.
 """
 
-import shutil
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from gaitval.simulation.walker import WalkingTask
 
 import numpy as np
 
@@ -22,6 +18,7 @@ from gaitval.study.inputs import (
     WALKS,
     WITNESS,
     body_parameters,
+    copy_file,
     copy_files,
     corrected_task,
     identified_task,
@@ -31,6 +28,9 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Run, Stage
+
+if TYPE_CHECKING:
+    from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
 LEARNING_SECTIONS = (*SIMULATION_SECTIONS, "reward", "randomisation")
@@ -180,23 +180,14 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     from gaitval.model.urdf import read_urdf
     from gaitval.reference.dynamic_fit import consistent_reference
 
-    told, model = run.told(), read_urdf(run.folder / "model.urdf")
     mu = body_parameters(folder / "identification.json")
-    geometry = nominal_parameters()
-    if np.array_equal(mu[2:], geometry[2:]):  # the body as scaled, whose reference there is
-        _copied(run.folder / "reference.npz", folder / IDENTIFIED)
+    if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is
+        copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
-    geometry[2:] = mu[2:]
-    reference = consistent_reference(
-        told.record, apply_parameters(model, geometry), run.configuration.contact, told.accuracy
-    )
-    reference.save(folder / IDENTIFIED)
-
-
-def _copied(source: Path, target: Path) -> None:
-    """Copy a file, whole or not at all."""
-    with replacing(target) as temporary:
-        shutil.copyfile(source, temporary)
+    told = run.told()
+    body = apply_parameters(read_urdf(run.folder / "model.urdf"), mu)
+    contact = run.configuration.contact
+    consistent_reference(told.record, body, contact, told.accuracy).save(folder / IDENTIFIED)
 
 
 def identified_reference_stage(run: Run) -> Stage:
@@ -287,7 +278,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         if not supported(errors[best - 1]):
             searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
             reference = run.folder / "reference.npz"
-        _copied(reference, run.folder / IDENTIFIED)
+        copy_file(reference, run.folder / IDENTIFIED)
         found = IdentificationResult(
             **searched,
             chosen_round=best,

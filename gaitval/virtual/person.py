@@ -20,7 +20,7 @@ from gaitval.datasets.curve_files import MeanCurves, gait_values
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.plate_correction import SHIFT_SIGNS
-from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES
 from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
@@ -144,14 +144,10 @@ def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dic
     }
 
 
-def _wave(sd: Array, random: np.random.Generator) -> tuple[Array, Array]:
-    """Coefficients of an error over the cycle: cosines and sines with these SDs (H,)."""
-    return sd * random.standard_normal(len(sd)), sd * random.standard_normal(len(sd))
-
-
-def _at(phase: Array, mean: float, wave: tuple[Array, Array]) -> Array:
-    angle = 2.0 * np.pi * np.outer(phase, np.arange(1, len(wave[0]) + 1))
-    return np.asarray(mean + np.cos(angle) @ wave[0] + np.sin(angle) @ wave[1])
+def _wave(mean: float, sd: Array, random: np.random.Generator) -> PeriodicCurve:
+    """An error over the cycle whose cosines and sines have these SDs (H,)."""
+    cosine, sine = (sd * random.standard_normal(len(sd)) for _ in range(2))
+    return PeriodicCurve(mean, tuple(cosine), tuple(sine))
 
 
 def with_errors(
@@ -170,24 +166,24 @@ def with_errors(
     harmonics = (len(sd) - 1) // 2
     found = Curves({}, {}, {})
 
-    def angle_error() -> tuple[float, tuple[Array, Array]]:
-        return sd[0] * random.standard_normal(), _wave(sd[1 : 1 + harmonics], random)
+    def angle_error() -> PeriodicCurve:
+        return _wave(sd[0] * random.standard_normal(), sd[1 : 1 + harmonics], random)
 
     for name in RECORDED_ANGLES:
         for side in SIDES:
             key = f"{name}_{side[0]}"
-            found.angles[key] = curves.angles[key] + _at(_PERCENT, *angle_error())
+            found.angles[key] = curves.angles[key] + angle_error()(_PERCENT)
     for name in PELVIS_ANGLES:
-        mean, wave = angle_error()
+        error = angle_error()
         sign = 1.0 if name == "pelvis_tilt" else -1.0
-        found.angles[f"{name}_r"] = curves.angles[f"{name}_r"] + _at(_PERCENT, mean, wave)
-        left = sign * _at(_PERCENT + left_phase, mean, wave)
+        found.angles[f"{name}_r"] = curves.angles[f"{name}_r"] + error(_PERCENT)
+        left = sign * error(_PERCENT + left_phase)
         found.angles[f"{name}_l"] = curves.angles[f"{name}_l"] + left
     # a curve is worth `independent` numbers: so many cosines and sines of equal size
     count = max(1, round(noise.independent / 2))
 
     def wave_error(size: float) -> Array:
-        return _at(_PERCENT, 0.0, _wave(np.full(count, size / np.sqrt(count)), random))
+        return _wave(0.0, np.full(count, size / np.sqrt(count)), random)(_PERCENT)
 
     sizes = dict(
         zip(FORCES, (noise.forward_force, noise.medial_force, noise.vertical_force), strict=True)
@@ -202,8 +198,8 @@ def with_errors(
             size = noise.adduction_moment if name == "hip_adduction" else noise.moment
             centre = noise.joint_centre * random.standard_normal()
             away = SHIFT_SIGNS.get(name, 0.0) * plate + SHIFT_SIGNS.get(name, 1.0) * centre
-            error = away * vertical * GRAVITY + wave_error(size)
-            found.moments[key] = curves.moments[key] + error
+            wrong = away * vertical * GRAVITY + wave_error(size)
+            found.moments[key] = curves.moments[key] + wrong
         for name in FORCES:
             key = f"{name}_{side[0]}"
             found.forces[key] = curves.forces[key] + loaded * wave_error(sizes[name])

@@ -138,8 +138,10 @@ def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp
     mode = fit.posterior(solution)
     assert found.converged
     assert found.search_distance < 0.5
+    # `solution` is one of the two starts of the mode, and minima are a tenth of an SD apart.
+    assert found.deviance_identified <= solution.cost + 1e-3
     np.testing.assert_allclose(
-        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.05
+        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.2
     )
     assert found.deviance_identified < found.deviance_nominal
     assert "weak" in found.verdicts

@@ -141,7 +141,7 @@ def walked(deviations, left_out: float = 0.5) -> Walked:
     """A walk whose knee is off by the size of its deviations."""
     size = float(np.linalg.norm(deviations))
     rmse = {("angles", "knee_angle_r"): 2.0 * size, ("angles", "pelvis_list_r"): left_out}
-    return Walked(np.asarray(deviations, dtype=float), rmse)
+    return Walked(np.asarray(deviations, dtype=float), rmse, scatter=0.05)
 
 
 def test_the_error_is_of_the_fitted_curves_over_their_accuracy():
@@ -151,7 +151,7 @@ def test_the_error_is_of_the_fitted_curves_over_their_accuracy():
         ("angles", "pelvis_tilt_r"): 9.0,
         ("angles", "pelvis_tilt_l"): 1.0,
     }
-    found = Walked(np.zeros(1), rmse)
+    found = Walked(np.zeros(1), rmse, 0.0)
     assert found.error() == pytest.approx(np.sqrt((1.0 + 4.0) / 2.0))
     assert found.left_out() == pytest.approx(np.sqrt(41.0))
 
