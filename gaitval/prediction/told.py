@@ -53,9 +53,9 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
     vertical_force=0.008,
 )
 """Of a record that is predicted from other trials. What it says of angles is as good as a recorded
-one's, and of forces nearly, but its moments miss by more; with the accuracy of a record, angles give
-way to them. On the four trials to develop on, the reference's sagittal angles come 0 to 0.3 degrees
-nearer so, its forces 0.1 % of body weight, and its moments are up to 0.008 Nm/kg further away.
+one's, and of forces nearly, but its moments miss by more; with the accuracy of a record, angles
+give way to them. On the four trials to develop on, the reference's sagittal angles come 0 to 0.3
+degrees nearer so, its forces stay, and its moments are up to 0.007 Nm/kg further away.
 """
 
 
