@@ -275,8 +275,10 @@ class IdentificationSettings(Section):
     standard deviations of the prior."""
     rounds: int = Field(2, ge=1)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
-    kappa: Positive = 0.5
-    """Threshold on the normalised error epsilon that ends Algorithm 1."""
+    kappa: Positive = 1.4
+    """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's
+    own: at the square root of two, what the walker adds is as large as what the reference misses
+    by, if the two are independent."""
 
 
 class NoiseSettings(Section):

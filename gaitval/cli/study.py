@@ -357,8 +357,9 @@ def subject_command(
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
 
-    Alternates training and identification until epsilon is below identification.kappa or
-    identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
+    Alternates training and identification until epsilon is below identification.kappa times the
+    reference's own, until a round gains nothing, or until identification.rounds are done
+    (Algorithm 1). Stages that are up to date are skipped.
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject

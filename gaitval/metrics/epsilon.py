@@ -7,7 +7,8 @@ the same recorded quantity. A part of 0 is a perfect match, and a part of 1 is a
 the record itself; epsilon is the sum of the three parts.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,4 +90,17 @@ def epsilon(simulated: Curves, recorded: Curves) -> Epsilon | None:
         angles_rad=angles_rad,
         moments_nm_per_kg=moments_nm_per_kg,
         forces_body_weights=forces_body_weights,
+    )
+
+
+def mean_of(walks: Sequence[Epsilon | None]) -> Epsilon | None:
+    """Mean of several walks; None if one of them has no complete cycle."""
+    found = [each for each in walks if each is not None]
+    if len(found) < len(walks):
+        return None
+    return Epsilon(
+        **{
+            field.name: float(np.mean([getattr(each, field.name) for each in found]))
+            for field in fields(Epsilon)
+        }
     )

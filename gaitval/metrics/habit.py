@@ -22,6 +22,7 @@ from gaitval.metrics.comparison import (
     PELVIS_ANGLES,
     Curves,
     low_pass_of,
+    recorded_curves,
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
@@ -70,6 +71,20 @@ def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float)
             force = medial[axis] * reference.ground_reaction[:, column, axis]
             curves.forces[f"{name}_{side[0]}"] = sampled(force)
     return curves
+
+
+def floor_of(task: WalkingTask) -> float:
+    """Epsilon of the reference itself: what even a walker that follows it exactly misses by."""
+    asked = reference_curves(task.reference, task.model.mass, task.record.left_phase)
+    once = Curves(
+        **{
+            kind: {name: curve[None] for name, curve in getattr(asked, kind).items()}
+            for kind in ("angles", "moments", "forces")
+        }
+    )
+    found = epsilon(once, recorded_curves(task.record))
+    assert found is not None  # one whole cycle
+    return found.total
 
 
 def with_centring(task: WalkingTask, share: float) -> WalkingTask:

@@ -282,6 +282,12 @@ class Round(OpenResult):
 
     round: Count
     epsilon: EpsilonResult | None
+    """At mu*, mean over the start phases."""
+    epsilon_nominal: EpsilonResult | None = None
+    scatter: Number | None = None
+    """SD of epsilon over the start phases."""
+    floor: Number | None = None
+    """Epsilon of the reference itself."""
 
 
 _Parameters = Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]

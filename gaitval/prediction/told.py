@@ -47,7 +47,7 @@ recorded angles alone would give are further off than the expected ones, but the
 forces depend on how this person moves."""
 
 PREDICTED_ACCURACY: Final = RecordAccuracy(
-    sagittal=np.deg2rad(0.7),
+    sagittal=np.deg2rad(0.6),
     forward_force=0.008,
     sideways_force=0.006,
     vertical_force=0.008,
@@ -55,7 +55,7 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
 """Of a record that is predicted from other trials. What it says of angles is as good as a recorded
 one's, and of forces nearly, but its moments miss by more; with the accuracy of a record, angles
 give way to them. On the four trials to develop on, the reference's sagittal angles come 0 to 0.3
-degrees nearer so, its forces stay, and its moments are up to 0.007 Nm/kg further away.
+degrees nearer so, its forces stay, and its moments are up to 0.01 Nm/kg further away.
 """
 
 

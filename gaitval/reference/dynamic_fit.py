@@ -112,6 +112,8 @@ class Accuracy(NamedTuple):
     record: RecordAccuracy = RecordAccuracy()
     laws: LawAccuracy = LawAccuracy()
     convention: ConventionAccuracy = ConventionAccuracy()
+    mean_lean: float = 0.0
+    """Mean forward lean of the trunk from which `convention.lean` is counted, rad."""
 
 
 SWING_CLEARANCE = 0.012
@@ -280,6 +282,7 @@ def fit_problem(
     level = sum(each[:, 2].mean() for each in force)
 
     target = np.zeros((INSTANTS, OUTPUTS))
+    target[:, TRUNK.start + 1] = accuracy.mean_lean
     weights = np.zeros((INSTANTS, OUTPUTS))
     lever = np.zeros((INSTANTS, OUTPUTS, _COMMON))
     lever[:, TRUNK.start + 1, 2] = -1.0

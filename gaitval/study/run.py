@@ -27,6 +27,8 @@ from gaitval.study.stages import (
     reference_stage,
     report_stage,
     round_epsilon,
+    round_floor,
+    round_gained,
     scale_stage,
     simulate_stage,
     train_stage,
@@ -195,23 +197,42 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
     def perform(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
-    settings = run.configuration.identification
     perform(scale_stage(run))
     perform(reference_stage(run))
     choose_start(run, scratch=scratch)
-    rounds = 0
-    epsilon = float("inf")
-    while rounds < settings.rounds and epsilon >= settings.kappa:
+    rounds, done = 0, False
+    while not done:
         rounds += 1
         perform(train_stage(run, rounds))
         perform(identify_stage(run, rounds))
         perform(evaluate_stage(run, rounds))
-        epsilon = round_epsilon(run, rounds)
-        shown = "the walk fell early" if epsilon == float("inf") else f"epsilon {epsilon:.3f}"
-        run.observer.say(f"Round {rounds} of Algorithm 1: {shown}, kappa {settings.kappa:g}.")
+        done, why = algorithm_1_ends(run, rounds)
+        run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
     perform(choose_stage(run, rounds))
     perform(correct_stage(run))
     perform(simulate_stage(run))
     perform(push_stage(run))
     perform(validate_stage(run))
     perform(report_stage(run))
+
+
+def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
+    """Whether no more rounds are needed after this many, and why in words.
+
+    It ends when the walker is near enough to what it was asked to do, when another round gains no
+    more than walks from different start phases differ, or after `identification.rounds`.
+    """
+    settings = run.configuration.identification
+    epsilon, floor = round_epsilon(run, rounds), round_floor(run, rounds)
+    if epsilon == float("inf"):
+        shown = "the walk fell early"
+    else:
+        shown = (
+            f"epsilon {epsilon:.3f}, {epsilon / floor:.2f} times the reference's own {floor:.3f} "
+            f"(kappa {settings.kappa:g})"
+        )
+    if epsilon < settings.kappa * floor:
+        return True, shown
+    if rounds > 1 and not round_gained(run, rounds):
+        return True, f"{shown}; it gained no more than walks differ"
+    return rounds >= settings.rounds, shown

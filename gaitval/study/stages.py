@@ -202,7 +202,9 @@ def identified_reference_stage(run: Run) -> Stage:
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:
-    """Epsilon of a round's policy with the nominal and the identified body."""
+    """Epsilon of a round's policy with the nominal and the identified body, means over the start
+    phases; its scatter over them; and its floor, which is the reference's own.
+    """
     here = f"rounds/{round_number}"
     identification = f"{here}/identification/identification.json"
     validation = run.configuration.validation
@@ -213,33 +215,41 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     def evaluate() -> None:
         from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.epsilon import epsilon
+        from gaitval.metrics.epsilon import epsilon, mean_of
+        from gaitval.metrics.habit import floor_of
         from gaitval.policy.rollouts import roll_out
 
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
-        errors = {}
+        errors: dict[str, Any] = {"floor": floor_of(task), "scatter": None}
         found = body_parameters(run.folder / identification)
         tasks = {
             "nominal": task,
             "identified": identified_task(run, found, f"{here}/identification"),
         }
         for which, each in tasks.items():
-            rollout = roll_out(
-                each,
-                policy,
-                mu=body_parameters(run.folder / identification, which),
-                start_phase=validation.start_phases[0],
-                cycles=validation.settling_cycles + validation.cycles,
-            )
-            curves = simulated_curves(
-                rollout,
-                find_cycles(rollout, run.configuration).first(validation.cycles),
-                mass=task.model.mass,
-                filters=low_pass_of(task.record, validation.filter_frequency),
-            )
-            error = epsilon(curves, recorded_curves(task.record))
+            walks = []
+            for start_phase in validation.start_phases:
+                rollout = roll_out(
+                    each,
+                    policy,
+                    mu=body_parameters(run.folder / identification, which),
+                    start_phase=start_phase,
+                    cycles=validation.settling_cycles + validation.cycles,
+                    engine="compiled",
+                )
+                curves = simulated_curves(
+                    rollout,
+                    find_cycles(rollout, run.configuration).first(validation.cycles),
+                    mass=task.model.mass,
+                    filters=low_pass_of(task.record, validation.filter_frequency),
+                )
+                walks.append(epsilon(curves, recorded_curves(task.record)))
+            error = mean_of(walks)
             errors[which] = None if error is None else error.as_dict()
+            if which == "identified":
+                totals = [walk.total for walk in walks if walk is not None]
+                errors["scatter"] = float(np.std(totals)) if error is not None else None
         write_json(run.folder / here / "epsilon.json", errors)
 
     return Stage(
@@ -285,7 +295,13 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             epsilon_nominal=errors[best - 1]["nominal"],
             epsilon_identified=errors[best - 1]["identified"],
             rounds=[
-                {"round": number, "epsilon": error["identified"]}
+                {
+                    "round": number,
+                    "epsilon": error["identified"],
+                    "epsilon_nominal": error["nominal"],
+                    "scatter": error["scatter"],
+                    "floor": error["floor"],
+                }
                 for number, error in zip(numbers, errors, strict=True)
             ],
         )
@@ -339,8 +355,28 @@ def _join_logs(logs: Sequence[Path], target: Path) -> None:
 
 def round_epsilon(run: Run, round_number: int) -> float:
     """Normalised error epsilon at mu* of a finished round; infinite if the walker fell early."""
-    error = read_json(run.folder / f"rounds/{round_number}/epsilon.json")["identified"]
+    error = _round(run, round_number)["identified"]
     return float("inf") if error is None else float(error["total"])
+
+
+def round_floor(run: Run, round_number: int) -> float:
+    """Epsilon of the reference itself."""
+    return float(_round(run, round_number)["floor"])
+
+
+def round_gained(run: Run, round_number: int) -> bool:
+    """Whether a later round's epsilon is lower than the one's before by more than their scatter
+    over start phases.
+    """
+    before, after = _round(run, round_number - 1), _round(run, round_number)
+    if before["identified"] is None or after["identified"] is None:
+        return before["identified"] is None
+    scatter = max(before["scatter"], after["scatter"])
+    return bool(after["identified"]["total"] < before["identified"]["total"] - scatter)
+
+
+def _round(run: Run, round_number: int) -> dict[str, Any]:
+    return dict(read_json(run.folder / f"rounds/{round_number}/epsilon.json"))
 
 
 def correct_stage(run: Run) -> Stage:

@@ -19,6 +19,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.curve_files import MeanCurves, gait_values
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import GaitvalError
+from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES
@@ -36,7 +37,8 @@ from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy
-from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.dynamic_fit import Accuracy, ConventionAccuracy, fitted
+from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
@@ -46,6 +48,13 @@ WIDEST: Final = 2.5
 _LOADED: Final = 0.2
 """Body weights from which on the error of a force is whole."""
 _CYCLES: Final = 20
+_OWN_KINETICS: Final = RecordAccuracy(
+    moment=0.15, adduction_moment=0.2, forward_force=0.02, sideways_force=0.015, vertical_force=0.05
+)
+"""Moments and forces are those that this body needs for its motion, within the scatter between
+people: a body that is made to walk with another's moments shows nothing of its own."""
+_HELD: Final = 1e-4
+"""rad, of the lean of the trunk: a person's habit, not what would suit the moments."""
 _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
 
@@ -94,8 +103,14 @@ def virtual_person(
     truth = drawn_parameters(prior_sd(person), random)
     scaled = scale_subject(person).model
     body = apply_parameters(scaled, truth)
-    reference = consistent_reference(person.record(), body, configuration.contact)
-    task = WalkingTask(body, person.record(), reference, configuration)
+    record, contact = person.record(), configuration.contact
+    accuracy = Accuracy(
+        record=_OWN_KINETICS,
+        convention=ConventionAccuracy(lean=_HELD),
+        mean_lean=ConventionAccuracy().lean * random.standard_normal(),
+    )
+    reference = fitted(build_reference(record, body, contact), record, body, contact, accuracy)
+    task = WalkingTask(body, record, reference, configuration)
     walking = nominal_parameters()
     walking[:2] = truth[:2]
     settling = configuration.validation.settling_cycles

@@ -16,7 +16,7 @@ from gaitval.metrics.comparison import (
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.epsilon import epsilon
+from gaitval.metrics.epsilon import epsilon, mean_of
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.skeleton import HumanSkeleton
@@ -173,6 +173,15 @@ def test_epsilon_of_one_offset_follows_the_equation():
     found = epsilon(simulated, RECORDED)
     assert found.angles_rad == pytest.approx(0.5)
     assert found.moments == found.forces == 0.0
+
+
+def test_the_mean_epsilon_of_walks_is_none_if_one_of_them_fell():
+    found = epsilon(_simulated(WALK), RECORDED)
+    worse = replace(found, angles=found.angles + 0.2, total=found.total + 0.2)
+    mean = mean_of([found, worse])
+    assert mean.total == pytest.approx(found.total + 0.1)
+    assert mean.angles + mean.moments + mean.forces == pytest.approx(mean.total)
+    assert mean_of([found, None]) is None
 
 
 def test_epsilon_pairs_the_cycles_of_feet_with_one_cycle_less():

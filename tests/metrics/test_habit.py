@@ -6,9 +6,9 @@ from simulation_fixtures import random_policy
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics import habit
-from gaitval.metrics.comparison import recorded_curves, rms
-from gaitval.metrics.epsilon import Epsilon
-from gaitval.metrics.habit import centred, reference_curves
+from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, recorded_curves, rms
+from gaitval.metrics.epsilon import ANGLES, Epsilon
+from gaitval.metrics.habit import centred, floor_of, reference_curves
 from gaitval.model.parameters import nominal_parameters
 
 
@@ -22,6 +22,21 @@ def test_the_references_curves_have_the_records_names_signs_and_sides(task):
             assert rms(curve - getattr(truth, kind)[name]) < largest, name
     assert found.forces["medial_l"][20:40].mean() > 0.0
     assert found.forces["medial_r"][20:40].mean() > 0.0
+
+
+def test_the_floor_is_the_error_of_the_reference_itself(task):
+    """About a sixth of the record; none for a record that is what the reference does."""
+    floor = floor_of(task)
+    assert 0.05 < floor < 0.5
+    curves = reference_curves(task.reference, task.model.mass, task.record.left_phase)
+    parts = []
+    for kind, names in (("angles", ANGLES), ("moments", JOINT_MOMENTS), ("forces", FORCES)):
+        recorded = getattr(recorded_curves(task.record), kind)
+        keys = [f"{name}_{side}" for name in names for side in "rl"]
+        off = np.array([getattr(curves, kind)[key] - recorded[key] for key in keys])
+        size = np.array([recorded[key] for key in keys])
+        parts.append(np.linalg.norm(off, axis=0).mean() / np.sqrt(np.mean(np.sum(size**2, axis=0))))
+    assert floor == pytest.approx(sum(parts))
 
 
 def test_walks_that_fall_choose_nothing(task):

@@ -89,7 +89,15 @@ def _identification() -> dict:
         "epsilon_nominal": None,
         "epsilon_identified": None,
         "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
-        "rounds": [],
+        "rounds": [
+            {
+                "round": 1,
+                "epsilon": {"angles": 0.1, "moments": 0.2, "forces": 0.1, "total": 0.4},
+                "epsilon_nominal": None,
+                "scatter": 0.0123,
+                "floor": 0.3478,
+            }
+        ],
     }
 
 
@@ -291,6 +299,12 @@ def test_every_section_is_there(page):
     assert "Not shown" not in page.text
     assert page.tags.count("svg") == 13
     assert "compliant" not in page.text.lower()
+
+
+def test_rounds_of_algorithm_1_are_held_against_the_reference_itself(page):
+    row = page.text[page.text.index("Round of training and identification") :][:250]
+    for shown in ("0.400", "0.012", "0.348", "1.15"):
+        assert shown in row
 
 
 def test_failures_come_first_and_are_named(page, metrics):

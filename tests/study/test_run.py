@@ -269,7 +269,8 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
                         total = epsilons[numbers[0] - 1]
                         parts = {"angles": 0.0, "moments": 0.0, "forces": total, "total": total}
                         error = None if total is None else parts
-                        write_json(run.folder / output, {"nominal": None, "identified": error})
+                        written = {"nominal": None, "identified": error, "floor": 1.0}
+                        write_json(run.folder / output, {**written, "scatter": 0.1})
                     elif output.endswith("identification.json"):
                         write_json(run.folder / output, FOUND)
                     elif output.endswith("training.csv"):
@@ -337,6 +338,25 @@ def test_algorithm_1_ends_below_kappa(opened: Opener, stand_ins: list[float | No
     identification = json.loads((run.folder / "identification.json").read_text())
     rounds = [(each["round"], each["epsilon"]["total"]) for each in identification["rounds"]]
     assert rounds == [(1, 3.0), (2, 2.0)]
+
+
+def test_algorithm_1_ends_when_a_round_gains_less_than_walks_differ(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    stand_ins[:] = [3.0, 2.0, 1.95, 1.0]
+    run = opened("identification.rounds=4", "identification.kappa=0.1")
+    run_subject(run)
+    assert finished_rounds(run) == 3
+    assert json.loads((run.folder / "identification.json").read_text())["chosen_round"] == 3
+
+
+def test_a_round_after_a_fall_counts_as_a_gain(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    stand_ins[:] = [None, 2.0, 1.0, 0.5]
+    run = opened("identification.rounds=3", "identification.kappa=0.1")
+    run_subject(run)
+    assert finished_rounds(run) == 3
 
 
 def test_the_round_with_the_smallest_epsilon_is_chosen(
