@@ -264,6 +264,9 @@ class IdentificationSettings(Section):
 
     method: Literal["posterior", "none"] = "posterior"
     """`none`: the body stays as scaled, and the policy alone is learned."""
+    parameters: Literal["paper", "extended"] = "paper"
+    """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are found
+    too (`gaitval.model.extended`), and reported; the walker's stay as they are."""
     population: int = Field(8, ge=4)
     """The paper's 8."""
     generations: int = Field(400, ge=1)

@@ -3,8 +3,8 @@
     python scripts/identification_evidence.py
 
 Reads `reports/identification/virtual.json` (`scripts/virtual_people.py --walks`), `real.json`
-(`scripts/real_people.py`) and the stored baselines. Writes the rows and the tables of
-docs/identification.md.
+(`scripts/real_people.py`), `ablation.json` (`scripts/identification_ablation.py`) and the stored
+baselines. Writes the rows, and the tables and pictures of docs/identification.md.
 """
 
 import json
@@ -12,12 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import evidence
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 from marked_table import with_table
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
-from gaitval.artefacts import write_text
+from gaitval.artefacts import replacing, write_text
 from gaitval.model.parameters import PARAMETERS
+
+mpl.use("agg")
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification"
@@ -245,15 +249,180 @@ def real_table(people: dict[str, Any]) -> list[str]:
     return lines
 
 
+def legs_table(people: dict[str, Any]) -> list[str]:
+    """Thigh + shank of the ten, cm, by everything that knows something of it."""
+    lines = [
+        "| subject | markers | stature alone | stature, then the record | stance | tape, to the"
+        " ground |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, each in people.items():
+        leg, by = each["leg"], each["by_stature"]
+        lines.append(
+            f"| {name} | {100 * each['leg_scaled']:.1f} ± {100 * leg['prior_sd']:.1f} "
+            f"| {100 * by['scaled']:.1f} ± {100 * by['prior_sd']:.1f} "
+            f"| {100 * by['found']:.1f} ± {100 * by['sd']:.1f} "
+            f"| {100 * each['leg_stance']:.1f} | {100 * each['leg_tape']:.1f} |"
+        )
+    found = {
+        key: np.array([of(each) for each in people.values()])
+        for key, of in (
+            ("markers", lambda each: each["leg_scaled"]),
+            ("record", lambda each: each["leg_scaled"] + each["leg"]["mean"]),
+            ("stance", lambda each: each["leg_stance"]),
+            ("before", lambda each: each["by_stature"]["scaled"]),
+            ("after", lambda each: each["by_stature"]["found"]),
+        )
+    }
+    lines.append("")
+    for other, words in (
+        ("markers", "the legs by markers"),
+        ("record", "those by markers and the record"),
+        ("stance", "those that stance asks for"),
+    ):
+        apart = [100 * rms(found[key] - found[other]) for key in ("before", "after")]
+        lines.append(
+            f"From {words}, legs by stature are {apart[0]:.1f} cm RMS away before the record is "
+            f"seen, and {apart[1]:.1f} cm after."
+        )
+    return lines
+
+
+def ablation() -> tuple[list[Row], list[str], dict[str, Any]]:
+    """Row, table, and the figures: by body and subject, arrays (seeds,) as scaled and as found."""
+    stored = json.loads((STORE / "ablation.json").read_text())
+    found: dict[str, Any] = {}
+    for key, walk in stored["walks"].items():
+        subject, body, seed, which = key.split()
+        place = found.setdefault(body, {}).setdefault(subject, {"nominal": {}, "identified": {}})
+        place[which][int(seed)] = walk
+    lines = [
+        f"Six seeds of {stored['samples']:,} samples from the general policy, the same for both; "
+        "walks from eight starts without correction, mean ± SD over the seeds. Errors: RMSE of "
+        "hip, knee and ankle (sagittal), and of the ground reaction.",
+        "",
+        "| body by | subject | | ε | angles, deg | moments, Nm/kg | forces, % BW | seeds with a "
+        "lower ε |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    rows = []
+    for body, subjects in found.items():
+        for subject, walks in subjects.items():
+            both = [seed for seed in walks["nominal"] if seed in walks["identified"]]
+            lower = sum(
+                (walks["identified"][seed]["epsilon"] or np.inf)
+                < (walks["nominal"][seed]["epsilon"] or np.inf)
+                for seed in both
+            )
+            for which, title in (("nominal", "RL alone"), ("identified", "RL + identification")):
+                each = [walk for walk in walks[which].values() if walk["epsilon"] is not None]
+                cells = " | ".join(
+                    f"{np.mean([walk[kind] for walk in each]):.{digits}f} ± "
+                    f"{np.std([walk[kind] for walk in each], ddof=1):.{digits}f}"
+                    for kind, digits in (("epsilon", 3), ("angles", 2), ("moments", 3),
+                                         ("forces", 2))
+                )  # fmt: skip
+                count = f"{lower} of {len(both)}" if which == "identified" else ""
+                lines.append(f"| {body} | {subject} | {title} | {cells} | {count} |")
+        seeds = sorted(next(iter(subjects.values()))["nominal"])
+        means = {
+            which: [
+                np.mean([subjects[name][which][seed]["epsilon"] or np.inf for name in subjects])
+                for seed in seeds
+            ]
+            for which in ("nominal", "identified")
+        }
+        gains = 1.0 - np.array(means["identified"]) / np.array(means["nominal"])
+        if body == "stature":
+            rows = [
+                Row("6-seed ablation, body by stature: seeds whose epsilon, mean of the subjects, "
+                    "is lower with identification", int(np.sum(gains > 0)), "seeds", ">=",
+                    len(seeds), len(seeds) - 1, len(seeds), COMMAND),
+            ]  # fmt: skip
+        gain = f"{100 * np.mean(gains):.1f} ± {100 * np.std(gains, ddof=1):.1f} %"
+        lower = f"{int(np.sum(gains > 0))} of {len(seeds)}"
+        lines.append(f"| {body} | all | gain of ε | {gain} | | | | {lower} |")
+    return rows, lines, found
+
+
+def draw_ablation(found: dict[str, Any]) -> None:
+    """The paper's bars: mean and SD over the seeds, RL alone against RL with identification."""
+    kinds = (("angles", "RMSE, °"), ("moments", "RMSE, Nm/kg"), ("forces", "RMSE, % BW"))
+    cases = [(body, name) for body, subjects in found.items() for name in subjects]
+    figure, axes = plt.subplots(1, 3, figsize=(9.0, 2.8), layout="constrained")
+    for axis, (kind, label) in zip(axes, kinds, strict=True):
+        for offset, which, colour, title in (
+            (-0.2, "nominal", "0.6", "RL alone"),
+            (0.2, "identified", "#0072b2", "RL + identification"),
+        ):
+            values = [
+                [walk[kind] for walk in found[body][name][which].values()
+                 if walk["epsilon"] is not None]
+                for body, name in cases
+            ]  # fmt: skip
+            axis.bar(
+                np.arange(len(cases)) + offset,
+                [np.mean(each) for each in values],
+                0.4,
+                yerr=[np.std(each, ddof=1) for each in values],
+                color=colour,
+                label=title,
+                capsize=2,
+            )
+        axis.set_xticks(range(len(cases)), [f"{name}\n{body}" for body, name in cases], fontsize=7)
+        axis.set_title(kind)
+        axis.set_ylabel(label)
+    axes[0].legend(fontsize=7, loc="lower right")
+    save(figure, "identification_ablation")
+
+
+def draw_ranks(people: list[dict[str, Any]]) -> None:
+    """Rank histograms (Talts et al. 2018): where in its posterior each truth is."""
+    found = arrays(people)
+    legs_ = legs(people)
+    cases = [
+        *((PARAMETERS[i].replace("_", " "), found["z"][:, i]) for i in range(2, len(PARAMETERS))),
+        ("leg length", (legs_[:, 0] - legs_[:, 1]) / legs_[:, 2]),
+        ("all parameters", found["z"][:, 2:].ravel()),
+    ]
+    figure, axes = plt.subplots(2, 7, figsize=(9.5, 3.0), layout="constrained", sharex=True)
+    bins = 5
+    for axis, (name, z) in zip(axes.flat, cases, strict=True):
+        axis.hist(norm.cdf(z), bins=np.linspace(0.0, 1.0, bins + 1), color="#0072b2")
+        low, high = binom.ppf([0.05, 0.95], z.size, 1.0 / bins)
+        axis.axhspan(low, high, color="0.8", zorder=0)
+        axis.set_title(name, fontsize=7)
+        axis.tick_params(labelsize=6)
+    save(figure, "identification_ranks")
+
+
+def save(figure: Any, name: str) -> None:
+    """The same bytes whenever it is drawn."""
+    with (
+        plt.rc_context({"svg.hashsalt": name, "svg.fonttype": "path"}),
+        replacing(ROOT / "docs" / f"{name}.svg") as temporary,
+    ):
+        figure.savefig(temporary, format="svg", metadata={"Date": None})
+    plt.close(figure)
+
+
 def main() -> None:
-    """Rows and tables."""
+    """Rows, tables and pictures."""
     people = virtual_people()
     real = json.loads((STORE / "real.json").read_text())["people"]
-    evidence.write("identification", [*virtual_rows(people), *real_rows(real)])
+    rows, ablated, walks = ablation()
+    evidence.write("identification", [*virtual_rows(people), *real_rows(real), *rows])
     text = PAGE.read_text(encoding="utf-8")
-    for mark, lines in (("virtual", virtual_table(people)), ("real", real_table(real))):
+    for mark, lines in (
+        ("virtual", virtual_table(people)),
+        ("real", real_table(real)),
+        ("legs", legs_table(real)),
+        ("ablation", ablated),
+    ):
         text = with_table(text, mark, "\n".join(lines))
     write_text(PAGE, text)
+    draw_ablation(walks)
+    draw_ranks(people)
     print(f"{PAGE}, {evidence.FOLDER / 'identification.csv'}")
 
 

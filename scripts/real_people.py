@@ -17,14 +17,18 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
 from gaitval.identification.identify import search, walked_with
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged, judged_combinations
+from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.model.tree import segment_frames
 from gaitval.reference.dynamic_fit import Solution
+from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -101,6 +105,41 @@ def deviances(fit: BodyFit, identified: Array) -> dict[str, float]:
     return {name: fit.mode(*still.values(), fixed=mu).cost for name, mu in bodies.items()}
 
 
+def leg_of(model: BodyModel) -> float:
+    """Thigh + shank, m."""
+    return float(-sum(model[name].joint_position[2] for name in ("shank_r", "foot_r")))
+
+
+def stance_leg(subject: Subject) -> float:
+    """Thigh + shank, m, with which the ball of the foot travels back under the pelvis by half a
+    stride between 8 and 58 % of its cycle, at the recorded angles; mean of both sides, so that the
+    pelvis's own swing cancels.
+    """
+    model, record = scale_subject(subject).model, subject.record()
+    reference = build_reference(record, model, load_configuration().contact)
+    frames = segment_frames(model, reference.positions)
+    travel = []
+    for side in SIDES:
+        ball = frames[:, SEGMENTS.index(f"toes_{side[0]}"), 0, 3] - frames[:, 0, 0, 3]
+        begin = 0.0 if side == "right" else record.left_phase
+        at = [np.interp((begin + share) % 1.0, reference.phase, ball) for share in (0.08, 0.58)]
+        travel.append(at[0] - at[1])
+    factor = record.speed * 0.5 * record.stride_time / float(np.mean(travel))
+    return factor * leg_of(model)
+
+
+def by_stature(subject: Subject) -> dict[str, float]:
+    """Thigh + shank, m, if scaled by stature alone: before, and as the record has it."""
+    bare = subject.model_copy(update={"markers": {}, "tape": {}, "measurements": {}})
+    fit, model = fit_of(bare), scale_subject(bare).model
+    posterior = fit.posterior(fit.mode(fit.solve(fixed=nominal_parameters())))
+    leg = judged_combinations(posterior, model)[0]
+    scaled = leg_of(model)
+    return {
+        "scaled": scaled, "prior_sd": leg.prior_sd, "found": scaled + leg.mean, "sd": leg.sd,
+    }  # fmt: skip
+
+
 def main() -> None:
     """Every subject that is not stored yet."""
     found = read_json(STORE)["people"] if STORE.exists() else {}
@@ -121,10 +160,10 @@ def main() -> None:
             "verdicts": [each.verdict for each in verdicts],
             "identified": mu.tolist(),
             "leg": {"prior_sd": leg.prior_sd, "mean": leg.mean, "sd": leg.sd},
-            "leg_scaled": float(sum(
-                -segment.joint_position[2] for segment in model.segments
-                if segment.name in ("shank_r", "foot_r")
-            )),
+            "leg_scaled": leg_of(model),
+            "leg_tape": subject.leg_length_m,
+            "leg_stance": stance_leg(subject),
+            "by_stature": by_stature(subject),
             "body_mass_index": subject.mass_kg / subject.height_m**2,
             "own": deviances(fit, mu),
             "others": {

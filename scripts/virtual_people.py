@@ -89,7 +89,7 @@ def one(number: int, seed: int, walks: bool) -> dict[str, Any]:
         prior_sd=prior_sd(subject),
     )  # fmt: skip
     held = fit.solve(fixed=nominal_parameters())
-    posterior = fit.posterior(fit.solve(start=held))
+    posterior = fit.posterior(fit.mode(held))
     verdicts = judged(posterior)
     identified = walked_with(posterior, verdicts)
     about |= {

@@ -69,12 +69,11 @@ class Live(Observer):
 
         Parameters
         ----------
-        values : `total` and one of `samples`, `generation`, `rounds` or `pushes` count the work;
+        values : `total` and one of `samples`, `generation`, `rounds`, `pushes` or `walks` count;
             all others (`reward`, `cycles`, ...) are shown beside it.
         """
-        unit = next(
-            name for name in ("samples", "generation", "rounds", "pushes") if name in values
-        )
+        units = ("samples", "generation", "rounds", "pushes", "walks")
+        unit = next(name for name in units if name in values)
         done, total = values[unit], values["total"]
         rest = "  ".join(
             f"{_label(name)} {value:.3g}"
@@ -161,11 +160,16 @@ def _duration(seconds: float) -> str:
 def print_csv(path: Path, title: str) -> None:
     """A CSV file as a table, numbers to four digits."""
     with path.open(encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
+        print_rows(list(csv.reader(file)), title)
+
+
+def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:
+    """A header and rows as a table, numbers to four digits."""
+    header, *others = rows
     table = Table(title=title)
     for name in header:
         table.add_column(name.replace("_", " "), overflow="fold")
-    for row in rows:
+    for row in others:
         table.add_row(*(_short(cell) for cell in row))
     output.print(table)
 

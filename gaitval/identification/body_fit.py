@@ -26,6 +26,7 @@ from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.contact_law import ContactLaw, contact_law
+from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.dynamic_fit import (
@@ -35,6 +36,7 @@ from gaitval.reference.dynamic_fit import (
     Problem,
     Solution,
     fit_problem,
+    levers,
     linear_terms,
     normal_equations,
     solve_problem,
@@ -51,17 +53,18 @@ _HELD: Final = 1e6
 """1 / prior SD of a number that is not to be found."""
 _NUISANCES: Final = _BODY + len(PARAMETERS)
 """First of the errors of the laboratory's joint centres, in units of their SD."""
-_SHOWN: Final = slice(2, len(PARAMETERS))
-"""Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
-recorded, and friction does not matter to a foot that does not slip: the record says nothing of
-either, and the smoothing of the contact law must not either."""
 _CENTRES: Final = tuple(
     (name, side)
     for side in SIDES
     for name in ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction")
 )
 """Moments about a joint centre that the laboratory has in the wrong place."""
-
+_EXTENDED: Final = _NUISANCES + len(_CENTRES)
+"""First of the extended parameters, in units of the prior's SD, if they are looked for."""
+_SHOWN: Final = slice(2, len(PARAMETERS))
+"""Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
+recorded, and friction does not matter to a foot that does not slip: the record says nothing of
+either, and the smoothing of the contact law must not either."""
 
 _MODE_GAIN: Final = 1e-5
 """Relative decrease of the sum of squares at which a mode is found, to hundredths of an SD."""
@@ -81,6 +84,7 @@ class BodyPosterior:
     prior_mean, prior_sd : (14,).
     log_posterior : at the mode, up to a constant: minus half the sum of squares.
     plates : (2,) m, shifts of the right and left plate at the mode.
+    extended_mean, extended_sd : (5,) of `model.extended.EXTENDED`; (0,) if not looked for.
     """
 
     mean: Array
@@ -89,6 +93,8 @@ class BodyPosterior:
     prior_sd: Array
     log_posterior: float
     plates: Array
+    extended_mean: Array
+    extended_sd: Array
 
     @property
     def sd(self) -> Array:
@@ -110,6 +116,7 @@ class BodyFit:
     model : as scaled.
     noise : also of the plates, about the shifts that the record was corrected for.
     prior_sd : (14,) of mu about the nominal parameters.
+    extended : look for the parameters of `model.extended` too.
     """
 
     def __init__(
@@ -120,17 +127,21 @@ class BodyFit:
         noise: NoiseSettings,
         *,
         prior_sd: Array,
+        extended: bool = False,
     ) -> None:
+        self.extended = EXTENDED if extended else ()
         self.reference = build_reference(record, model, contact)
         self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
         self._model, self._contact, self._noise = model, contact, noise
         self.problem = self._problem(record)
 
-    def body(self, mu: Array) -> tuple[Tree, ContactLaw]:
-        """The body with parameters mu (14,), and the ground under it."""
-        return tree_arrays(apply_parameters(self._model, mu)), contact_law(
-            self._contact, float(mu[1])
-        )
+    def body(self, common: Array) -> tuple[Tree, ContactLaw]:
+        """The body of a solution's `common`, and the ground under it."""
+        model, contact, mu = self._model, self._contact, self.mu(common)
+        if self.extended:
+            sizes = np.array([each.prior_sd for each in self.extended])
+            model, contact = extended_body(model, contact, sizes * common[_EXTENDED:])
+        return tree_arrays(apply_parameters(model, mu)), contact_law(contact, float(mu[1]))
 
     def mu(self, common: Array) -> Array:
         """The parameters (14,) among a solution's `common`."""
@@ -139,7 +150,7 @@ class BodyFit:
     def _problem(self, record: GaitRecord) -> Problem:
         noise, model = self._noise, self._model
         plain = fit_problem(self.reference, record, model, self._contact, Accuracy(), noise.plate)
-        count = _NUISANCES + len(_CENTRES)
+        count = _EXTENDED + len(self.extended)
         lever = np.zeros((*plain.lever.shape[:2], count))
         lever[..., :_BODY] = plain.lever
         weights = _law_weights(plain.weight, model.mass, noise)
@@ -152,8 +163,8 @@ class BodyFit:
         prior = np.ones(count)
         prior[:_BODY] = plain.prior
         return plain._replace(
-            bodies=lambda common: self.body(self.mu(common)),
-            varied=tuple(range(_BODY, _NUISANCES))[_SHOWN],
+            bodies=self.body,
+            varied=(*range(_BODY, _NUISANCES)[_SHOWN], *range(_EXTENDED, count)),
             lever=lever,
             weight=weights,
             penalty=penalty,
@@ -184,7 +195,8 @@ class BodyFit:
             if begin is not None:
                 begin[1][_BODY:_NUISANCES] = 0.0
             whole = problem.bodies
-            problem = problem._replace(bodies=lambda common: whole(common + unit), varied=())
+            varied = tuple(index for index in problem.varied if index >= _EXTENDED)
+            problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
             prior[_BODY:_NUISANCES] = _HELD
         return solve_problem(
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
@@ -220,6 +232,7 @@ class BodyFit:
         """The posterior of mu around the mode."""
         found = solution or self.solve()
         part = slice(_BODY, _NUISANCES)
+        sizes = np.array([each.prior_sd for each in self.extended])
         return BodyPosterior(
             mean=self.mu(found.common),
             covariance=found.covariance[part, part] * np.outer(self.prior_sd, self.prior_sd),
@@ -227,12 +240,13 @@ class BodyFit:
             prior_sd=self.prior_sd,
             log_posterior=-0.5 * found.cost,
             plates=found.common[:_PLATES],
+            extended_mean=sizes * found.common[_EXTENDED:],
+            extended_sd=sizes * np.sqrt(np.diag(found.covariance)[_EXTENDED:]),
         )
 
 
 class Profile:
-    """Sum of squares of the fit for any mu, with the motion and the laboratory's errors at their
-    best.
+    """The fit for any held numbers, with the motion and the laboratory's errors at their best.
 
     Near a solution all of them answer almost linearly, so the equations of the solution are used
     for every mu (chord steps), which takes hundredths of a second instead of seconds.
@@ -240,9 +254,10 @@ class Profile:
     Parameters
     ----------
     fit, solution : where the equations are taken.
+    hold_extended : hold the extended parameters as well as mu.
     """
 
-    def __init__(self, fit: BodyFit, solution: Solution) -> None:
+    def __init__(self, fit: BodyFit, solution: Solution, *, hold_extended: bool = False) -> None:
         problem = fit.problem
         self._fit, self._problem, self._near = fit, problem, solution
         slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
@@ -250,32 +265,42 @@ class Profile:
         slope *= weight[:, :, None]
         self._slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
         self._series = np.stack(problem.series, axis=1)
-        self._lever = problem.lever * weight[:, :, None]
+        self._lever = levers(problem, solution.change, solution.common) * weight[:, :, None]
         matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
         self._size = solution.change.size
-        body = np.arange(self._size + _BODY, self._size + _NUISANCES)
-        self._rest = np.setdiff1d(np.arange(len(matrix)), body)
+        held = [*range(_BODY, _NUISANCES)]
+        if hold_extended:
+            held += range(_EXTENDED, _EXTENDED + len(fit.extended))
+        self._held = np.array(held)
+        self._rest = np.setdiff1d(np.arange(len(matrix)), self._size + self._held)
         self._factor = cho_factor(matrix[np.ix_(self._rest, self._rest)])
-        self._answer = -cho_solve(self._factor, matrix[np.ix_(self._rest, body)])
+        self._answer = -cho_solve(self._factor, matrix[np.ix_(self._rest, self._size + self._held)])
 
     def __call__(self, mu: Array) -> float:
         """The sum of squares at mu (14,): minus twice the log posterior, up to a constant."""
-        z = (mu - self._fit.prior_mean) / self._fit.prior_sd
+        return self.at((mu - self._fit.prior_mean) / self._fit.prior_sd).cost
+
+    def at(self, z: Array) -> Solution:
+        """What is most likely with the held numbers at z, in prior SDs from the mean: mu (14,),
+        and then the extended parameters if they are held. Its covariance is that of the solution.
+        """
         change, common = self._near.change, self._near.common.copy()
-        step = self._answer @ (z - common[_BODY:_NUISANCES])
-        common[_BODY:_NUISANCES] = z
-        least = np.inf
+        step = self._answer @ (z - common[self._held])
+        common[self._held] = z
+        best = self._near._replace(cost=np.inf)
         for _ in range(_CHORDS):
             change, common = self._moved(change, common, step)
             residual, _ = weighted_laws(self._problem, change, common, 1.0)
             linear = linear_terms(self._problem, change)
             prior = self._problem.prior * common
             cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
-            if not cost < least - _CHORD_GAIN:
-                return min(cost, least)
-            least = cost
+            gained = cost < best.cost - _CHORD_GAIN
+            if cost < best.cost:
+                best = self._near._replace(change=change, common=common, cost=cost)
+            if not gained:
+                return best
             step = -cho_solve(self._factor, self._gradient(residual, linear, prior)[self._rest])
-        return least
+        return best
 
     def _moved(self, change: Array, common: Array, step: Array) -> tuple[Array, Array]:
         whole = np.zeros(self._size + len(common))

@@ -20,8 +20,15 @@ from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration, IdentificationSettings, NoiseSettings
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
-from gaitval.identification.verdicts import Judged, correlation, judged, judged_combinations
+from gaitval.identification.verdicts import (
+    Judged,
+    correlation,
+    judged,
+    judged_combinations,
+    verdict_of,
+)
 from gaitval.model.body import BodyModel
+from gaitval.model.extended import EXTENDED
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
@@ -45,6 +52,7 @@ class Identification:
     verdicts : see `verdicts.Verdict`.
     correlation : (14, 14) of the posterior.
     combinations : name, prior SD, mean, SD and verdict of sums of parameters, such as the leg.
+    extended : name, unit, prior SD, mean, SD and verdict of `model.extended`, if looked for.
     plates : m, by how much the centre of pressure of the right and left plate is further forward
         than the record has it.
     deviance_nominal, deviance_identified : minus twice the log posterior, up to the same constant.
@@ -65,6 +73,7 @@ class Identification:
     verdicts: tuple[str, ...]
     correlation: tuple[tuple[float, ...], ...]
     combinations: tuple[dict[str, Any], ...]
+    extended: tuple[dict[str, Any], ...]
     plates: tuple[float, ...]
     deviance_nominal: float | None
     deviance_identified: float | None
@@ -180,6 +189,7 @@ def unidentified(configuration: Configuration, prior_sd: Array) -> Identificatio
         verdicts=("not identified",) * len(mu),
         correlation=tuple(tuple(map(float, row)) for row in np.eye(len(mu))),
         combinations=(),
+        extended=(),
         plates=(0.0, 0.0),
         deviance_nominal=None,
         deviance_identified=None,
@@ -212,7 +222,10 @@ def identify(
     if settings.method == "none":
         return unidentified(configuration, prior_sd)
     noise = configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
-    fit = BodyFit(record, model, configuration.contact, noise, prior_sd=prior_sd)
+    fit = BodyFit(
+        record, model, configuration.contact, noise, prior_sd=prior_sd,
+        extended=settings.parameters == "extended",
+    )  # fmt: skip
     nominal = fit.prior_mean
     held = fit.solve(fixed=nominal)
     profile = Profile(fit, held)
@@ -277,6 +290,7 @@ def found(
         verdicts=tuple(each.verdict for each in verdicts),
         correlation=tuple(tuple(map(float, row)) for row in correlation(posterior)),
         combinations=tuple(_combination(each) for each in judged_combinations(posterior, model)),
+        extended=tuple(asdict(each) for each in _extended(posterior)),
         plates=tuple(map(float, posterior.plates)),
         deviance_nominal=deviance,
         deviance_identified=-2.0 * posterior.log_posterior,
@@ -284,6 +298,27 @@ def found(
         search_distance=float(np.max(np.abs(best - posterior.mean) / posterior.sd)),
         history=searched.history,
     )
+
+
+@dataclass(frozen=True)
+class _Extended:
+    name: str
+    unit: str
+    prior_standard_deviation: float
+    mean: float
+    standard_deviation: float
+    verdict: str
+
+
+def _extended(posterior: BodyPosterior) -> list[_Extended]:
+    found = zip(posterior.extended_mean, posterior.extended_sd, strict=True)
+    return [
+        _Extended(
+            each.name, each.unit, each.prior_sd, float(mean), float(sd),
+            verdict_of(float(sd) / each.prior_sd),
+        )
+        for each, (mean, sd) in zip(EXTENDED, found, strict=False)  # none if not looked for
+    ]  # fmt: skip
 
 
 def _combination(each: Judged) -> dict[str, Any]:

@@ -303,6 +303,17 @@ class Combination(OpenResult):
     verdict: Literal["identified", "weak", "not identified"]
 
 
+class Extended(OpenResult):
+    """A parameter of `gaitval.model.extended`, which is 0 as scaled."""
+
+    name: str
+    unit: str
+    prior_standard_deviation: Size
+    mean: Number
+    standard_deviation: Size
+    verdict: Literal["identified", "weak", "not identified"]
+
+
 class FoundParameters(OpenResult):
     """One identification, in the order of `gaitval.model.parameters.PARAMETERS`."""
 
@@ -326,6 +337,8 @@ class FoundParameters(OpenResult):
         list[_Parameters], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
     ]
     combinations: list[Combination]
+    extended: list[Extended] = Field(default_factory=list)
+    """Empty unless they were looked for; the walker does not use them."""
     plates: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """m, by how much the centre of pressure of the right and left plate is further forward."""
     deviance_nominal: Number | None

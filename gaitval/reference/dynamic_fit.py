@@ -335,7 +335,7 @@ def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
     """Weighted residuals (T, 48) of the numbers of `walking_laws`, and the weights."""
-    out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
+    out = walking_laws(*problem.bodies(common), motion_of(problem, change), slope)
     weight = problem.weight.copy()
     weight[:, :ROOT_DOFS] *= ease
     residual = out - problem.target + problem.lever @ common
@@ -347,7 +347,7 @@ def weighted_laws(
     return residual * weight, weight
 
 
-def _motion(problem: Problem, change: Array) -> Array:
+def motion_of(problem: Problem, change: Array) -> Array:
     """Coordinates, rates and second rates (T, 93) of the changed motion."""
     parts = [
         path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)
@@ -355,11 +355,11 @@ def _motion(problem: Problem, change: Array) -> Array:
     return np.hstack(parts)
 
 
-def _levers(problem: Problem, change: Array, common: Array) -> Array:
+def levers(problem: Problem, change: Array, common: Array) -> Array:
     """Derivatives (T, 48, C) of the residuals before weighting by `common`."""
     lever = problem.lever
     if problem.varied:
-        lever, motion = lever.copy(), _motion(problem, change)
+        lever, motion = lever.copy(), motion_of(problem, change)
         for index in problem.varied:
             away = np.zeros(len(common))
             away[index] = _VARIED_STEP
@@ -410,7 +410,7 @@ def normal_equations(
     gradient = np.zeros(size + count)
     force = np.einsum("tokj,to->ktj", by_order, residual)
     gradient[:size] = np.einsum("ktj,tjn->kn", force, series).reshape(-1)
-    lever = _levers(problem, change, common) * weight[:, :, None]
+    lever = levers(problem, change, common) * weight[:, :, None]
     across = np.einsum("tokj,toi->iktj", by_order, lever)
     matrix[:size, size:] = np.einsum("iktj,tjn->kni", across, series).reshape(size, count)
     matrix[size:, :size] = matrix[:size, size:].T

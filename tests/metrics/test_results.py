@@ -229,6 +229,16 @@ def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
                 "verdict": "weak",
             },
         ),
+        extended=(
+            {
+                "name": "left_leg",
+                "unit": "1",
+                "prior_standard_deviation": 0.008,
+                "mean": 0.001,
+                "standard_deviation": 0.002,
+                "verdict": "identified",
+            },
+        ),  # fmt: skip
         plates=(0.0, 0.001),
         deviance_nominal=0.6,
         deviance_identified=0.5,

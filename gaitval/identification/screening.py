@@ -1,0 +1,178 @@
+"""Which parameters of the body and of the ground a walk is sensitive to, and which of them a record
+can tell.
+
+Elementary effects (Morris 1991; Campolongo, Cariboni, Saltelli 2007, Environ Model Softw 22:1509):
+from a few random bodies, one parameter after the other is moved by one standard deviation of what
+is known of it, the same policy walks towards the same reference, and the mean curves are compared.
+The mean effect says how much a parameter matters, its spread over the bodies how much that depends
+on the others. A parameter can matter to a walk and still not be told by a record, because a motion
+that differs by less than the measuring error explains as much: that is the posterior's to say.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.record import GaitRecord
+from gaitval.identification.body_fit import BodyFit
+from gaitval.metrics.comparison import Curves, low_pass_of, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.model.extended import EXTENDED, extended_body
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.policy.rollouts import roll_out
+from gaitval.policy.storage import Policy
+from gaitval.simulation.walker import WalkingTask
+
+NAMES: Final = (*PARAMETERS, *(each.name for each in EXTENDED))
+KINDS: Final = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}
+"""Factor from each kind's curves to degrees, Nm/kg and % of body weight."""
+
+_CYCLES: Final = 4
+_SPREAD: Final = 0.5
+"""Prior SDs, of the random bodies from which parameters are moved."""
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One parameter.
+
+    Attributes
+    ----------
+    prior_sd : the step, in the parameter's unit.
+    effects : (n, 3) RMS change of angles (degrees), moments (Nm/kg) and forces (% of body weight)
+        by one step from each of the bodies that could walk before and after it.
+    contraction : posterior SD / prior SD, if all parameters are looked for together.
+    """
+
+    name: str
+    prior_sd: float
+    effects: Array
+    contraction: float
+
+    @property
+    def mean(self) -> Array:
+        """(3,) mean effect."""
+        return np.asarray(self.effects.mean(axis=0)) if len(self.effects) else np.full(3, np.nan)
+
+    @property
+    def spread(self) -> Array:
+        """(3,) standard deviation of the effects."""
+        return np.asarray(self.effects.std(axis=0)) if len(self.effects) else np.full(3, np.nan)
+
+
+def effects_of(
+    task: WalkingTask,
+    policy: Policy,
+    prior_sd: Array,
+    *,
+    trajectories: int = 6,
+    seed: int = 0,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> list[Array]:
+    """Elementary effects of every one of `NAMES`, (n, 3) as in `Screened`.
+
+    Parameters
+    ----------
+    prior_sd : (19,) standard deviations, in the order of `NAMES`.
+    trajectories : bodies from which every parameter is moved once.
+    on_progress : called with the walks done, and all of them.
+    """
+    random = np.random.default_rng(seed)
+    found: list[list[Array]] = [[] for _ in NAMES]
+    total, done = trajectories * (len(NAMES) + 1), 0
+    for _ in range(trajectories):
+        place = _SPREAD * random.standard_normal(len(NAMES))
+        # Damping and friction stay positive.
+        place[:2] = np.maximum(place[:2], -1.0)
+        before = _walked(task, policy, prior_sd * place)
+        done += 1
+        for index in random.permutation(len(NAMES)):
+            place[index] += 1.0
+            after = _walked(task, policy, prior_sd * place)
+            done += 1
+            if before is not None and after is not None:
+                found[index].append(_change(before, after))
+            before = after
+            if on_progress is not None:
+                on_progress(done, total)
+    return [np.array(each).reshape(-1, len(KINDS)) for each in found]
+
+
+def _walked(task: WalkingTask, policy: Policy, away: Array) -> Curves | None:
+    """Mean curves of the walk of a body this far from the scaled one; None if it falls."""
+    configuration = task.configuration
+    model, contact = extended_body(task.model, configuration.contact, away[len(PARAMETERS) :])
+    changed = replace(
+        task, model=model, configuration=configuration.model_copy(update={"contact": contact})
+    )
+    rollout = roll_out(
+        changed,
+        policy,
+        mu=nominal_parameters() + away[: len(PARAMETERS)],
+        start_phase=0.0,
+        cycles=configuration.validation.settling_cycles + _CYCLES + 2,
+        engine="compiled",
+    )
+    cycles = find_cycles(rollout, configuration).first(_CYCLES)
+    if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
+        return None
+    return simulated_curves(
+        rollout,
+        cycles,
+        mass=task.model.mass,
+        filters=low_pass_of(task.record, configuration.validation.filter_frequency),
+    )
+
+
+def _change(before: Curves, after: Curves) -> Array:
+    sizes = []
+    for kind, factor in KINDS.items():
+        old, new = getattr(before, kind), getattr(after, kind)
+        off = [new[name].mean(axis=0) - old[name].mean(axis=0) for name in old]
+        sizes.append(factor * np.sqrt(np.mean(np.square(off))))
+    return np.array(sizes)
+
+
+def screened(
+    task: WalkingTask,
+    policy: Policy,
+    record: GaitRecord,
+    prior_sd: Array,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> list[Screened]:
+    """Every parameter of `NAMES`: its effects on a walk, and what the record tells of it.
+
+    Parameters
+    ----------
+    prior_sd : (14,) of mu.
+    """
+    configuration = task.configuration
+    sd = np.array([*prior_sd, *(each.prior_sd for each in EXTENDED)])
+    effects = effects_of(task, policy, sd, seed=configuration.seed, on_progress=on_progress)
+    fit = BodyFit(
+        record, task.model, configuration.contact, configuration.noise, prior_sd=prior_sd,
+        extended=True,
+    )  # fmt: skip
+    posterior = fit.posterior(fit.mode(fit.solve(fixed=nominal_parameters())))
+    after = np.concatenate([posterior.sd, posterior.extended_sd])
+    return [
+        Screened(name, float(size), each, float(ratio))
+        for name, size, each, ratio in zip(NAMES, sd, effects, after / sd, strict=True)
+    ]
+
+
+def table(parameters: Sequence[Screened]) -> list[list[str]]:
+    """Header and a row for each parameter: step, mean and SD of its effects, SD after / before."""
+    units = ("deg", "Nm/kg", "% BW")
+    effects = [f"{kind} ({unit}){of}" for kind, unit in zip(KINDS, units, strict=True)
+               for of in ("", " SD")]  # fmt: skip
+    rows = [["parameter", "step", *effects, "SD after / before"]]
+    for each in parameters:
+        both = np.column_stack([each.mean, each.spread]).ravel()
+        numbers = [each.prior_sd, *both.tolist(), each.contraction]
+        rows.append([each.name, *(f"{number:.3g}" for number in numbers)])
+    return rows
