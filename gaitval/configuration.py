@@ -321,6 +321,9 @@ class CorrectionSettings(Section):
 
     rounds: int = Field(1, ge=0)
     """How often the effect of each change is measured; 0: no correction."""
+    range_rounds: int = Field(2, ge=0)
+    """The same for a policy of several speeds (`gaitval predict`), which is further from each of
+    its references."""
     harmonics: int = Field(6, ge=0, le=8)
     """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero."""
     largest: Positive = 0.052

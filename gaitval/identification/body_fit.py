@@ -12,6 +12,7 @@ The result is the mode of the posterior, and its covariance from the normal equa
 (Laplace's approximation), with the motion and the laboratory's faults integrated out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -245,6 +246,20 @@ class BodyFit:
         )
 
 
+class _Equations:
+    """The linear equations of a fit at a solution."""
+
+    def __init__(self, fit: BodyFit, solution: Solution) -> None:
+        problem = fit.problem
+        slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
+        _, weight = weighted_laws(problem, solution.change, solution.common, 1.0, slope)
+        slope *= weight[:, :, None]
+        self.slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
+        self.series = np.stack(problem.series, axis=1)
+        self.lever = levers(problem, solution.change, solution.common) * weight[:, :, None]
+        self.matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+
+
 class Profile:
     """The fit for any held numbers, with the motion and the laboratory's errors at their best.
 
@@ -254,24 +269,22 @@ class Profile:
     Parameters
     ----------
     fit, solution : where the equations are taken.
-    hold_extended : hold the extended parameters as well as mu.
+    held : elements of `Solution.common` that are held; mu if left out.
     """
 
-    def __init__(self, fit: BodyFit, solution: Solution, *, hold_extended: bool = False) -> None:
-        problem = fit.problem
-        self._fit, self._problem, self._near = fit, problem, solution
-        slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
-        _, weight = weighted_laws(problem, solution.change, solution.common, 1.0, slope)
-        slope *= weight[:, :, None]
-        self._slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
-        self._series = np.stack(problem.series, axis=1)
-        self._lever = levers(problem, solution.change, solution.common) * weight[:, :, None]
-        matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+    def __init__(
+        self,
+        fit: BodyFit,
+        solution: Solution,
+        held: Sequence[int] = range(_BODY, _NUISANCES),
+        *,
+        equations: _Equations | None = None,
+    ) -> None:
+        self._fit, self._problem, self._near = fit, fit.problem, solution
+        self._equations = equations or _Equations(fit, solution)
         self._size = solution.change.size
-        held = [*range(_BODY, _NUISANCES)]
-        if hold_extended:
-            held += range(_EXTENDED, _EXTENDED + len(fit.extended))
         self._held = np.array(held)
+        matrix = self._equations.matrix
         self._rest = np.setdiff1d(np.arange(len(matrix)), self._size + self._held)
         self._factor = cho_factor(matrix[np.ix_(self._rest, self._rest)])
         self._answer = -cho_solve(self._factor, matrix[np.ix_(self._rest, self._size + self._held)])
@@ -281,8 +294,8 @@ class Profile:
         return self.at((mu - self._fit.prior_mean) / self._fit.prior_sd).cost
 
     def at(self, z: Array) -> Solution:
-        """What is most likely with the held numbers at z, in prior SDs from the mean: mu (14,),
-        and then the extended parameters if they are held. Its covariance is that of the solution.
+        """What is most likely with the held numbers at z, in prior SDs from the mean; with the
+        covariance of the solution.
         """
         change, common = self._near.change, self._near.common.copy()
         step = self._answer @ (z - common[self._held])
@@ -309,11 +322,32 @@ class Profile:
         return moved, common + whole[self._size :]
 
     def _gradient(self, residual: Array, linear: Array, prior: Array) -> Array:
-        by_rate = np.matmul(self._slope, residual[:, :, None]).reshape(len(residual), 3, -1)
-        motion = np.einsum("tjk,tjn->kn", by_rate, self._series, optimize=True)
+        by_rate = np.matmul(self._equations.slope, residual[:, :, None]).reshape(
+            len(residual), 3, -1
+        )
+        motion = np.einsum("tjk,tjn->kn", by_rate, self._equations.series, optimize=True)
         motion += np.einsum("krn,kr->kn", self._problem.penalty, linear, optimize=True)
-        common = np.einsum("toi,to->i", self._lever, residual, optimize=True)
+        common = np.einsum("toi,to->i", self._equations.lever, residual, optimize=True)
         return np.concatenate([motion.ravel(), common + self._problem.prior * prior])
+
+
+PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
+"""Posterior SDs from the mode at which a parameter's profile is taken."""
+
+
+def profiles(fit: BodyFit, mode: Solution) -> Array:
+    """How much minus twice the log posterior grows if one parameter is held at `PROFILE_STEPS` and
+    all else is at its best, (14, 4): 4, 1, 1, 4 if it is Gaussian; 0 of what is not looked for.
+    """
+    equations = _Equations(fit, mode)
+    found = np.zeros((len(PARAMETERS), len(PROFILE_STEPS)))
+    for index in np.flatnonzero(fit.looked_for()):
+        place = _BODY + int(index)
+        profile = Profile(fit, mode, [place], equations=equations)
+        at, sd = mode.common[place], np.sqrt(mode.covariance[place, place])
+        costs = [profile.at(np.array([at + step * sd])).cost for step in PROFILE_STEPS]
+        found[index] = np.array(costs) - mode.cost
+    return found
 
 
 def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:

@@ -19,7 +19,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration, IdentificationSettings, NoiseSettings
 from gaitval.gait.record import GaitRecord
-from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
+from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile, profiles
 from gaitval.identification.verdicts import (
     Judged,
     correlation,
@@ -30,6 +30,7 @@ from gaitval.identification.verdicts import (
 from gaitval.model.body import BodyModel
 from gaitval.model.extended import EXTENDED
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
+from gaitval.reference.dynamic_fit import Solution
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
 """Values to be made small, of several points (n,)."""
@@ -50,6 +51,7 @@ class Identification:
     posterior_mean : of the same posterior.
     on_bound : whether the posterior's mean is outside the bounds.
     verdicts : see `verdicts.Verdict`.
+    profiles : (14, 4), see `body_fit.profiles`; empty if nothing was looked for.
     correlation : (14, 14) of the posterior.
     combinations : name, prior SD, mean, SD and verdict of sums of parameters, such as the leg.
     extended : name, unit, prior SD, mean, SD and verdict of `model.extended`, if looked for.
@@ -71,6 +73,7 @@ class Identification:
     upper: tuple[float, ...]
     on_bound: tuple[bool, ...]
     verdicts: tuple[str, ...]
+    profiles: tuple[tuple[float, ...], ...]
     correlation: tuple[tuple[float, ...], ...]
     combinations: tuple[dict[str, Any], ...]
     extended: tuple[dict[str, Any], ...]
@@ -187,6 +190,7 @@ def unidentified(configuration: Configuration, prior_sd: Array) -> Identificatio
         upper=tuple(map(float, upper)),
         on_bound=(False,) * len(mu),
         verdicts=("not identified",) * len(mu),
+        profiles=(),
         correlation=tuple(tuple(map(float, row)) for row in np.eye(len(mu))),
         combinations=(),
         extended=(),
@@ -253,17 +257,17 @@ def identify(
         on_generation=progress,
     )
     best = fit.mu_at(searched.best)
-    posterior = fit.posterior(fit.mode(held, fit.near(held, best)))
+    mode = fit.mode(held, fit.near(held, best))
     state_file.unlink(missing_ok=True)
-    return found(posterior, searched, best, held.cost, fit, model, configuration)
+    return found(fit, mode, searched, best, held.cost, model, configuration)
 
 
 def found(
-    posterior: BodyPosterior,
+    fit: BodyFit,
+    mode: Solution,
     searched: Searched,
     best: Array,
     deviance: float,
-    fit: BodyFit,
     model: BodyModel,
     configuration: Configuration,
 ) -> Identification:
@@ -274,6 +278,7 @@ def found(
     best : (14,) what CMA-ES found.
     deviance : at the prior's mean.
     """
+    posterior = fit.posterior(mode)
     lower, upper = parameter_bounds(configuration.randomisation)
     verdicts = judged(posterior, (lower, upper))
     kept = walked_with(posterior, verdicts)
@@ -288,6 +293,7 @@ def found(
         upper=tuple(map(float, upper)),
         on_bound=tuple(each.verdict == "at its bound" for each in verdicts),
         verdicts=tuple(each.verdict for each in verdicts),
+        profiles=tuple(tuple(map(float, row)) for row in profiles(fit, mode)),
         correlation=tuple(tuple(map(float, row)) for row in correlation(posterior)),
         combinations=tuple(_combination(each) for each in judged_combinations(posterior, model)),
         extended=tuple(asdict(each) for each in _extended(posterior)),

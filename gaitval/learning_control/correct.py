@@ -305,6 +305,7 @@ def correct(
     policy: Policy,
     mu: Array,
     *,
+    rounds: int | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Result:
     """Find the change of the reference with which a policy walks most like the reference.
@@ -317,15 +318,17 @@ def correct(
     Parameters
     ----------
     mu : (14,) body parameters.
+    rounds : how often slopes are measured, instead of `correction.rounds`.
     on_progress : called after each round with `rounds`, `total` and `error`.
     """
     settings = task.configuration.correction
+    wanted = settings.rounds if rounds is None else rounds
     start = task.configuration.validation.start_phases[0]
     unknowns = len(JOINTS) * (1 + 2 * settings.harmonics) + 1
 
     def progress(number: int, found: float) -> None:
         if on_progress is not None:
-            on_progress({"rounds": number, "total": settings.rounds, "error": found})
+            on_progress({"rounds": number, "total": wanted, "error": found})
 
     def allowed(point: Array) -> bool:
         return _correction(point).largest() <= settings.largest
@@ -339,7 +342,7 @@ def correct(
         found = search(
             lambda points: walk_from(start, points),
             unknowns,
-            rounds=settings.rounds,
+            rounds=wanted,
             allowed=allowed,
             on_round=progress,
         )

@@ -333,6 +333,10 @@ class FoundParameters(OpenResult):
         list[Literal["identified", "weak", "not identified", "at its bound"]],
         Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS)),
     ]
+    profiles: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
+        default_factory=list
+    )
+    """Growth of the deviance at -2, -1, 1, 2 SD of each parameter, all else at its best."""
     correlation: Annotated[
         list[_Parameters], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
     ]

@@ -172,6 +172,9 @@ def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
         dict(zip(keys.values(), values, strict=True))
         for values in zip(*(identification[key] for key in keys), strict=True)
     ]
+    grown = identification.get("profiles") or [[0.0] * 4] * len(rows)
+    for row, profile in zip(rows, grown, strict=True):
+        row["profile"] = (profile[0], profile[-1]) if any(profile) else None
     rows += [
         {
             "name": each["name"] + ", m",
@@ -181,6 +184,7 @@ def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
             "sd": each["standard_deviation"],
             "used": None,
             "verdict": each["verdict"],
+            "profile": None,
         }
         for each in identification["combinations"]
     ]

@@ -156,7 +156,8 @@ def predicted_correction_stage(run: Run) -> Stage:
         share = centred(task, policy, mu)
         run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
         task = with_centring(task, share)
-        result = correct(task, policy, mu, on_progress=run.observer.progress)
+        rounds = run.configuration.correction.range_rounds
+        result = correct(task, policy, mu, rounds=rounds, on_progress=run.observer.progress)
         write_json(run.folder / "centring.json", {"centring": share})
         write_json(run.folder / "correction.json", result.as_dict())
 

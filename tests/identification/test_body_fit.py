@@ -9,7 +9,13 @@ from simulation_fixtures import changed
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification.body_fit import BodyFit, Profile, angle_sd
+from gaitval.identification.body_fit import (
+    PROFILE_STEPS,
+    BodyFit,
+    Profile,
+    angle_sd,
+    profiles,
+)
 from gaitval.identification.identify import identify, noise_of_expected
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import combinations, judged_combinations
@@ -109,6 +115,13 @@ def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
     whole = fit.solve(fixed=mu, start=solution, smallest_gain=1e-5)
     prior = float(np.sum(((mu - nominal_parameters()) / fit.prior_sd) ** 2))
     assert Profile(fit, solution)(mu) == pytest.approx(whole.cost + prior, abs=0.3)
+
+
+def test_the_profile_of_every_parameter_is_that_of_a_gaussian(fit, solution):
+    found = profiles(fit, solution)
+    np.testing.assert_array_equal(found[:2], 0.0)
+    wanted = np.broadcast_to(np.square(PROFILE_STEPS), found[2:].shape)
+    np.testing.assert_allclose(found[2:], wanted, rtol=0.3, atol=0.3)
 
 
 def test_the_noise_of_an_angle_has_the_size_that_is_set():

@@ -229,6 +229,7 @@ def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
                 "verdict": "weak",
             },
         ),
+        profiles=((4.0, 1.0, 1.0, 4.0),) * 14,
         extended=(
             {
                 "name": "left_leg",
@@ -238,7 +239,7 @@ def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
                 "standard_deviation": 0.002,
                 "verdict": "identified",
             },
-        ),  # fmt: skip
+        ),
         plates=(0.0, 0.001),
         deviance_nominal=0.6,
         deviance_identified=0.5,
