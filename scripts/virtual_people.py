@@ -116,6 +116,19 @@ def one(number: int, seed: int, walks: bool) -> dict[str, Any]:
     return about
 
 
+def of_truth(each: dict[str, Any]) -> dict[str, Any]:
+    """A stored person, with epsilon of the walk of their true body: the most that could be gained
+    by knowing it.
+    """
+    configuration = load_configuration()
+    policy = load_start(ROOT / "reports" / "general", configuration.environment)
+    number, seed = each["number"], each["seed"]
+    person = virtual_person(number, seed, person_of(number), policy, configuration)
+    model = scale_subject(person.subject).model
+    found = walked(person.subject, model, person.truth, policy, configuration)
+    return each | {"epsilon": each["epsilon"] | {"truth": found}}
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -123,6 +136,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--walks", action="store_true")
+    parser.add_argument("--truth", type=int, default=0, metavar="N", help="walk N true bodies too")
     arguments = parser.parse_args()
     stored = read_json(STORE)["people"] if STORE.exists() else []
     stored = [each for each in stored if each["seed"] == arguments.seed]
@@ -134,6 +148,16 @@ def main() -> None:
             stored = sorted([*stored, job.result()], key=lambda each: each["number"])
             write_json(STORE, {"versions": versions(), "people": stored})
             print(f"{len(stored)} of {arguments.people}", flush=True)
+        unknown = [
+            each
+            for each in stored[: arguments.truth]
+            if each.get("epsilon") and "truth" not in each["epsilon"]
+        ]
+        for walk in as_completed([pool.submit(of_truth, each) for each in unknown]):
+            known = walk.result()
+            stored = [known if each["number"] == known["number"] else each for each in stored]
+            write_json(STORE, {"versions": versions(), "people": stored})
+            print(f"truth of {known['number']}: {known['epsilon']}", flush=True)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from gaitval.cli.app import ConfigOption, SetOption, app, command
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
+    from gaitval.scaling.landmarks import Width
     from gaitval.session.halves import Halves
 
 
@@ -77,8 +78,18 @@ TrialOption = Annotated[
         show_default=False,
     ),
 ]
-MassOption = Annotated[float, typer.Option("--mass", help="Body mass, kg.", show_default=False)]
-HeightOption = Annotated[float, typer.Option("--height", help="Stature, m.", show_default=False)]
+MassOption = Annotated[
+    float | None,
+    typer.Option(
+        "--mass", help="Body mass, kg; left out if the C3D file knows it.", show_default=False
+    ),
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option(
+        "--height", help="Stature, m; left out if the C3D file knows it.", show_default=False
+    ),
+]
 OutOption = Annotated[
     Path,
     typer.Option("--out", "-o", help="Folder; the subject is named after it.", show_default=False),
@@ -111,16 +122,31 @@ AxesOption = Annotated[
     ),
 ]
 KneeWidthOption = Annotated[
-    float | None,
-    typer.Option("--knee-width", help="Knee width, m, without medial markers.", show_default=False),
+    str | None,
+    typer.Option(
+        "--knee-width",
+        metavar="M|M,M",
+        help="Knee width, m, of both sides or right,left; without medial markers.",
+        show_default=False,
+    ),
 ]
 AnkleWidthOption = Annotated[
-    float | None,
-    typer.Option("--ankle-width", help="Ankle width, m.", show_default=False),
+    str | None,
+    typer.Option(
+        "--ankle-width",
+        metavar="M|M,M",
+        help="Ankle width, m, of both sides or right,left; without medial markers.",
+        show_default=False,
+    ),
 ]
 ElbowWidthOption = Annotated[
-    float | None,
-    typer.Option("--elbow-width", help="Elbow width, m.", show_default=False),
+    str | None,
+    typer.Option(
+        "--elbow-width",
+        metavar="M|M,M",
+        help="Elbow width, m, of both sides or right,left; without medial markers.",
+        show_default=False,
+    ),
 ]
 AgeOption = Annotated[
     float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
@@ -170,10 +196,10 @@ SexOption = Annotated[
 def import_command(
     static: StaticOption,
     trial: TrialOption,
-    mass: MassOption,
-    height: HeightOption,
     sex: SexOption,
     out: OutOption,
+    mass: MassOption = None,
+    height: HeightOption = None,
     forces: ForcesOption = None,
     marker_set: MarkerSetOption = None,
     axes: AxesOption = None,
@@ -214,9 +240,9 @@ def import_command(
             forces=forces,
             marker_set=marker_set,
             axes=axes,
-            knee_width=knee_width,
-            ankle_width=ankle_width,
-            elbow_width=elbow_width,
+            knee_width=_width("--knee-width", knee_width),
+            ankle_width=_width("--ankle-width", ankle_width),
+            elbow_width=_width("--elbow-width", elbow_width),
             age=age,
             citation=citation,
             licence=licence,
@@ -229,6 +255,23 @@ def import_command(
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
     path = imported.subject_file
     display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+
+
+def _width(option: str, text: str | None) -> "Width":
+    """A width of both sides, or of right and left."""
+    if text is None:
+        return None
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) == 1:
+        return numbers[0]
+    if len(numbers) == 2:
+        return numbers[0], numbers[1]
+    raise ConfigurationError(
+        f"{option} {text}: not a width. Give metres, of both sides (0.1) or right,left (0.1,0.102)."
+    )
 
 
 def _halves(wanted: str | None) -> "Halves | None":

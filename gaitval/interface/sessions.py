@@ -108,8 +108,8 @@ def import_session(
     static: str | Path,
     trials: str | Path | Sequence[str | Path],
     *,
-    mass: float,
-    height: float,
+    mass: float | None = None,
+    height: float | None = None,
     sex: str,
     out: str | Path,
     config: str | Path | None = None,
@@ -127,7 +127,7 @@ def import_session(
     ----------
     static : the standing trial: C3D, TRC.
     trials : the walking trials: C3D, TRC, WBDS mkr.txt; their cycles are pooled.
-    mass, height : kg, m.
+    mass, height : kg, m; left out if a C3D file knows them.
     sex : "F" or "M"; selects the segment tables.
     out : folder for the files; the subject is named after it.
     config : TOML file of settings, or the name of a built-in one, as for `--config`.

@@ -29,7 +29,7 @@ from gaitval.scaling.joint_centres import (
     locate,
     pelvis_frame,
 )
-from gaitval.scaling.landmarks import Place
+from gaitval.scaling.landmarks import Place, Width
 from gaitval.scaling.marker_sets import MarkerSet
 from gaitval.scaling.measurements import Measurements
 
@@ -102,9 +102,9 @@ def place_markers(
     standing: Mapping[str, Place],
     marker_set: MarkerSet,
     *,
-    knee_width: float | None = None,
-    ankle_width: float | None = None,
-    elbow_width: float | None = None,
+    knee_width: Width = None,
+    ankle_width: Width = None,
+    elbow_width: Width = None,
 ) -> MarkerPlacement:
     """Find the standing pose of a model and place all markers on it.
 

@@ -25,6 +25,7 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.landmarks import (
     Place,
+    Width,
     check_sides,
     check_upright,
     check_widths,
@@ -32,6 +33,7 @@ from gaitval.scaling.landmarks import (
     landmarks_of,
     middle_psis,
     unit_vector,
+    width_of,
 )
 from gaitval.scaling.measurements import Leg, Measurements
 
@@ -122,9 +124,9 @@ def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float
 def locate(
     markers: Mapping[str, Place],
     *,
-    knee_width: float | None = None,
-    ankle_width: float | None = None,
-    elbow_width: float | None = None,
+    knee_width: Width = None,
+    ankle_width: Width = None,
+    elbow_width: Width = None,
 ) -> dict[str, Array]:
     """Landmarks and joint centres of a standing person, (3,) m, in the axes of the markers.
 
@@ -151,9 +153,9 @@ def locate(
 def measure(
     markers: Mapping[str, Place],
     *,
-    knee_width: float | None = None,
-    ankle_width: float | None = None,
-    elbow_width: float | None = None,
+    knee_width: Width = None,
+    ankle_width: Width = None,
+    elbow_width: Width = None,
 ) -> Measurements:
     """Joint centres, segment lengths and pelvic tilt of a standing person.
 
@@ -205,9 +207,9 @@ def arms_hang(points: Mapping[str, Array]) -> bool:
 
 def _standing(
     markers: Mapping[str, Place],
-    knee_width: float | None,
-    ankle_width: float | None,
-    elbow_width: float | None,
+    knee_width: Width,
+    ankle_width: Width,
+    elbow_width: Width,
 ) -> tuple[Array, dict[str, Array]]:
     """The person's axes, (3, 3) with x (facing), y and z as columns, and all landmarks and joint
     centres in these axes.
@@ -233,7 +235,9 @@ def _standing(
             ("Knee", "Hip.Centre", "Thigh", knee_width),
             ("Ankle", "Knee.Centre", "Shank", ankle_width),
         ):
-            points[f"{side}.{joint}.Centre"] = _hinge(points, side, joint, above, wand, width)
+            points[f"{side}.{joint}.Centre"] = _hinge(
+                points, side, joint, above, wand, width_of(width, side)
+            )
     points.update(_arm_centres(points, elbow_width))
     return heading, points
 
@@ -289,7 +293,7 @@ def _hinge(
     return centre
 
 
-def _arm_centres(points: Mapping[str, Array], elbow_width: float | None) -> dict[str, Array]:
+def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, Array]:
     """Shoulder, elbow and wrist joint centres as far as markers show them."""
     found: dict[str, Array] = {}
     if not {"R.Acromion", "L.Acromion"} <= points.keys():
@@ -307,11 +311,12 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: float | None) -> dict
         if wrist is not None:
             found[f"{side}.Wrist.Centre"] = wrist
         elbow, medial = points.get(f"{side}.Elbow"), points.get(f"{side}.Elbow.Medial")
+        width = width_of(elbow_width, side)
         if elbow is not None and medial is not None:
             found[f"{side}.Elbow.Centre"] = (elbow + medial) / 2
-        elif elbow is not None and wrist is not None and elbow_width is not None:
+        elif elbow is not None and wrist is not None and width is not None:
             found[f"{side}.Elbow.Centre"] = _elbow(
-                shoulder, elbow, wrist, elbow_width / 2 + MARKER_OFFSET, side
+                shoulder, elbow, wrist, width / 2 + MARKER_OFFSET, side
             )
     return found
 
@@ -357,7 +362,7 @@ def _arms(points: Mapping[str, Array]) -> dict[str, Any]:
     return measured
 
 
-def _sources(markers: Mapping[str, Place], widths: Mapping[str, float | None]) -> dict[str, str]:
+def _sources(markers: Mapping[str, Place], widths: Mapping[str, Width]) -> dict[str, str]:
     """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}
     chord = [

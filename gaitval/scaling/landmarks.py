@@ -55,6 +55,14 @@ WIDTHS = {
 }
 """Plausible widths across the epicondyles and malleoli, m."""
 
+Width = float | tuple[float, float] | None
+"""Width of a joint, m: of both sides, of the right and the left side, or not known."""
+
+
+def width_of(width: Width, side: str) -> float | None:
+    """The width of one side, "R" or "L"."""
+    return width["RL".index(side)] if isinstance(width, tuple) else width
+
 
 def unit_vector(vector: Array) -> Array:
     """A vector (3,) scaled to length 1."""
@@ -67,10 +75,15 @@ def _fail(problem: str, names: Iterable[str], advice: str) -> None:
         raise ScalingError(f"{problem}: {listed}. {advice}")
 
 
-def check_widths(*widths: float | None) -> None:
+def check_widths(*given: Width) -> None:
     """Refuse widths of knee, ankle and elbow (m, in this order) that no person has."""
     problems = []
-    for (name, (low, high)), width in zip(WIDTHS.items(), widths, strict=True):
+    widths = [
+        (name, limits, width_of(width, side))
+        for (name, limits), width in zip(WIDTHS.items(), given, strict=True)
+        for side in ("RL" if isinstance(width, tuple) else "R")
+    ]
+    for name, (low, high), width in widths:
         if width is not None and not low <= width <= high:
             hint = next(
                 (
@@ -90,7 +103,7 @@ def _option(name: str) -> str:
 
 
 def landmarks_of(
-    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
+    markers: Mapping[str, Place], knee_width: Width, ankle_width: Width
 ) -> dict[str, Array]:
     """The landmarks that have a marker, (3,) m each; refuses a trial that lacks a required one."""
     needed = _needed(markers, knee_width, ankle_width)
@@ -135,9 +148,7 @@ def landmarks_of(
     return points
 
 
-def _needed(
-    markers: Mapping[str, Place], knee_width: float | None, ankle_width: float | None
-) -> list[str]:
+def _needed(markers: Mapping[str, Place], knee_width: Width, ankle_width: Width) -> list[str]:
     """Landmarks that nothing else can replace."""
     needed = [f"{side}.{name}" for side in "RL" for name in LANDMARKS]
     replaced: set[str] = set()

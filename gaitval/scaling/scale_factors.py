@@ -16,6 +16,7 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
 from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
+from gaitval.scaling.landmarks import Width
 from gaitval.scaling.measurements import Leg, Measurements
 from gaitval.scaling.tape import measure_by_tape
 
@@ -113,9 +114,9 @@ def scale_by_pairs(
     *,
     height_m: float,
     sex: Sex,
-    knee_width: float | None = None,
-    ankle_width: float | None = None,
-    elbow_width: float | None = None,
+    knee_width: Width = None,
+    ankle_width: Width = None,
+    elbow_width: Width = None,
 ) -> tuple[Measurements, tuple[MeasurementFactor, ...]]:
     """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial.
 
@@ -156,7 +157,7 @@ def _seen(points: Array) -> bool:
 
 
 def _frames(
-    standing: Mapping[str, Array], names: Iterable[str], widths: Mapping[str, float | None]
+    standing: Mapping[str, Array], names: Iterable[str], widths: Mapping[str, Width]
 ) -> dict[str, Array]:
     """Landmarks and joint centres in every frame that shows all landmarks, (T, 3)."""
     used = {name: np.asarray(points) for name, points in standing.items() if _seen(points)}

@@ -8,10 +8,12 @@ from typing import TypedDict, Unpack
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
+from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
+from gaitval.session.person import person_of_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.session import Import, work_out
-from gaitval.session.subject import check_person, subject_of
+from gaitval.session.subject import subject_of
 from gaitval.session.write import check_folder, write_import, write_subject
 
 
@@ -23,7 +25,8 @@ class Options(TypedDict, total=False):
     forces : ground reaction of each trial, where it is not in the trial's own file.
     marker_set : name of a built-in set or a TOML file; found by marker names when not given.
     axes : of the laboratory, as "forward=+x up=+y"; found from the standing trial when not given.
-    knee_width, ankle_width, elbow_width : m, for marker sets without medial markers.
+    knee_width, ankle_width, elbow_width : m, for marker sets without medial markers: of both
+        sides, or (right, left); what a C3D file knows is used when not given.
     age : years.
     citation : where the recording is published.
     licence : of the recording.
@@ -36,9 +39,9 @@ class Options(TypedDict, total=False):
     forces: Sequence[str | Path] | None
     marker_set: str | None
     axes: str | None
-    knee_width: float | None
-    ankle_width: float | None
-    elbow_width: float | None
+    knee_width: Width
+    ankle_width: Width
+    elbow_width: Width
     age: float | None
     citation: str
     licence: str
@@ -68,8 +71,8 @@ def import_files(
     trials: Sequence[str | Path],
     out: Path,
     *,
-    mass: float,
-    height: float,
+    mass: float | None,
+    height: float | None,
     sex: str,
     configuration: Configuration,
     tell: Tell = silent,
@@ -82,7 +85,7 @@ def import_files(
     static : file of the standing trial.
     trials : files of the walking trials, whose cycles are pooled.
     out : the folder; the subject is named after it.
-    mass, height, sex : kg, m, and "F" or "M".
+    mass, height, sex : kg, m, and "F" or "M"; a mass or height of None is taken from the files.
     tell : called with each decision: the step, and a sentence.
 
     Raises
@@ -92,19 +95,31 @@ def import_files(
     RecordError, ScalingError : see `gaitval.session.session.work_out`.
     """
     check_folder(out)
+    person = person_of_session(
+        [Path(path) for path in (static, *trials)],
+        mass_kg=mass,
+        height_m=height,
+        sex=sex,
+        widths={
+            "knee": options.get("knee_width"),
+            "ankle": options.get("ankle_width"),
+            "elbow": options.get("elbow_width"),
+        },
+        tell=tell,
+    )
     request = Request(
         static=Path(static),
         trials=tuple(map(Path, trials)),
         forces=tuple(map(Path, options.get("forces") or ())),
         identifier=_identifier(out),
-        mass_kg=mass,
-        height_m=height,
-        sex=check_person(mass, height, sex),
+        mass_kg=person.mass_kg,
+        height_m=person.height_m,
+        sex=person.sex,
         marker_set=options.get("marker_set"),
         axes=options.get("axes"),
-        knee_width_m=options.get("knee_width"),
-        ankle_width_m=options.get("ankle_width"),
-        elbow_width_m=options.get("elbow_width"),
+        knee_width_m=person.knee_width_m,
+        ankle_width_m=person.ankle_width_m,
+        elbow_width_m=person.elbow_width_m,
         without_forces=options.get("kinematics_only", False),
         consistent=options.get("consistent", False),
     )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gaitval.scaling.anthropometry import Sex
+from gaitval.scaling.landmarks import Width
 
 Tell = Callable[[str, str], None]
 
@@ -23,8 +24,8 @@ class Request:
     mass_kg, height_m, sex : of the person.
     marker_set : name or file; recognised by the markers' names when None.
     axes : as `axes.parse_axes` reads; found from the standing trial when None.
-    knee_width_m, ankle_width_m, elbow_width_m : across the joint, for marker sets without medial
-        markers.
+    knee_width_m, ankle_width_m, elbow_width_m : across the joint, of both sides or of each (right,
+        left), for marker sets without medial markers.
     without_forces : kinematics only.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
@@ -39,14 +40,14 @@ class Request:
     forces: tuple[Path, ...] = ()
     marker_set: str | None = None
     axes: str | None = None
-    knee_width_m: float | None = None
-    ankle_width_m: float | None = None
-    elbow_width_m: float | None = None
+    knee_width_m: Width = None
+    ankle_width_m: Width = None
+    elbow_width_m: Width = None
     without_forces: bool = False
     consistent: bool = False
 
     @property
-    def widths(self) -> dict[str, float | None]:
+    def widths(self) -> dict[str, Width]:
         """Keyword arguments of scaling."""
         return {
             "knee_width": self.knee_width_m,

@@ -7,9 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.plausible import mass_and_height_problems
 from gaitval.datasets.subject import Forces, Gait, StanceFraction, Subject, make_subject
-from gaitval.errors import RecordError, SubjectError
+from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
@@ -20,7 +19,6 @@ from gaitval.gait.mean_curves import (
     stance_fraction,
 )
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
-from gaitval.scaling.anthropometry import Sex
 from gaitval.session.session import Import
 from gaitval.session.trial import valid_cycles
 
@@ -202,21 +200,3 @@ def _left_phase(found: Import) -> float:
             ]
         )
     )
-
-
-def check_person(mass_kg: float, height_m: float, sex: str) -> Sex:
-    """Refuse a body that cannot be, before any file is read; returns the sex.
-
-    Raises
-    ------
-    SubjectError : another sex than F or M, or swapped, missing or wrong units.
-    """
-    problems = [
-        problem.replace("mass_kg =", "--mass").replace("height_m =", "--height")
-        for problem in mass_and_height_problems(mass_kg, height_m)
-    ]
-    if sex not in ("F", "M"):
-        problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
-    if problems:
-        raise SubjectError("\n".join(problems))
-    return "F" if sex == "F" else "M"

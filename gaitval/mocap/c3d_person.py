@@ -1,0 +1,97 @@
+"""What a C3D file knows of the person: Vicon's PROCESSING and SUBJECTS groups.
+
+Plug-in Gait stores there what was measured on the person, kg and mm. Only what can be a person's is
+taken over: a length of 0 means that it was not measured.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from gaitval.mocap.c3d_contents import Contents, check_size, read_contents
+
+SideValues = tuple[float | None, float | None]
+"""Right and left; None where it was not measured."""
+
+_MM: Final = 1e-3
+_RANGES: Final[Mapping[str, tuple[float, float]]] = {
+    "mass_kg": (8.0, 300.0),
+    "height_m": (0.7, 2.4),
+    "leg_length_m": (0.3, 1.3),
+    "knee_width_m": (0.04, 0.17),
+    "ankle_width_m": (0.03, 0.12),
+    "elbow_width_m": (0.03, 0.12),
+    "asis_distance_m": (0.1, 0.5),
+    "marker_diameter_m": (0.002, 0.04),
+}
+"""What a child's or an adult's can be."""
+
+
+@dataclass(frozen=True)
+class PersonFacts:
+    """What a file knows of a person; None or empty where it does not.
+
+    Attributes
+    ----------
+    source : the file.
+    name : of the person in the recording program.
+    system : the program that made the file.
+    leg_length_m, knee_width_m, ankle_width_m, elbow_width_m : right and left, m.
+    """
+
+    source: str
+    name: str = ""
+    system: str = ""
+    mass_kg: float | None = None
+    height_m: float | None = None
+    leg_length_m: SideValues = (None, None)
+    knee_width_m: SideValues = (None, None)
+    ankle_width_m: SideValues = (None, None)
+    elbow_width_m: SideValues = (None, None)
+    asis_distance_m: float | None = None
+    marker_diameter_m: float | None = None
+
+
+def read_person(path: Path) -> PersonFacts:
+    """What a file knows of the person; nothing if it is not C3D.
+
+    Raises
+    ------
+    RecordError : the file is damaged.
+    """
+    if path.suffix.lower() != ".c3d":
+        return PersonFacts(str(path))
+    check_size(path)
+    return person_of(str(path), read_contents(path))
+
+
+def person_of(source: str, contents: Contents) -> PersonFacts:
+    """What the parameters of a C3D file say."""
+    stored = {
+        name.lower(): contents.number("PROCESSING", name)
+        for name in contents.parameters.get("PROCESSING", {})
+    }
+
+    def one(name: str, field: str, factor: float = _MM) -> float | None:
+        value = factor * stored.get(name, 0.0)
+        low, high = _RANGES[field]
+        return value if low <= value <= high else None
+
+    def both(name: str, field: str) -> SideValues:
+        return one(f"r{name}", field), one(f"l{name}", field)
+
+    system = (contents.text("MANUFACTURER", "SOFTWARE"), contents.text("MANUFACTURER", "COMPANY"))
+    return PersonFacts(
+        source=source,
+        name=contents.text("SUBJECTS", "NAMES"),
+        system=next((name for name in system if name), ""),
+        mass_kg=one("bodymass", "mass_kg", 1.0),
+        height_m=one("height", "height_m"),
+        leg_length_m=both("leglength", "leg_length_m"),
+        knee_width_m=both("kneewidth", "knee_width_m"),
+        ankle_width_m=both("anklewidth", "ankle_width_m"),
+        elbow_width_m=both("elbowwidth", "elbow_width_m"),
+        asis_distance_m=one("interasisdistance", "asis_distance_m"),
+        marker_diameter_m=one("markerdiameter", "marker_diameter_m"),
+    )

@@ -1,0 +1,123 @@
+"""What the files know of a person, and what the user says."""
+
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+import pytest
+
+from gaitval.errors import SubjectError
+from gaitval.mocap.c3d_person import read_person
+from gaitval.session.person import person_of_session
+
+PLUG_IN_GAIT = {
+    "Bodymass": 32.1, "Height": 1450.0, "RKneeWidth": 84.0, "LKneeWidth": 83.0,
+    "RAnkleWidth": 62.0, "LAnkleWidth": 61.0, "RLegLength": 740.0, "LLegLength": 742.0,
+    "InterAsisDistance": 159.0, "MarkerDiameter": 10.0, "RElbowWidth": 67.0,
+}  # fmt: skip
+
+
+def c3d(path: Path, values: dict[str, float]) -> Path:
+    """A file with one marker and these measurements of a person."""
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["LASI"]
+    file["data"]["points"] = np.ones((4, 1, 3))
+    for name, value in values.items():
+        file.add_parameter("PROCESSING", name, [value])
+    file.add_parameter("SUBJECTS", "NAMES", ["HC002D"])
+    file.add_parameter("MANUFACTURER", "SOFTWARE", ["Vicon Nexus"])
+    file.write(str(path))
+    return path
+
+
+def found(files, *, mass=None, height=None, sex="F", said=None, **widths):
+    def tell(step, text):
+        assert step == "person"
+        if said is not None:
+            said.append(text)
+
+    return person_of_session(
+        files, mass_kg=mass, height_m=height, sex=sex, widths=widths, tell=tell
+    )
+
+
+def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
+    facts = read_person(c3d(tmp_path / "a.c3d", PLUG_IN_GAIT))
+    assert facts.mass_kg == pytest.approx(32.1)
+    assert facts.height_m == pytest.approx(1.45)
+    assert facts.knee_width_m == pytest.approx((0.084, 0.083))
+    assert facts.ankle_width_m == pytest.approx((0.062, 0.061))
+    assert facts.leg_length_m == pytest.approx((0.74, 0.742))
+    assert facts.elbow_width_m[1] is None
+    assert facts.asis_distance_m == pytest.approx(0.159)
+    assert facts.marker_diameter_m == pytest.approx(0.01)
+    assert (facts.name, facts.system) == ("HC002D", "Vicon Nexus")
+
+
+@pytest.mark.parametrize("value", [0.0, -5.0, 1e9])
+def test_what_was_not_measured_is_not_known(tmp_path, value):
+    facts = read_person(c3d(tmp_path / "a.c3d", dict.fromkeys(PLUG_IN_GAIT, value)))
+    assert facts.mass_kg is None
+    assert facts.height_m is None
+    assert facts.knee_width_m == (None, None)
+
+
+def test_other_formats_know_nothing(tmp_path):
+    path = tmp_path / "a.trc"
+    path.write_text("PathFileType")
+    assert read_person(path).mass_kg is None
+
+
+def test_the_file_stands_in_for_what_is_not_said(tmp_path):
+    said: list[str] = []
+    person = found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)
+    assert person.mass_kg == pytest.approx(32.1)
+    assert person.height_m == pytest.approx(1.45)
+    assert person.knee_width_m == pytest.approx((0.084, 0.083))
+    assert person.elbow_width_m is None  # one side only
+    assert any("--mass 32.1 kg: from" in text for text in said)
+    assert said[0].endswith("a.c3d: HC002D, made by Vicon Nexus")
+
+
+def test_the_user_wins_and_is_told_of_a_contradiction(tmp_path):
+    said: list[str] = []
+    path = c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)
+    person = found([path], mass=33.5, height=1.451, knee=0.1, said=said)
+    assert (person.mass_kg, person.height_m, person.knee_width_m) == (33.5, 1.451, 0.1)
+    assert any("says 32.1 kg; --mass 33.5 is used" in text for text in said)
+    assert any("knee widths of 0.084 and 0.083 m" in text for text in said)
+    assert not any("--height" in text for text in said)  # they agree to a millimetre
+
+
+def test_two_files_that_contradict_each_other_are_told(tmp_path):
+    said: list[str] = []
+    files = [
+        c3d(tmp_path / "a.c3d", PLUG_IN_GAIT),
+        c3d(tmp_path / "b.c3d", PLUG_IN_GAIT | {"Bodymass": 60.0}),
+    ]
+    assert found(files, said=said).mass_kg == pytest.approx(32.1)
+    assert any("b.c3d says 60 kg; --mass 32.1 is used" in text for text in said)
+
+
+def test_what_nobody_says_is_asked_for(tmp_path):
+    path = c3d(tmp_path / "a.c3d", {"Bodymass": 70.0})
+    with pytest.raises(SubjectError, match=r"no --height \(m\), and no file of the session"):
+        found([path])
+    with pytest.raises(SubjectError, match=r"--mass \(kg\) and no --height \(m\)"):
+        found([])
+
+
+@pytest.mark.parametrize(
+    ("values", "match"),
+    [
+        ({"mass": 700.0}, "--mass 700"),
+        ({"height": 172.5}, "centimetres"),
+        ({"sex": "male"}, "--sex male: give F or M"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_a_file_is_read(tmp_path, values, match):
+    damaged = tmp_path / "a.c3d"
+    damaged.write_bytes(b"not C3D")
+    with pytest.raises(SubjectError, match=match):
+        found([damaged], **values)
