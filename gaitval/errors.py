@@ -4,11 +4,20 @@ Every message says what was seen, where, why it is wrong and how to fix it. The 
 the message without a traceback and exits with `exit_code`.
 """
 
+from typing import Self
+
 
 class GaitvalError(Exception):
     """Base of all errors that the command line reports without a traceback."""
 
     exit_code = 2
+    goes_on: tuple[str, ...] = ()
+    """Options with which the same command goes on, without what was wrong."""
+
+    def with_way_on(self, *options: str) -> Self:
+        """The same error, with options that the command can go on with."""
+        self.goes_on = options
+        return self
 
 
 class SubjectError(GaitvalError):

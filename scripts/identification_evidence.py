@@ -139,11 +139,13 @@ def ceiling(people: list[dict[str, Any]]) -> list[str]:
         key: np.array([1.0 - each[key] / each["nominal"] for each in known])
         for key in ("truth", "identified")
     }
+    lower = {key: int(np.sum(each > 0)) for key, each in gains.items()}
+    median = {key: 100 * np.median(each) for key, each in gains.items()}
     return [
         f"{len(known)} of them also walked with their true body: epsilon is lower than as scaled "
-        f"in {int(np.sum(gains['truth'] > 0))}, by {100 * np.median(gains['truth']):.1f} % in the "
-        f"median; with the identified body in {int(np.sum(gains['identified'] > 0))}, by "
-        f"{100 * np.median(gains['identified']):.1f} %. No identification can gain more than the truth."
+        f"in {lower['truth']}, by {median['truth']:.1f} % in the median; with the identified body "
+        f"in {lower['identified']}, by {median['identified']:.1f} %. No identification can be "
+        "asked for more than the truth gains."
     ]
 
 

@@ -1,6 +1,7 @@
 """The root of the `gaitval` command: its help, its errors, and what commands share."""
 
 import os
+import shlex
 import sys
 import traceback
 from collections.abc import Callable
@@ -45,6 +46,12 @@ class _Commands(TyperGroup):
             display.messages.print(
                 str(error), style="red", markup=False, highlight=False, soft_wrap=True
             )
+            for option in error.goes_on:
+                line = shlex.join(["gaitval", *sys.argv[1:]])
+                display.messages.print(
+                    f"To go on without it: {line} {option}",
+                    markup=False, highlight=False, soft_wrap=True,
+                )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             display.messages.print("interrupted; the same command resumes", style="yellow")

@@ -185,25 +185,25 @@ def cut_cycles(
                 reasons=tuple(reasons),
             )
         )
-    _require(cycles, side, fewest, len(strikes))
+    require(cycles, side, fewest, len(strikes))
     return tuple(cycles)
 
 
 def without_gaps(
-    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
+    cycles: Iterable[GaitCycle],
+    time: Array,
+    seen: NDArray[np.bool_],
+    *,
+    longest_gap_s: float,
 ) -> tuple[GaitCycle, ...]:
     """The same cycles; those in which the markers do not show the motion throughout are not valid.
 
     Parameters
     ----------
-    cycles : of one foot, at least one.
+    cycles : of one foot.
     time : (T,) s, of the marker frames.
     seen : (T,) whether the markers show the pelvis and this foot's leg.
     longest_gap_s : gaps up to this long are bridged.
-
-    Raises
-    ------
-    RecordError : no valid cycle is left; it gives the reason of each.
     """
     cycles = tuple(cycles)
     longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
@@ -228,11 +228,20 @@ def without_gaps(
                 reasons=cycle.reasons + reasons,
             )
         found.append(cycle)
-    _require(found, cycles[0].side, 1, len(cycles) + 1)
     return tuple(found)
 
 
-def _require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:
+def require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:
+    """Refuse fewer valid cycles of one foot than `fewest`, with the reason of each that is not.
+
+    Parameters
+    ----------
+    strikes : heel strikes that were found.
+
+    Raises
+    ------
+    RecordError : too few cycles are valid for kinematics.
+    """
     usable = sum(cycle.kinematics_valid for cycle in cycles)
     if usable < fewest:
         listed = "".join(f"\n  {cycle}" for cycle in cycles if not cycle.kinematics_valid)
@@ -391,6 +400,7 @@ def spatiotemporal(
     recording: Recording,
     events: Iterable[Event],
     cycles: Sequence[GaitCycle],
+    side: Side,
     *,
     landmarks: Mapping[str, str],
 ) -> SpatioTemporal:
@@ -404,21 +414,19 @@ def spatiotemporal(
     ----------
     recording : cleaned, z up.
     events : of both feet, from which the cycles were cut.
-    cycles : of one side.
+    cycles : of one side; parameters of none have no values.
+    side : which.
     landmarks : see `foot_markers`.
 
     Raises
     ------
-    RecordError : no valid cycle.
+    RecordError : the feet never stand, so the speed of the belt is unknown.
     """
     events = tuple(events)
     cycles = [cycle for cycle in cycles if cycle.kinematics_valid]
     if not cycles:
-        raise RecordError(
-            f"{recording.source}: there is no valid gait cycle, so there are no spatiotemporal "
-            "parameters. Give a longer trial of steady walking."
-        )
-    side = cycles[0].side
+        none = np.zeros(0)
+        return SpatioTemporal(side, *(none for _ in fields(SpatioTemporal)[1:]))
     other: Side = "left" if side == "right" else "right"
     places = _Places(recording, events, landmarks)
     start, end, toe_off, opposite_toe_off, opposite_strike = np.array(

@@ -129,5 +129,5 @@ def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
             f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but "
             f"the mass given is {request.mass_kg:.1f} kg. Over whole cycles the two must agree "
             f"within {100 * MASS_TOLERANCE:.0f} %. {hint}"
-        )
+        ).with_way_on("--kinematics-only")
     return ratio

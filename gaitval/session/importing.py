@@ -8,11 +8,13 @@ from typing import TypedDict, Unpack
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
+from gaitval.errors import GaitvalError
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
 from gaitval.session.person import person_of_session
+from gaitval.session.refusal import write_refusal
 from gaitval.session.request import Request, Tell, silent
-from gaitval.session.session import Import, work_out
+from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.write import check_folder, write_import, write_subject
 
@@ -80,6 +82,8 @@ def import_files(
 ) -> Imported:
     """Work out the trials of a session and write everything into a folder.
 
+    A refusal throws nothing away: what was found before it is written, with a page.
+
     Parameters
     ----------
     static : file of the standing trial.
@@ -123,10 +127,22 @@ def import_files(
         without_forces=options.get("kinematics_only", False),
         consistent=options.get("consistent", False),
     )
-    found = work_out(request, configuration.processing, tell)
-    halves = options.get("halves")
-    subject = _subject(found, options) if halves is None else _of_halves(found, halves, options)
+    progress = Progress()
+    try:
+        found = work_out(request, configuration.processing, tell, progress)
+    except GaitvalError as error:
+        page = write_refusal(out, request, progress, error)
+        raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
+            *error.goes_on
+        ) from None
     files = tuple(write_import(out, found, configuration))
+    halves = options.get("halves")
+    try:
+        subject = _subject(found, options) if halves is None else _of_halves(found, halves, options)
+    except GaitvalError as error:
+        raise type(error)(
+            f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
+        ).with_way_on(*error.goes_on) from None
     return Imported(found, subject, files, write_subject(out, subject))
 
 

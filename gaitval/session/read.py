@@ -117,7 +117,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
                 f"{recording.source}: no force plates in the trial, so there are no moments and "
                 "no ground reaction. Give the file of the forces with --forces, or use "
                 "--kinematics-only: the walk then predicts moments and forces."
-            )
+            ).with_way_on("--kinematics-only")
         turned.append(recording)
     return Session(
         marker_set=marker_set,
@@ -155,7 +155,7 @@ def about_file(source: str) -> Iterator[None]:
     try:
         yield
     except (RecordError, ScalingError) as error:
-        raise type(error)(f"{source}: {error}") from None
+        raise type(error)(f"{source}: {error}").with_way_on(*error.goes_on) from None
 
 
 def _check_length(recording: Recording, processing: ProcessingSettings) -> None:

@@ -6,10 +6,11 @@ dynamics; gait cycles. `gaitval.session.write` writes the results.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import Side
+from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
 )
@@ -17,7 +18,7 @@ from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
-from gaitval.session.trial import Trial, work_out_trial
+from gaitval.session.trial import Trial, require_both_sides, work_out_trial
 
 
 @dataclass(frozen=True)
@@ -46,29 +47,56 @@ class Import:
     decisions: tuple[tuple[str, str], ...]
 
 
-def work_out(request: Request, processing: ProcessingSettings, tell: Tell = silent) -> Import:
+@dataclass
+class Progress:
+    """What an import has found so far; a refusal leaves it to be written."""
+
+    decisions: list[tuple[str, str]] = field(default_factory=list)
+    session: Session | None = None
+    body: FittedBody | None = None
+    trials: list[Trial] = field(default_factory=list)
+
+
+def work_out(
+    request: Request,
+    processing: ProcessingSettings,
+    tell: Tell = silent,
+    progress: Progress | None = None,
+) -> Import:
     """Everything from the files to the mean gait cycle.
+
+    A trial that cannot be used is left out if there are others, and this is told.
 
     Parameters
     ----------
     tell : called with each decision: the step, and a sentence.
+    progress : receives what is found, step by step.
 
     Raises
     ------
     RecordError, ScalingError : see the modules of each step.
     """
-    decisions: list[tuple[str, str]] = []
+    known = Progress() if progress is None else progress
 
     def noted(step: str, message: str) -> None:
-        decisions.append((step, message))
+        known.decisions.append((step, message))
         tell(step, message)
 
-    session = read_session(request, processing, noted)
-    body = scale_body(request, processing, session, noted)
-    walks = [
-        work_out_trial(request, processing, session, body, trial.name, recording, noted)
-        for trial, recording in zip(request.trials, session.walking, strict=True)
-    ]
+    session = known.session = read_session(request, processing, noted)
+    body = known.body = scale_body(request, processing, session, noted)
+    walks, last = known.trials, RecordError("no walking trial")
+    for trial, recording in zip(request.trials, session.walking, strict=True):
+        try:
+            walks.append(
+                work_out_trial(request, processing, session, body, trial.name, recording, noted)
+            )
+        except RecordError as error:
+            last = error
+            if len(request.trials) > 1:
+                noted("trials", f"{trial.name} is left out: {error}")
+    if not walks:
+        raise last
+    require_both_sides(walks)
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     return Import(
@@ -81,5 +109,5 @@ def work_out(request: Request, processing: ProcessingSettings, tell: Tell = sile
         moments=moments,
         forces=forces,
         weight_ratio=weight_ratio,
-        decisions=tuple(decisions),
+        decisions=tuple(known.decisions),
     )

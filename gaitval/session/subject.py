@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.datasets.subject import Forces, Gait, StanceFraction, Subject, make_subject
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
@@ -20,7 +20,7 @@ from gaitval.gait.mean_curves import (
 )
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 from gaitval.session.session import Import
-from gaitval.session.trial import valid_cycles
+from gaitval.session.trial import Trial, valid_cycles
 
 PHASE: Final = np.linspace(0.0, 1.0, 101)
 
@@ -51,7 +51,7 @@ def subject_of(
     body = found.body
     values = {
         "identifier": request.identifier,
-        "source": ", ".join(path.name for path in request.trials),
+        "source": ", ".join(walk.name for walk in found.trials),
         "citation": citation,
         "licence": licence,
         "sex": request.sex,
@@ -107,7 +107,7 @@ def _check_complete(found: Import) -> None:
         + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
-    )
+    ).with_way_on("--kinematics-only")
 
 
 def _mean_gait(
@@ -182,12 +182,29 @@ def all_cycles(found: Import, side: Side, *, kinetics: bool) -> list[GaitCycle]:
 
 
 def speed(found: Import) -> float:
-    """Mean walking speed over all cycles of both sides, m/s."""
+    """Mean walking speed over all cycles of both sides, m/s: of the feet from place to place, or of
+    the pelvis where a trial ends before the foot stands again.
+    """
+    strides = np.concatenate([walk.gait[side].speed for walk in found.trials for side in SIDES])
+    if np.isfinite(strides).any():
+        return float(np.nanmean(strides))
     return float(
-        np.nanmean(
-            np.concatenate([walk.gait[side].speed for walk in found.trials for side in SIDES])
+        np.mean(
+            [
+                walk.belt + _pelvis_speed(walk, cycle)
+                for walk in found.trials
+                for side in SIDES
+                for cycle in valid_cycles(walk, side, kinetics=False)
+            ]
         )
     )
+
+
+def _pelvis_speed(walk: Trial, cycle: GaitCycle) -> float:
+    """Forward speed of the pelvis over a cycle, m/s."""
+    forward = walk.positions[:, COORDINATES.index("pelvis_tx")]
+    begin, end = np.interp([cycle.start, cycle.end], walk.recording.time, forward)
+    return float(end - begin) / cycle.duration
 
 
 def _left_phase(found: Import) -> float:

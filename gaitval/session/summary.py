@@ -100,7 +100,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         sex=request.sex,
         mass=request.mass_kg,
         height=request.height_m,
-        trial=", ".join(path.name for path in request.trials),
+        trial=", ".join(walk.name for walk in found.trials),
         duration=sum(len(w.recording.markers) / w.recording.marker_rate for w in found.trials),
         marker_rate=first.recording.marker_rate,
         force_rate=first.recording.force_rate,

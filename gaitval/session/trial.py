@@ -15,6 +15,7 @@ from gaitval.gait.cycles import (
     SpatioTemporal,
     belt_speed,
     cut_cycles,
+    require,
     spatiotemporal,
     without_gaps,
 )
@@ -148,7 +149,7 @@ def work_out_trial(
         belt=belt_speed(recording, events, landmarks=landmarks),
         cycles=cycles,
         gait={
-            side: spatiotemporal(recording, events, cycles[side], landmarks=landmarks)
+            side: spatiotemporal(recording, events, cycles[side], side, landmarks=landmarks)
             for side in SIDES
         },
         findings=findings,
@@ -274,17 +275,36 @@ def _cycles(
     shown: Mapping[Side, Flags],
     processing: ProcessingSettings,
 ) -> dict[Side, tuple[GaitCycle, ...]]:
-    """The gait cycles of each side, with those marked in which its markers have gaps."""
-    with about_file(recording.source):
-        return {
-            side: without_gaps(
-                cut_cycles(events, side, forces=forces),
-                recording.time,
-                shown[side],
-                longest_gap_s=processing.largest_gap_s,
-            )
-            for side in SIDES
-        }
+    """The gait cycles of each side, with those marked in which its markers have gaps. A trial need
+    not show both sides, nor a whole cycle: `session.work_out` asks for them of all trials together.
+    """
+    return {
+        side: without_gaps(
+            cut_cycles(events, side, forces=forces, fewest=0),
+            recording.time,
+            shown[side],
+            longest_gap_s=processing.largest_gap_s,
+        )
+        for side in SIDES
+    }
+
+
+def require_both_sides(trials: Sequence[Trial]) -> None:
+    """Refuse trials that together show no whole cycle of a side.
+
+    Raises
+    ------
+    RecordError : it gives the reason of every cycle that does not count.
+    """
+    for side in SIDES:
+        if any(valid_cycles(walk, side, kinetics=False) for walk in trials):
+            continue
+        for walk in trials:
+            strikes = [
+                event for event in walk.events if (event.side, event.kind) == (side, "heel_strike")
+            ]
+            with about_file(walk.recording.source):
+                require(walk.cycles[side], side, 1, len(strikes))
 
 
 def leg_shown(

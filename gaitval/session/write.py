@@ -1,7 +1,7 @@
 """Write what an import found: the subject for the main job, OpenSim files, tables, the report."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -45,6 +45,12 @@ FOLDER: Final = "recording"
 
 SUBJECT: Final = "subject.toml"
 RECORD: Final = "import.json"
+REFUSED: Final = "refused"
+
+
+def refusal_files(target: Path) -> tuple[Path, ...]:
+    """The page that a refused import leaves."""
+    return tuple(target / f"{REFUSED}.{ending}" for ending in ("html", "pdf"))
 
 
 def check_folder(folder: Path) -> None:
@@ -74,7 +80,8 @@ def check_folder(folder: Path) -> None:
 
 
 @contextmanager
-def _writing(folder: Path) -> Iterator[None]:
+def writing(folder: Path) -> Iterator[None]:
+    """Say which folder could not be written to, and what to do."""
     try:
         yield
     except OSError as error:
@@ -86,7 +93,7 @@ def _writing(folder: Path) -> Iterator[None]:
 
 def write_subject(folder: Path, subject: Subject) -> Path:
     """Write `subject.toml`, after all other files; returns its path."""
-    with _writing(folder):
+    with writing(folder):
         write_text(Path(folder) / SUBJECT, subject.to_toml())
     return Path(folder) / SUBJECT
 
@@ -106,14 +113,14 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
     ------
     ArtefactError : the folder cannot be written to.
     """
-    with _writing(folder):
+    with writing(folder):
         return _write_import(Path(folder), found, configuration)
 
 
 def _write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     target = folder / FOLDER
     target.mkdir(parents=True, exist_ok=True)
-    for earlier in (folder / SUBJECT, target / RECORD):
+    for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
         earlier.unlink(missing_ok=True)
     body = found.body
     motion = found.trials[0].kinematics
@@ -132,24 +139,12 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
     written: list[Path] = []
     write_model(target / "model.osim", body.model)
     for number, walk in enumerate(found.trials, start=1):
-        stem = target / f"trial{number}"
-        files = {
-            name: stem.with_name(f"{stem.name}_{name}")
-            for name in ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
-        }
-        write_markers(files["markers.trc"], walk.recording)
-        write_motion(files["ik.mot"], walk.recording.time, walk.motion)
-        written += [files["markers.trc"], files["ik.mot"]]
+        written += write_trial(target, number, walk)
         if walk.consistent is not None:
-            write_model(stem.with_name(f"{stem.name}_model.osim"), walk.consistent.model)
-        if walk.loads is not None and walk.moments is not None:
-            write_ground_reaction(files["grf.mot"], walk.loads)
-            write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
-            write_moments(files["id.sto"], walk.motion, walk.moments)
-            written += [files["grf.mot"], files["external_loads.xml"], files["id.sto"]]
+            write_model(target / f"trial{number}_model.osim", walk.consistent.model)
     tables = {
         "scaling.csv": body.scaled.frame(),
-        "cycles.csv": _cycle_table(found),
+        "cycles.csv": cycle_table(found.trials),
         "curves.csv": _curve_table(found),
     }
     for name, table in tables.items():
@@ -166,9 +161,26 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
     return [*written, target / RECORD]
 
 
-def _cycle_table(found: Import) -> pd.DataFrame:
+def write_trial(target: Path, number: int, walk: Trial) -> list[Path]:
+    """Write OpenSim's files of one trial; returns them."""
+    files = {
+        name: target / f"trial{number}_{name}"
+        for name in ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
+    }
+    write_markers(files["markers.trc"], walk.recording)
+    write_motion(files["ik.mot"], walk.recording.time, walk.motion)
+    if walk.loads is None or walk.moments is None:
+        return [files["markers.trc"], files["ik.mot"]]
+    write_ground_reaction(files["grf.mot"], walk.loads)
+    write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
+    write_moments(files["id.sto"], walk.motion, walk.moments)
+    return list(files.values())
+
+
+def cycle_table(trials: Sequence[Trial]) -> pd.DataFrame:
+    """Every cycle of every trial, and why it does not count."""
     rows = []
-    for walk in found.trials:
+    for walk in trials:
         for side in SIDES:
             for cycle in walk.cycles[side]:
                 row = asdict(cycle) | {"trial": walk.name}

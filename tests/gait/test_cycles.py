@@ -219,7 +219,7 @@ def test_parameters_are_those_of_the_walk_on_belt_and_ground(
     events = true_events(8.0)
     assert belt_speed(recording, events, landmarks=LANDMARKS) == pytest.approx(belt, abs=1e-6)
     cycles = cut_cycles(events, side)
-    result = spatiotemporal(recording, events, cycles, landmarks=LANDMARKS)
+    result = spatiotemporal(recording, events, cycles, side, landmarks=LANDMARKS)
     expected = {
         "stride_time": STRIDE,
         "step_time": 0.5 * STRIDE,
@@ -245,7 +245,7 @@ def test_a_place_that_is_not_seen_is_not_made_up() -> None:
     markers[140:200, recording.names.index("R.Heel")] = np.nan  # its stance from 1.4 s on
     gap = recording.with_markers(recording.names, markers)
     cycles = cut_cycles(true_events(), "right")
-    result = spatiotemporal(gap, true_events(), cycles, landmarks=LANDMARKS)
+    result = spatiotemporal(gap, true_events(), cycles, "right", landmarks=LANDMARKS)
     assert np.isnan(result.stride_length[:2]).all()
     assert np.isfinite(result.stride_length[2:4]).all()
     assert np.isfinite(result.stride_time).all()
@@ -255,8 +255,10 @@ def test_no_stance_means_no_belt_speed_and_no_cycle_no_parameters() -> None:
     strikes_only = [event for event in true_events() if event.kind == "heel_strike"]
     with pytest.raises(RecordError, match="speed of the belt is unknown"):
         belt_speed(walk(), strikes_only, landmarks=LANDMARKS)
-    with pytest.raises(RecordError, match="no valid gait cycle"):
-        spatiotemporal(walk(), true_events(), [], landmarks=LANDMARKS)
+    none = spatiotemporal(walk(), true_events(), [], "left", landmarks=LANDMARKS)
+    assert none.side == "left"
+    assert none.speed.shape == (0,)
+    assert np.isnan(none.summary()["stride_time"]).all()
 
 
 def test_wbds01_t01_walks_as_its_authors_say(gait_data: Path) -> None:
@@ -274,7 +276,7 @@ def test_wbds01_t01_walks_as_its_authors_say(gait_data: Path) -> None:
     for side in SIDES:
         cycles = cut_cycles(events, side, forces=forces, fewest=15)
         assert all(cycle.kinetics_valid for cycle in cycles)
-        result = spatiotemporal(recording, events, cycles, landmarks=landmarks)
+        result = spatiotemporal(recording, events, cycles, side, landmarks=landmarks)
         cadence.append(np.nanmean(result.cadence))
         step.append(np.nanmean(result.step_length))
     assert np.mean(cadence) == pytest.approx(67.797, rel=0.01)
@@ -291,5 +293,6 @@ def test_wbds01_over_ground_walks_at_its_speed(gait_data: Path) -> None:
     speeds = []
     for side in SIDES:
         cycles = cut_cycles(events, side)
-        speeds.append(spatiotemporal(recording, events, cycles, landmarks=landmarks).speed)
+        found = spatiotemporal(recording, events, cycles, side, landmarks=landmarks)
+        speeds.append(found.speed)
     assert np.mean(speeds) == pytest.approx(1.26, rel=0.02)

@@ -843,7 +843,7 @@ def test_an_impossible_person(
     assert words in plain_messages.getvalue()
 
 
-def test_the_command_says_why_and_leaves_nothing(
+def test_the_command_says_why_and_leaves_no_subject(
     laboratory: Laboratory, plain_messages: io.StringIO
 ) -> None:
     """One error of each stage: reading, axes, scaling, forces, the subject."""
@@ -862,7 +862,9 @@ def test_the_command_says_why_and_leaves_nothing(
         text = plain_messages.getvalue()
         assert words in text
         assert "Traceback" not in text
-        assert not out.exists()
+        assert not (out / "subject.toml").exists()
+        pages = [(out / "recording" / f"{name}.html").exists() for name in ("refused", "recording")]
+        assert sum(pages) == 1, words
 
 
 def test_a_folder_that_cannot_be_written(

@@ -1,0 +1,109 @@
+"""What an import that was refused found before: a page, and the files that were finished."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.artefacts import replacing, versions
+from gaitval.coordinates import SIDES
+from gaitval.errors import GaitvalError
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.model.markers import MARKERS, save_markers
+from gaitval.model.urdf import write_urdf
+from gaitval.reporting.page import write_page
+from gaitval.session.request import Request
+from gaitval.session.session import Progress
+from gaitval.session.trial import Trial, valid_cycles
+from gaitval.session.write import (
+    FOLDER,
+    RECORD,
+    REFUSED,
+    SUBJECT,
+    cycle_table,
+    refusal_files,
+    write_trial,
+    writing,
+)
+
+_STEPS: Final = (
+    "reading the files, axes and names of the markers",
+    "scaling the body",
+    "motion, events and forces of the trials",
+    "gait cycles of both sides, moments and forces",
+)
+
+
+def write_refusal(folder: Path, request: Request, progress: Progress, error: GaitvalError) -> Path:
+    """Write what was found before an error; returns the page.
+
+    Like a finished import, it removes what an earlier import left as subject.
+
+    Raises
+    ------
+    ArtefactError : the folder cannot be written to.
+    """
+    target = Path(folder) / FOLDER
+    with writing(folder):
+        target.mkdir(parents=True, exist_ok=True)
+        for earlier in (Path(folder) / SUBJECT, target / RECORD):
+            earlier.unlink(missing_ok=True)
+        written = _finished(target, progress)
+        reached = sum(
+            (progress.session is not None, progress.body is not None, bool(progress.trials))
+        )
+        context = {
+            "request": request,
+            "steps": [
+                (name, index < reached, index == reached) for index, name in enumerate(_STEPS)
+            ],
+            "error": str(error),
+            "ways_on": error.goes_on,
+            "decisions": progress.decisions,
+            "trials": [_about(walk) for walk in progress.trials],
+            "files": [path.name for path in written],
+            "versions": versions(),
+        }
+        write_page(target, REFUSED, "refused.html.j2", context)
+    return refusal_files(target)[0]
+
+
+def _finished(target: Path, progress: Progress) -> list[Path]:
+    written: list[Path] = []
+    if progress.body is not None and progress.session is not None:
+        with replacing(target / "scaling.csv") as temporary:
+            progress.body.scaled.frame().to_csv(temporary, index=False)
+        write_urdf(progress.body.model, target / "model.urdf")
+        save_markers(target / MARKERS, progress.body.markers, progress.session.marker_set.name)
+        written += [target / name for name in ("scaling.csv", "model.urdf", MARKERS)]
+    for number, walk in enumerate(progress.trials, start=1):
+        written += write_trial(target, number, walk)
+    if progress.trials:
+        with replacing(target / "cycles.csv") as temporary:
+            cycle_table(progress.trials).to_csv(temporary, index=False)
+        written.append(target / "cycles.csv")
+    return written
+
+
+def _about(walk: Trial) -> dict[str, Any]:
+    errors = marker_errors(walk.kinematics)
+    return {
+        "name": walk.name,
+        "marker_rms": 100.0 * errors.whole_rms,
+        "marker_largest": 100.0 * errors.whole_largest,
+        "worst": errors.worst_marker,
+        "events": len(walk.events),
+        "cycles": {
+            side: (
+                len(valid_cycles(walk, side, kinetics=False)),
+                len(valid_cycles(walk, side, kinetics=True)),
+                [str(cycle) for cycle in walk.cycles[side] if cycle.reasons],
+            )
+            for side in SIDES
+        },
+        "moments": walk.moments is not None,
+        "speed": float(np.nanmean([*walk.gait["right"].speed, *walk.gait["left"].speed]))
+        if any(len(walk.gait[side].speed) for side in SIDES)
+        else None,
+        "findings": [str(finding) for finding in walk.findings],
+    }

@@ -1,0 +1,165 @@
+"""A refusal keeps what was found, and says how to go on; trials are pooled over both sides."""
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from made_up_session import MadeUpSession, made_up_session
+from rich.console import Console
+from typer.testing import CliRunner
+
+from gaitval.cli import app as cli
+from gaitval.cli import display
+from gaitval.configuration import ProcessingSettings, load_configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import RecordError
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.trc import write_trc
+from gaitval.session.importing import import_files
+from gaitval.session.session import work_out
+from gaitval.session.subject import subject_of
+from gaitval.session.trial import valid_cycles
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> MadeUpSession:
+    return made_up_session(tmp_path_factory.mktemp("session"), noise=0.0)
+
+
+def without_force(session: MadeUpSession, path: Path, plate: str) -> Path:
+    """The forces, with those of one plate zero throughout."""
+    lines = session.forces.read_text().splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("time"))
+    names = lines[start].split("\t")
+    gone = [i for i, name in enumerate(names) if plate in name]
+    assert gone
+    rows = []
+    for line in lines[start + 1 :]:
+        cells = line.split("\t")
+        for i in gone:
+            cells[i] = "0.0"
+        rows.append("\t".join(cells))
+    path.write_text("\n".join([*lines[: start + 1], *rows, ""]))
+    return path
+
+
+def plates(session: MadeUpSession) -> list[str]:
+    """What the names of the columns of each plate's force have in common."""
+    line = next(line for line in session.forces.read_text().splitlines() if line.startswith("time"))
+    names = [name for name in line.split("\t") if name.endswith("_vx")]
+    return [name.removesuffix("force_vx").removesuffix("vx") for name in names]
+
+
+def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
+    request = session.request
+    values = {
+        "static": request.static,
+        "trials": list(request.trials),
+        "out": out,
+        "mass": request.mass_kg,
+        "height": request.height_m,
+        "sex": request.sex,
+        "configuration": load_configuration(),
+        "forces": list(request.forces),
+    }
+    return import_files(**(values | changed))
+
+
+def test_without_the_forces_of_a_foot_everything_else_is_written(session, tmp_path):
+    forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
+    with pytest.raises(RecordError, match="gait cycle whose ground reaction") as caught:
+        imported(session, tmp_path / "out", forces=[forces])
+    assert caught.value.goes_on == ("--kinematics-only",)
+    assert "Everything else was worked out" in str(caught.value)
+    recording = tmp_path / "out" / "recording"
+    assert (recording / "recording.html").exists()
+    assert (recording / "import.json").exists()
+    assert (recording / "trial1_ik.mot").exists()
+    assert not (tmp_path / "out" / "subject.toml").exists()
+    imported(session, tmp_path / "out", forces=[], kinematics_only=True)
+    assert (tmp_path / "out" / "subject.toml").exists()
+
+
+def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(session, tmp_path, monkeypatch):
+    text = io.StringIO()
+    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
+    request = session.request
+    command = [
+        "import", "--static", str(request.static), "--trial", str(request.trials[0]),
+        "--mass", str(request.mass_kg), "--height", str(request.height_m), "--sex", request.sex,
+        "--out", str(tmp_path / "out"),
+    ]  # fmt: skip
+    monkeypatch.setattr("sys.argv", ["gaitval", *command])
+    found = CliRunner().invoke(cli.app, command)
+    assert found.exit_code == 2
+    said = text.getvalue()
+    assert "no force plates in the trial" in said
+    assert f"To go on without it: gaitval import --static {request.static}" in said
+    assert said.rstrip().endswith("--kinematics-only")
+    page = (tmp_path / "out" / "recording" / "refused.html").read_text()
+    for words in ("no force plates in the trial", "ended here", "marker set", "--kinematics-only"):
+        assert words in page
+    assert (tmp_path / "out" / "recording" / "refused.pdf").exists()
+
+
+def test_a_refusal_after_the_body_keeps_it(session, tmp_path):
+    """A walk that is shorter than two steps shows no whole cycle of one side."""
+    with pytest.raises(RecordError, match=r"complete .* gait cycle") as caught:
+        imported(
+            session, tmp_path / "out", trials=[cut(session, tmp_path, 0.0, 0.9)],
+            forces=[], kinematics_only=True,
+        )  # fmt: skip
+    assert "What was found before this" in str(caught.value)
+    recording = tmp_path / "out" / "recording"
+    for name in ("refused.html", "model.urdf", "scaling.csv", "cycles.csv", "trial1_ik.mot"):
+        assert (recording / name).exists(), name
+    assert not (recording / "import.json").exists()
+    imported(session, tmp_path / "out")
+    assert not (recording / "refused.html").exists()
+
+
+def cut(session: MadeUpSession, folder: Path, begin: float, end: float) -> Path:
+    """A part of the walk, s, without forces."""
+    whole = read_recording(session.walking)
+    frames = slice(*(round(at * whole.marker_rate) for at in (begin, end)))
+    path = folder / f"part_{begin:g}_{end:g}.trc"
+    write_trc(path, whole.with_markers(whole.names, whole.markers[frames]))
+    return path
+
+
+def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
+    request = session.request
+    strikes = {
+        side: [cycle.start for cycle in valid_cycles(walk, side, kinetics=False)]
+        for walk in work_out(request, ProcessingSettings()).trials
+        for side in SIDES
+    }
+    ends = {
+        side: [cycle.end for cycle in valid_cycles(walk, side, kinetics=False)]
+        for walk in work_out(request, ProcessingSettings()).trials
+        for side in SIDES
+    }
+    trials = []
+    for side, other in (("right", "left"), ("left", "right")):
+        # from just before a strike of one foot to just after its next, so the other has none
+        first = next(
+            (begin, end)
+            for begin, end in zip(strikes[side], ends[side], strict=True)
+            if sum(begin - 0.1 < at < end + 0.1 for at in strikes[other]) < 2
+        )
+        trials.append(cut(session, tmp_path, max(first[0] - 0.1, 0.0), first[1] + 0.1))
+    pooled = replace(request, trials=tuple(trials), forces=(), without_forces=True)
+    found = work_out(pooled, ProcessingSettings())
+    counts = [
+        {side: len(valid_cycles(walk, side, kinetics=False)) for side in SIDES}
+        for walk in found.trials
+    ]
+    assert counts == [{"right": 1, "left": 0}, {"right": 0, "left": 1}]
+    subject = subject_of(found)
+    whole = subject_of(work_out(request, ProcessingSettings()))
+    assert subject.walking_speed_m_s == pytest.approx(whole.walking_speed_m_s, rel=0.05)
+    assert {name for name in found.angles if name.startswith("knee")} == {
+        "knee_angle_r",
+        "knee_angle_l",
+    }
