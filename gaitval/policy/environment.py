@@ -16,7 +16,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import EnvironmentSettings
 from gaitval.coordinates import ACTUATED, ARM
 from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import nominal_parameters, parameter_bounds
+from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.policy.observation import (
     ACTION_ORDER,
     ACTION_SIGNS,
@@ -100,6 +100,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._nominal = nominal_parameters()
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
+        self._shift = _shift_of(task)
         self._parameters = self._nominal
         self._observation = np.zeros(size)
         self._errors = np.zeros(12)
@@ -125,7 +126,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _random_parameters(self) -> Array:
         drawn = self.np_random.uniform(self._lower, self._upper)
-        return np.asarray(self._nominal + self.difficulty * (drawn - self._nominal), dtype=float)
+        around = self._nominal + self.difficulty * (drawn - self._nominal)
+        return np.asarray(around + self._shift, dtype=float)
 
     def _random_push(self, earliest: float, latest: float) -> tuple[float, float, float]:
         constants = self.constants
@@ -164,7 +166,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         mu = np.asarray(mu, dtype=float)
         if not np.array_equal(mu, self.walker.mu):
             self.walker.set_parameters(mu)
-        self._parameters = (mu - self._middle) / self._half_range if self._extended else mu
+        # The policy is told how the body differs from the one that its reference was made for.
+        seen = mu - self._shift
+        self._parameters = (seen - self._middle) / self._half_range if self._extended else seen
         self._lift = self._leg_extension()
         positions, rates = np.empty(31), np.empty(31)
         read_table(self._targets.positions, phase, positions)
@@ -309,3 +313,15 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             self._steps >= self._longest,
             info,
         )
+
+
+def _shift_of(task: WalkingTask) -> Array:
+    """By how much mu (14,) of the body that the reference was made for differs from the nominal;
+    0 for damping and friction, which a reference does not depend on.
+    """
+    if task.reference_mu is None:
+        return np.zeros(len(PARAMETERS))
+    shift = np.asarray(task.reference_mu - nominal_parameters(), dtype=float)
+    for name in ("damping", "friction"):
+        shift[PARAMETERS.index(name)] = 0.0
+    return shift

@@ -440,3 +440,36 @@ def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked
     assert len(gaps) >= 3
     assert np.all((gaps > interval[0] - 0.03) & (gaps < interval[1] + 0.03))
     assert np.ptp(gaps) > 0.03
+
+
+def test_a_policy_is_told_how_the_body_differs_from_the_one_of_its_reference(task):
+    """So it walks a body with a reference of its own as it walks the scaled body with its own."""
+    mu = nominal_parameters()
+    mu[[2, 4, 8]] += [0.03, -0.02, 0.01]
+    mu[0] += 0.02
+    own = replace(task, reference_mu=mu)
+    options = {"phase": 0.25, "push": None, "noise": 0.0}
+    plain = WalkingEnvironment(task).reset(seed=0, options={**options, "mu": mu})[0]
+    seen = WalkingEnvironment(own).reset(seed=0, options={**options, "mu": mu})[0]
+    nominal = nominal_parameters()
+    nominal[0] = mu[0]  # damping is no part of a reference
+    wanted = WalkingEnvironment(task).reset(seed=0, options={**options, "mu": nominal})[0]
+    differ = ~np.isclose(plain, seen)
+    at_mu = np.flatnonzero(differ)
+    np.testing.assert_allclose(seen[at_mu[:3]], wanted[at_mu[:3]], atol=1e-6)
+    assert differ.sum() >= 3
+
+
+def test_training_randomises_around_the_body_of_the_reference(task):
+    mu = nominal_parameters()
+    mu[4] += 0.06
+    walker = WalkingEnvironment(replace(task, reference_mu=mu))
+    drawn = []
+    for seed in range(200):
+        walker.reset(seed=seed)
+        drawn.append(walker.walker.mu)
+    lower, upper = parameter_bounds(task.configuration.randomisation)
+    middle = 0.5 * (lower + upper)
+    shift = np.mean(drawn, axis=0) - middle
+    assert shift[4] == pytest.approx(0.06, abs=0.01)
+    assert abs(shift[3]) < 0.01
