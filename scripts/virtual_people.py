@@ -15,6 +15,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
@@ -117,16 +119,20 @@ def one(number: int, seed: int, walks: bool) -> dict[str, Any]:
 
 
 def of_truth(each: dict[str, Any]) -> dict[str, Any]:
-    """A stored person, with epsilon of the walk of their true body: the most that could be gained
-    by knowing it.
+    """A stored person, with epsilon of the walks of their identified and their true body: the most
+    that could be gained by knowing it.
     """
     configuration = load_configuration()
     policy = load_start(ROOT / "reports" / "general", configuration.environment)
     number, seed = each["number"], each["seed"]
     person = virtual_person(number, seed, person_of(number), policy, configuration)
     model = scale_subject(person.subject).model
-    found = walked(person.subject, model, person.truth, policy, configuration)
-    return each | {"epsilon": each["epsilon"] | {"truth": found}}
+    bodies = {"identified": np.array(each["identified"]), "truth": person.truth}
+    found = {
+        name: walked(person.subject, model, mu, policy, configuration)
+        for name, mu in bodies.items()
+    }
+    return each | {"epsilon": each["epsilon"] | found}
 
 
 def main() -> None:

@@ -1,0 +1,100 @@
+"""Session files with many people: what is read, and that one refusal does not stop the others."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from gaitval.configuration import load_configuration
+from gaitval.errors import ConfigurationError, RecordError
+from gaitval.session import batch
+from gaitval.session.batch import TABLE, import_batch, read_batch
+
+PERSON = """
+[[people]]
+name = "P01"
+sex = "F"
+static = "P01/stand.c3d"
+trials = ["P01/walk1.c3d", "P01/walk2.c3d"]
+mass = 63.2
+knee_width = [0.101, 0.102]
+kinematics_only = true
+"""
+
+
+def session(folder: Path, text: str, name: str = "session.toml") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def test_a_session_file_is_read_relative_to_itself(tmp_path):
+    (person,) = read_batch(session(tmp_path, "\ufeff" + PERSON))
+    assert person.static == tmp_path / "P01" / "stand.c3d"
+    assert person.trials[1] == tmp_path / "P01" / "walk2.c3d"
+    assert (person.mass, person.height, person.knee_width) == (63.2, None, (0.101, 0.102))
+    assert person.kinematics_only
+    assert person.halves is None
+
+
+def test_a_folder_is_every_session_file_in_it(tmp_path):
+    session(tmp_path / "a", PERSON)
+    session(tmp_path / "b" / "c", PERSON.replace("P01", "P02"))
+    assert [person.name for person in read_batch(tmp_path)] == ["P01", "P02"]
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("", r"\[\[people\]\].*this one has nothing"),
+        ("people = 3", "for each person, and nothing else"),
+        (PERSON + "\n[other]\nx = 1", "this one has people, other"),
+        ("[[people", "not TOML"),
+        (PERSON.replace("sex", "sexe"), r"person 1: sex: field required; sexe: extra inputs"),
+        (PERSON.replace("63.2", '"heavy"'), "person 1: mass"),
+        (PERSON.replace('name = "P01"', 'name = "../P01"'), "person 1: name"),
+        (PERSON.replace('["P01/walk1.c3d", "P01/walk2.c3d"]', "[]"), "person 1: trials"),
+        (PERSON * 2, "P01: more than one person of this name"),
+    ],
+)
+def test_what_cannot_be_a_session_is_refused(tmp_path, text, match):
+    with pytest.raises(ConfigurationError, match=match):
+        read_batch(session(tmp_path, text))
+
+
+def test_missing_files_and_empty_folders_are_refused(tmp_path):
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        read_batch(tmp_path / "no.toml")
+    with pytest.raises(ConfigurationError, match=r"no session\.toml in this folder"):
+        read_batch(tmp_path)
+
+
+def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
+    """Every person's outcome is in the table, also if the program ends after the first."""
+    tried, tables = [], []
+    text = PERSON + PERSON.replace("P01", "P02") + PERSON.replace("P01", "P03")
+    people = read_batch(session(tmp_path, text))
+
+    def refuse(static, trials, out, **options):
+        assert options["knee_width"] == (0.101, 0.102)
+        assert options["mass"] == 63.2
+        assert "citation" in options
+        tried.append(out.name)
+        if (tmp_path / "out" / TABLE).exists():
+            tables.append((tmp_path / "out" / TABLE).read_text())
+        raise RecordError(f"{static}: no such file.\nCheck it.")
+
+    monkeypatch.setattr(batch, "import_files", refuse)
+    said = []
+    outcomes = import_batch(
+        people, tmp_path / "out", load_configuration(), tell=lambda *words: said.append(words)
+    )
+    assert tried == ["P01", "P02", "P03"]
+    assert not any(outcome.made for outcome in outcomes)
+    assert [words[0] for words in said] == tried
+    with (tmp_path / "out" / TABLE).open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["name"] for row in rows] == tried
+    assert rows[0]["reason"].endswith("stand.c3d: no such file.")
+    assert rows[0]["trials"] == "0 of 2"
+    assert len(tables) == 2
