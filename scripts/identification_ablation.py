@@ -39,7 +39,7 @@ from gaitval.simulation.walker import WalkingTask
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ablation.json"
-SUBJECTS, BODIES, SEEDS, SAMPLES = ("S02", "S05", "S08"), ("stature", "markers"), 6, 300_000
+SUBJECTS, BODIES, SEEDS, SAMPLES = ("S02", "S05", "S08"), ("stature", "markers"), 6, 200_000
 CYCLES = 12
 KINDS = {
     "angles": (("hip_flexion", "knee_angle", "ankle_angle"), 180.0 / np.pi),
