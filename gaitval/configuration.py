@@ -1,4 +1,4 @@
-"""Every constant of a run, documented in one place.
+"""Every constant of a run, documented in one place. It is long because that is one place.
 
 `Configuration()` is the default. A TOML file and `--set section.key=value` override it:
 

@@ -1,6 +1,6 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import recording, screen, study, virtual
+from gaitval.cli import imports, recording, screen, study, virtual
 from gaitval.cli.app import main
 
-__all__ = ["main", "recording", "screen", "study", "virtual"]
+__all__ = ["imports", "main", "recording", "screen", "study", "virtual"]

@@ -276,7 +276,7 @@ def _cycles(
     processing: ProcessingSettings,
 ) -> dict[Side, tuple[GaitCycle, ...]]:
     """The gait cycles of each side, with those marked in which its markers have gaps. A trial need
-    not show both sides, nor a whole cycle: `session.work_out` asks for them of all trials together.
+    not show both sides, nor a whole cycle: `require_both_sides` asks for them of all together.
     """
     return {
         side: without_gaps(
