@@ -167,16 +167,25 @@ def rmse_of(found: Stored, prediction: str) -> dict[str, Any]:
 
 
 def halves_rows(found: dict[str, Stored]) -> list[evidence.Row]:
-    """The half of a session's cycles that was not told."""
+    """The half of a session's cycles that was not told; and without what the person's own two
+    halves differ by, which no walk of one half can foresee.
+    """
     rows = []
     for group, (kind, names) in GROUPS.items():
-        ratios = [
-            mean(row["rmse"][kind], names) / mean(each["errors"][kind], names)
+        pairs = [
+            (mean(row["rmse"][kind], names), mean(row["between"][kind], names),
+             mean(each["errors"][kind], names))
             for each in found.values()
             for row in each["unseen"]
-        ]
+        ]  # fmt: skip
         what = f"unseen half of a session's cycles: {group}, error over the fitted half's, worst"
-        rows.append(evidence.Row(what, max(ratios), "1", "<=", 1.1, 1.3, len(ratios), COMMAND))
+        ratio = max(unseen / fitted for unseen, _, fitted in pairs)
+        rows.append(evidence.Row(what, ratio, "1", "<=", 1.1, 1.3, len(pairs), COMMAND))
+        beyond = max(
+            max(unseen**2 - between**2, 0.0) ** 0.5 / fitted for unseen, between, fitted in pairs
+        )
+        what += ", beyond the person's own difference between halves"
+        rows.append(evidence.Row(what, beyond, "1", "<=", 1.1, 1.3, len(pairs), COMMAND))
     return rows
 
 
