@@ -112,7 +112,7 @@ def virtual_rows(people: list[dict[str, Any]]) -> list[Row]:
             )
         )  # fmt: skip
     walked = [each["epsilon"] for each in people if each.get("epsilon")]
-    walked = [each for each in walked if None not in (each["nominal"], each["identified"])]
+    walked = [each for each in walked if "truth" in each and None not in each.values()]
     if walked:
         gains = np.array([1.0 - each["identified"] / each["nominal"] for each in walked])
         n = len(gains)
@@ -317,7 +317,7 @@ def ablation() -> tuple[list[Row], list[str], dict[str, Any]]:
         place = found.setdefault(body, {}).setdefault(subject, {"nominal": {}, "identified": {}})
         place[which][int(seed)] = walk
     lines = [
-        f"Six seeds of {stored['samples']:,} samples from the general policy, the same for both; "
+        f"{stored['samples']:,} samples from the general policy, the same for both; "
         "walks from eight starts without correction, mean ± SD over the seeds. Errors: RMSE of "
         "hip, knee and ankle (sagittal), and of the ground reaction.",
         "",
@@ -344,7 +344,11 @@ def ablation() -> tuple[list[Row], list[str], dict[str, Any]]:
                 )  # fmt: skip
                 count = f"{lower} of {len(both)}" if which == "identified" else ""
                 lines.append(f"| {body} | {subject} | {title} | {cells} | {count} |")
-        seeds = sorted(next(iter(subjects.values()))["nominal"])
+        seeds = sorted(
+            set.intersection(
+                *(set(by_seed) for walks in subjects.values() for by_seed in walks.values())
+            )
+        )
         means = {
             which: [
                 np.mean([subjects[name][which][seed]["epsilon"] or np.inf for name in subjects])
