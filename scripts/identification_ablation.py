@@ -27,7 +27,7 @@ from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.identify import walked_with
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged
-from gaitval.metrics.comparison import compare_curve, low_pass_of, recorded_curves, simulated_curves
+from gaitval.metrics.comparison import compare_curve, curves_of, recorded_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
 from gaitval.model.parameters import nominal_parameters
@@ -77,12 +77,8 @@ def walked(task: WalkingTask, policy: Policy, mu: Any) -> dict[str, Any]:
             task, policy, mu=mu, start_phase=start_phase,
             cycles=validation.settling_cycles + CYCLES + 2, engine="compiled",
         )  # fmt: skip
-        curves = simulated_curves(
-            rollout,
-            find_cycles(rollout, task.configuration).first(CYCLES),
-            mass=task.model.mass,
-            filters=low_pass_of(task.record, validation.filter_frequency),
-        )
+        cycles = find_cycles(rollout, task.configuration).first(CYCLES)
+        curves = curves_of(task, rollout, cycles)
         errors.append(None if rollout.fell[0] else epsilon(curves, recorded))
         for kind, (names, factor) in KINDS.items():
             for key in (f"{name}_{side}" for name in names for side in "rl"):

@@ -26,7 +26,7 @@ from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.identify import walked_with
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import combinations, judged, judged_combinations
-from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
+from gaitval.metrics.comparison import curves_of, recorded_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
 from gaitval.model.body import BodyModel
@@ -60,12 +60,7 @@ def walked(
         task, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + 14,
         engine="compiled",
     )  # fmt: skip
-    curves = simulated_curves(
-        rollout,
-        find_cycles(rollout, configuration).first(12),
-        mass=model.mass,
-        filters=low_pass_of(record, validation.filter_frequency),
-    )
+    curves = curves_of(task, rollout, find_cycles(rollout, configuration).first(12))
     found = epsilon(curves, recorded_curves(record))
     return None if found is None else found.total
 

@@ -7,7 +7,6 @@ import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, command
-from gaitval.errors import ConfigurationError
 
 
 @command("gaitval screen 5", "gaitval screen 5 --out screening.csv")
@@ -31,26 +30,19 @@ def screen(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.prior import prior_sd
     from gaitval.identification.screening import screened, table
-    from gaitval.policy.storage import load_start
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
-    from gaitval.study.run import general_policy
+    from gaitval.study.run import general_walker
 
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)
-    folder = general_policy()
-    if folder is None:
-        raise ConfigurationError(
-            "there is no general policy, which walks. Run this in a checkout of gaitval, which has "
-            "one in reports/general."
-        )
     record = person.record()
     task = WalkingTask.of(scale_subject(person).model, record, configuration)
     with display.live_view() as live:
         live.started("screen", f"{person.identifier}, general policy")
         found = screened(
             task,
-            load_start(folder, configuration.environment),
+            general_walker(configuration.environment),
             record,
             prior_sd(person),
             on_progress=lambda done, total: live.progress({"walks": done, "total": total}),

@@ -48,8 +48,7 @@ def virtual(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.model.parameters import PARAMETERS
-    from gaitval.policy.storage import load_start
-    from gaitval.study.run import general_policy
+    from gaitval.study.run import general_walker
     from gaitval.virtual.person import virtual_person
 
     if by not in ("markers", "stature"):
@@ -58,13 +57,7 @@ def virtual(
     person = load_subject(around)
     if by == "stature":
         person = person.model_copy(update={"markers": {}, "measurements": {}, "tape": {}})
-    folder = general_policy()
-    if folder is None:
-        raise ConfigurationError(
-            "there is no general policy, which walks virtual people. Run this in a checkout of "
-            "gaitval, which has one in reports/general."
-        )
-    policy = load_start(folder, configuration.environment)
+    policy = general_walker(configuration.environment)
     found = virtual_person(number, seed, person, policy, configuration)
     path = out / f"{found.subject.identifier}.toml"
     write_text(path, found.subject.to_toml())

@@ -190,11 +190,7 @@ def cut_cycles(
 
 
 def without_gaps(
-    cycles: Iterable[GaitCycle],
-    time: Array,
-    seen: NDArray[np.bool_],
-    *,
-    longest_gap_s: float,
+    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
 ) -> tuple[GaitCycle, ...]:
     """The same cycles; those in which the markers do not show the motion throughout are not valid.
 

@@ -296,7 +296,7 @@ def found(
         profiles=tuple(tuple(map(float, row)) for row in profiles(fit, mode)),
         correlation=tuple(tuple(map(float, row)) for row in correlation(posterior)),
         combinations=tuple(_combination(each) for each in judged_combinations(posterior, model)),
-        extended=tuple(asdict(each) for each in _extended(posterior)),
+        extended=tuple(_extended(posterior)),
         plates=tuple(map(float, posterior.plates)),
         deviance_nominal=deviance,
         deviance_identified=-2.0 * posterior.log_posterior,
@@ -306,25 +306,19 @@ def found(
     )
 
 
-@dataclass(frozen=True)
-class _Extended:
-    name: str
-    unit: str
-    prior_standard_deviation: float
-    mean: float
-    standard_deviation: float
-    verdict: str
-
-
-def _extended(posterior: BodyPosterior) -> list[_Extended]:
-    found = zip(posterior.extended_mean, posterior.extended_sd, strict=True)
+def _extended(posterior: BodyPosterior) -> list[dict[str, Any]]:
+    found = zip(EXTENDED, posterior.extended_mean, posterior.extended_sd, strict=False)
     return [
-        _Extended(
-            each.name, each.unit, each.prior_sd, float(mean), float(sd),
-            verdict_of(float(sd) / each.prior_sd),
-        )
-        for each, (mean, sd) in zip(EXTENDED, found, strict=False)  # none if not looked for
-    ]  # fmt: skip
+        {
+            "name": each.name,
+            "unit": each.unit,
+            "prior_standard_deviation": each.prior_sd,
+            "mean": float(mean),
+            "standard_deviation": float(sd),
+            "verdict": verdict_of(float(sd) / each.prior_sd),
+        }
+        for each, mean, sd in found  # none if not looked for
+    ]
 
 
 def _combination(each: Judged) -> dict[str, Any]:

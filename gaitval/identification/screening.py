@@ -18,7 +18,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
-from gaitval.metrics.comparison import Curves, low_pass_of, simulated_curves
+from gaitval.metrics.comparison import Curves, curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -119,12 +119,7 @@ def _walked(task: WalkingTask, policy: Policy, away: Array) -> Curves | None:
     cycles = find_cycles(rollout, configuration).first(_CYCLES)
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
         return None
-    return simulated_curves(
-        rollout,
-        cycles,
-        mass=task.model.mass,
-        filters=low_pass_of(task.record, configuration.validation.filter_frequency),
-    )
+    return curves_of(task, rollout, cycles)
 
 
 def _change(before: Curves, after: Curves) -> Array:

@@ -27,9 +27,8 @@ from gaitval.arrays import Array
 from gaitval.metrics.comparison import (
     JOINT_ANGLES,
     JOINT_MOMENTS,
-    low_pass_of,
+    curves_of,
     rms,
-    simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.habit import reference_curves
@@ -262,14 +261,7 @@ def beside_reference(environment: WalkingEnvironment, case: "Case") -> Walked | 
     cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
         return None
-    walked = by_kind(
-        simulated_curves(
-            rollout,
-            cycles,
-            mass=task.model.mass,
-            filters=low_pass_of(task.record, validation.filter_frequency),
-        )
-    )
+    walked = by_kind(curves_of(task, rollout, cycles))
     wanted = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
     parts, errors, scatters = [], {}, []
     for kind, curves in wanted.items():

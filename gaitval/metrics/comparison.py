@@ -14,6 +14,7 @@ from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.cycles import GaitCycles, cut, filtered
 from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.walker import WalkingTask
 
 JOINT_ANGLES = RECORDED_ANGLES
 PELVIS_ANGLES: tuple[str, ...] = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
@@ -68,6 +69,13 @@ def low_pass_of(record: GaitRecord, filter_frequency: float) -> LowPass:
     like, or `filter_frequency` (Hz) if that is unknown.
     """
     return record.low_pass or LowPass(filter_frequency, filter_frequency)
+
+
+def curves_of(task: WalkingTask, rollout: Rollout, cycles: GaitCycles) -> Curves:
+    """`simulated_curves` of a task's walk, filtered as its record is."""
+    frequency = task.configuration.validation.filter_frequency
+    filters = low_pass_of(task.record, frequency)
+    return simulated_curves(rollout, cycles, mass=task.model.mass, filters=filters)
 
 
 def simulated_curves(

@@ -21,9 +21,8 @@ from gaitval.metrics.comparison import (
     JOINT_MOMENTS,
     PELVIS_ANGLES,
     Curves,
-    low_pass_of,
+    curves_of,
     recorded_curves,
-    simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
@@ -112,12 +111,7 @@ def centred(
         if rollout.fell[0]:
             continue
         found = epsilon(
-            simulated_curves(
-                rollout,
-                find_cycles(rollout, task.configuration),
-                mass=task.model.mass,
-                filters=low_pass_of(task.record, validation.filter_frequency),
-            ),
+            curves_of(task, rollout, find_cycles(rollout, task.configuration)),
             wanted,
         )
         if found is not None and found.total < least:

@@ -335,7 +335,7 @@ def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
     """Weighted residuals (T, 48) of the numbers of `walking_laws`, and the weights."""
-    out = walking_laws(*problem.bodies(common), motion_of(problem, change), slope)
+    out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
     weight = problem.weight.copy()
     weight[:, :ROOT_DOFS] *= ease
     residual = out - problem.target + problem.lever @ common
@@ -347,7 +347,7 @@ def weighted_laws(
     return residual * weight, weight
 
 
-def motion_of(problem: Problem, change: Array) -> Array:
+def _motion(problem: Problem, change: Array) -> Array:
     """Coordinates, rates and second rates (T, 93) of the changed motion."""
     parts = [
         path + part @ change.T for path, part in zip(problem.path, problem.series, strict=True)
@@ -359,7 +359,7 @@ def levers(problem: Problem, change: Array, common: Array) -> Array:
     """Derivatives (T, 48, C) of the residuals before weighting by `common`."""
     lever = problem.lever
     if problem.varied:
-        lever, motion = lever.copy(), motion_of(problem, change)
+        lever, motion = lever.copy(), _motion(problem, change)
         for index in problem.varied:
             away = np.zeros(len(common))
             away[index] = _VARIED_STEP

@@ -5,12 +5,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import replacing, versions
+from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError
 from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.model.markers import MARKERS, save_markers
-from gaitval.model.urdf import write_urdf
 from gaitval.reporting.page import write_page
 from gaitval.session.request import Request
 from gaitval.session.session import Progress
@@ -22,6 +20,8 @@ from gaitval.session.write import (
     SUBJECT,
     cycle_table,
     refusal_files,
+    write_body,
+    write_table,
     write_trial,
     writing,
 )
@@ -71,22 +71,17 @@ def write_refusal(folder: Path, request: Request, progress: Progress, error: Gai
 def _finished(target: Path, progress: Progress) -> list[Path]:
     written: list[Path] = []
     if progress.body is not None and progress.session is not None:
-        with replacing(target / "scaling.csv") as temporary:
-            progress.body.scaled.frame().to_csv(temporary, index=False)
-        write_urdf(progress.body.model, target / "model.urdf")
-        save_markers(target / MARKERS, progress.body.markers, progress.session.marker_set.name)
-        written += [target / name for name in ("scaling.csv", "model.urdf", MARKERS)]
+        written += write_body(target, progress.body, progress.session.marker_set.name)
     for number, walk in enumerate(progress.trials, start=1):
         written += write_trial(target, number, walk)
     if progress.trials:
-        with replacing(target / "cycles.csv") as temporary:
-            cycle_table(progress.trials).to_csv(temporary, index=False)
-        written.append(target / "cycles.csv")
+        written.append(write_table(target / "cycles.csv", cycle_table(progress.trials)))
     return written
 
 
 def _about(walk: Trial) -> dict[str, Any]:
     errors = marker_errors(walk.kinematics)
+    speeds = np.concatenate([walk.gait[side].speed for side in SIDES])
     return {
         "name": walk.name,
         "marker_rms": 100.0 * errors.whole_rms,
@@ -102,8 +97,6 @@ def _about(walk: Trial) -> dict[str, Any]:
             for side in SIDES
         },
         "moments": walk.moments is not None,
-        "speed": float(np.nanmean([*walk.gait["right"].speed, *walk.gait["left"].speed]))
-        if any(len(walk.gait[side].speed) for side in SIDES)
-        else None,
+        "speed": float(np.nanmean(speeds)) if len(speeds) else None,
         "findings": [str(finding) for finding in walk.findings],
     }

@@ -35,6 +35,7 @@ from gaitval.reporting.recording_report import (
     write_recording_report,
 )
 from gaitval.session.results import IMPORT_VERSION, ImportResult
+from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
@@ -142,23 +143,29 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
         written += write_trial(target, number, walk)
         if walk.consistent is not None:
             write_model(target / f"trial{number}_model.osim", walk.consistent.model)
-    tables = {
-        "scaling.csv": body.scaled.frame(),
-        "cycles.csv": cycle_table(found.trials),
-        "curves.csv": _curve_table(found),
-    }
-    for name, table in tables.items():
-        with replacing(target / name) as temporary:
-            table.to_csv(temporary, index=False)
-        written.append(target / name)
-    write_urdf(body.model, target / "model.urdf")
-    save_markers(target / MARKERS, body.markers, found.session.marker_set.name)
-    written += [target / "model.urdf", target / MARKERS]
+    written += write_body(target, body, found.session.marker_set.name)
+    written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
+    written.append(write_table(target / "curves.csv", _curve_table(found)))
     write_recording_report(target, summary_of(found))
     written += [target / "recording.html", target / "recording.pdf"]
     record = ImportResult.model_validate(_plain(_record(found)))
     write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
+
+
+def write_body(target: Path, body: FittedBody, marker_set: str) -> list[Path]:
+    """Write the scaled model, its table and the markers on it; returns the files."""
+    write_urdf(body.model, target / "model.urdf")
+    save_markers(target / MARKERS, body.markers, marker_set)
+    table = write_table(target / "scaling.csv", body.scaled.frame())
+    return [table, target / "model.urdf", target / MARKERS]
+
+
+def write_table(path: Path, table: pd.DataFrame) -> Path:
+    """Write a table as CSV, whole or not at all; returns its path."""
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
+    return path
 
 
 def write_trial(target: Path, number: int, walk: Trial) -> list[Path]:

@@ -13,9 +13,10 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from gaitval.configuration import RecordSettings
-from gaitval.errors import ArtefactError, PolicyError
+from gaitval.configuration import EnvironmentSettings, RecordSettings
+from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
 from gaitval.study.stage import INTERRUPTED, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
@@ -34,6 +35,9 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
+
+if TYPE_CHECKING:
+    from gaitval.policy.storage import Policy
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
@@ -62,6 +66,24 @@ def general_policy() -> Path | None:
         if (candidate / POLICY_FILES[0]).is_file():
             return candidate
     return None
+
+
+def general_walker(environment: EnvironmentSettings) -> "Policy":
+    """The general policy, to walk with.
+
+    Raises
+    ------
+    ConfigurationError : there is none.
+    """
+    from gaitval.policy.storage import load_start
+
+    folder = general_policy()
+    if folder is None:
+        raise ConfigurationError(
+            "there is no general policy, which walks here. Run this in a checkout of gaitval, "
+            "which has one in reports/general."
+        )
+    return load_start(folder, environment)
 
 
 def choose_start(run: Run, *, scratch: bool) -> None:

@@ -213,7 +213,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
-        from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
+        from gaitval.metrics.comparison import curves_of, recorded_curves
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.epsilon import epsilon, mean_of
         from gaitval.metrics.habit import floor_of
@@ -238,13 +238,10 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
                     cycles=validation.settling_cycles + validation.cycles,
                     engine="compiled",
                 )
-                curves = simulated_curves(
-                    rollout,
-                    find_cycles(rollout, run.configuration).first(validation.cycles),
-                    mass=task.model.mass,
-                    filters=low_pass_of(task.record, validation.filter_frequency),
+                cycles = find_cycles(rollout, run.configuration).first(validation.cycles)
+                walks.append(
+                    epsilon(curves_of(task, rollout, cycles), recorded_curves(task.record))
                 )
-                walks.append(epsilon(curves, recorded_curves(task.record)))
             error = mean_of(walks)
             errors[which] = None if error is None else error.as_dict()
             if which == "identified":

@@ -30,8 +30,7 @@ from gaitval.metrics.comparison import (
     JOINT_MOMENTS,
     PELVIS_ANGLES,
     Curves,
-    low_pass_of,
-    simulated_curves,
+    curves_of,
 )
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.model.parameters import apply_parameters, nominal_parameters
@@ -132,12 +131,7 @@ def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dic
     configuration = task.configuration
     cycles = find_cycles(walk, configuration).first(_CYCLES)
     net = replace(walk, moments=walk.moments - damping * walk.velocities[:, 6:])
-    each = simulated_curves(
-        net,
-        cycles,
-        mass=task.model.mass,
-        filters=low_pass_of(task.record, configuration.validation.filter_frequency),
-    )
+    each = curves_of(task, net, cycles)
     mean = Curves(
         **{
             kind: {name: curve.mean(axis=0) for name, curve in getattr(each, kind).items()}

@@ -60,7 +60,7 @@ def test_the_share_with_the_least_error_is_chosen(task, monkeypatch, best):
 
     monkeypatch.setattr(habit, "record_rollout", walk)
     monkeypatch.setattr(habit, "find_cycles", lambda *_: None)
-    monkeypatch.setattr(habit, "simulated_curves", lambda *_, **__: None)
+    monkeypatch.setattr(habit, "curves_of", lambda *_, **__: None)
     monkeypatch.setattr(habit, "epsilon", error)
     assert centred(task, None, nominal_parameters()) == best
     assert shares == list(habit.SHARES)
