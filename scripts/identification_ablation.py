@@ -18,14 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from real_people import fit_of
 
 from gaitval.artefacts import read_json, versions, write_json
-from gaitval.configuration import Configuration, load_configuration
+from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.identify import walked_with
-from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import compare_curve, curves_of, recorded_curves
 from gaitval.metrics.cycles import find_cycles
@@ -52,17 +51,12 @@ KINDS = {
 def subject_of(name: str, body: str) -> Subject:
     """The subject, without markers if it is to be scaled by stature."""
     subject = load_subject(name)
-    if body == "markers":
-        return subject
-    return subject.model_copy(update={"markers": {}, "tape": {}, "measurements": {}})
+    return subject if body == "markers" else subject.by_stature()
 
 
-def identified(subject: Subject, configuration: Configuration) -> list[float]:
+def identified(subject: Subject) -> list[float]:
     """Mu* (14,) of a subject."""
-    fit = BodyFit(
-        subject.record(), scale_subject(subject).model, configuration.contact,
-        configuration.noise, prior_sd=prior_sd(subject),
-    )  # fmt: skip
+    fit = fit_of(subject)
     posterior = fit.posterior(fit.mode(fit.solve(fixed=nominal_parameters())))
     return list(map(float, walked_with(posterior, judged(posterior))))
 
@@ -123,7 +117,7 @@ def main() -> None:
 
         cases = [(name, body) for body in arguments.bodies for name in SUBJECTS]
         looking = {
-            pool.submit(identified, subject_of(*case), load_configuration()): " ".join(case)
+            pool.submit(identified, subject_of(*case)): " ".join(case)
             for case in cases
             if " ".join(case) not in stored["bodies"]
         }

@@ -130,7 +130,7 @@ def stance_leg(subject: Subject) -> float:
 
 def by_stature(subject: Subject) -> dict[str, float]:
     """Thigh + shank, m, if scaled by stature alone: before, and as the record has it."""
-    bare = subject.model_copy(update={"markers": {}, "tape": {}, "measurements": {}})
+    bare = subject.by_stature()
     fit, model = fit_of(bare), scale_subject(bare).model
     posterior = fit.posterior(fit.mode(fit.solve(fixed=nominal_parameters())))
     leg = judged_combinations(posterior, model)[0]

@@ -16,15 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from real_people import fit_of
 
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
-from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.identify import walked_with
-from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import combinations, judged, judged_combinations
 from gaitval.metrics.comparison import curves_of, recorded_curves
 from gaitval.metrics.cycles import find_cycles
@@ -81,10 +80,7 @@ def one(number: int, seed: int, walks: bool) -> dict[str, Any]:
     except GaitvalError as error:
         return about | {"refused": str(error)}
     subject, model = person.subject, scale_subject(person.subject).model
-    fit = BodyFit(
-        subject.record(), model, configuration.contact, configuration.noise,
-        prior_sd=prior_sd(subject),
-    )  # fmt: skip
+    fit = fit_of(subject)
     held = fit.solve(fixed=nominal_parameters())
     posterior = fit.posterior(fit.mode(held))
     verdicts = judged(posterior)

@@ -56,7 +56,7 @@ def virtual(
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(around)
     if by == "stature":
-        person = person.model_copy(update={"markers": {}, "measurements": {}, "tape": {}})
+        person = person.by_stature()
     policy = general_walker(configuration.environment)
     found = virtual_person(number, seed, person, policy, configuration)
     path = out / f"{found.subject.identifier}.toml"

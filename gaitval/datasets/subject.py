@@ -267,6 +267,10 @@ class Subject(StoredPart):
         """Who it is in the source, its first word: "WBDS14"; the identifier if it is empty."""
         return (self.source.split() or [self.identifier])[0]
 
+    def by_stature(self) -> "Subject":
+        """The subject without measurements of the body but mass and stature."""
+        return self.model_copy(update={"markers": {}, "measurements": {}, "tape": {}})
+
     def on_trial(self, name: str) -> "Subject":
         """The same person with the values of another trial; the others stay as `trials`.
 
