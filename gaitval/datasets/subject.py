@@ -33,6 +33,7 @@ from gaitval.gait.record import (
     Force,
     GaitRecord,
     LowPass,
+    Mirrored,
     Number,
     StoredPart,
 )
@@ -133,6 +134,7 @@ class Gait(StoredPart):
     )
     forces: Forces | None = None
     """Moments and forces are both there, or neither: not everybody has force plates."""
+    mirrored: Mirrored = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _both_or_none(self) -> Self:
@@ -266,6 +268,16 @@ class Subject(StoredPart):
     def person(self) -> str:
         """Who it is in the source, its first word: "WBDS14"; the identifier if it is empty."""
         return (self.source.split() or [self.identifier])[0]
+
+    @property
+    def described(self) -> str:
+        """The source, and which of its curves are those of the other side."""
+        said = "".join(
+            f"; the {side} {'angles' if what == 'angles' else 'moments and forces'} were not "
+            "recorded and are the other side's, mirrored"
+            for what, side in self.gait.mirrored.items()
+        )
+        return self.source + said
 
     def by_stature(self) -> "Subject":
         """The subject without measurements of the body but mass and stature."""

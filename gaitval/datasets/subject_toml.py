@@ -93,7 +93,10 @@ _PARTS: Final = ("stance_fraction", "low_pass", "plates")
 
 
 def _gait_lines(gait: Any, where: str) -> list[str]:
-    lines = ["", f"[{where}]", f"samples = {gait.samples}", "", f"[{where}.angles]"]
+    lines = ["", f"[{where}]", f"samples = {gait.samples}"]
+    if gait.mirrored:
+        lines.append(_value_line("mirrored", gait.mirrored))
+    lines += ["", f"[{where}.angles]"]
     lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
     if gait.forces is None:
         return lines

@@ -5,14 +5,14 @@ that is not used states why.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from gaitval.arrays import Array, runs
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES, interpolated
@@ -187,44 +187,6 @@ def cut_cycles(
         )
     require(cycles, side, fewest, len(strikes))
     return tuple(cycles)
-
-
-def without_gaps(
-    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
-) -> tuple[GaitCycle, ...]:
-    """The same cycles; those in which the markers do not show the motion throughout are not valid.
-
-    Parameters
-    ----------
-    cycles : of one foot.
-    time : (T,) s, of the marker frames.
-    seen : (T,) whether the markers show the pelvis and this foot's leg.
-    longest_gap_s : gaps up to this long are bridged.
-    """
-    cycles = tuple(cycles)
-    longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
-    gaps = [
-        (float(time[begin]), float(time[end - 1]))
-        for begin, end in zip(*runs(~seen), strict=True)
-        if end - begin > longest
-    ]
-    found = []
-    for cycle in cycles:
-        inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
-        if inside:
-            reasons = tuple(
-                f"the markers do not show the pelvis and the {cycle.side} leg at "
-                f"{begin:.3f}-{end:.3f} s"
-                for begin, end in inside
-            )
-            cycle = replace(
-                cycle,
-                kinematics_valid=False,
-                kinetics_valid=False,
-                reasons=cycle.reasons + reasons,
-            )
-        found.append(cycle)
-    return tuple(found)
 
 
 def require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:

@@ -80,6 +80,9 @@ def fit_force(force: Array, stance: float, path: Path | str) -> Force:
     stance : stance fraction.
     path : the file, for messages.
     """
+    if force[100, 2] == 0.0 < force[0, 2]:
+        # over ground the next landing is beside the plates; it is the same instant of the cycle
+        force = np.vstack([force[:100], force[:1]])
     rows = np.append(np.arange(int(stance * 100) + 1), 100)
     forward, left, up = (
         fit_curve(f"ground reaction {axis}", rows / 100, force[rows, i], FORCE_TOLERANCE, path)

@@ -7,7 +7,7 @@ side's curves run over that side's own gait cycle, phase 0 = its heel strike.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,10 @@ from pydantic import (
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+
+Mirrored = dict[Literal["angles", "kinetics"], Side]
+"""The side that was not recorded, of the angles and of moments and forces: its curves are those of
+the other side, mirrored."""
 
 _JOINT_ANGLES = (
     "hip_flexion",

@@ -428,7 +428,7 @@ def validate(
             "schema_version": SCHEMA_VERSION,
             "subject": {
                 "identifier": subject.identifier,
-                "source": subject.source,
+                "source": subject.described,
                 "citation": subject.citation,
                 "licence": subject.licence,
             },

@@ -44,6 +44,10 @@ this range the floor is not at z = 0."""
 
 LARGEST_ASYMMETRY = 0.025
 """Largest plausible difference between right and left, m."""
+LARGEST_ARM_ASYMMETRY = 0.05
+"""The same of upper arm and forearm. The markers of shoulder and elbow sit on clothes and, without
+a medial one, on one side of the joint; both arms get the mean, and no result depends on them much.
+"""
 
 PLAUSIBLE_TILT = (-15.0, 40.0)
 """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
@@ -243,10 +247,12 @@ def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Individ
             )
         if row.right_m is not None and row.left_m is not None:
             difference = abs(row.right_m - row.left_m)
-            if difference > LARGEST_ASYMMETRY:
+            arm = row.segment in ("upper arm", "forearm")
+            most = LARGEST_ARM_ASYMMETRY if arm else LARGEST_ASYMMETRY
+            if difference > most:
                 problems.append(
                     f"{row.segment}: right {row.right_m:.3f} m and left {row.left_m:.3f} m "
-                    f"differ by more than {LARGEST_ASYMMETRY:g} m"
+                    f"differ by more than {most:g} m"
                 )
     for name, (low, high) in PLAUSIBLE_HALF_WIDTH.items():
         half = getattr(measured, f"{name}_half_width")

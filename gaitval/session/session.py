@@ -14,11 +14,11 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
 )
-from gaitval.session.average import check_mass, mean_angles, mean_kinetics
+from gaitval.session.average import about_means, check_mass, mean_angles, mean_kinetics
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
-from gaitval.session.trial import Trial, require_both_sides, work_out_trial
+from gaitval.session.trial import Trial, require_cycles, work_out_trial
 
 
 @dataclass(frozen=True)
@@ -96,16 +96,19 @@ def work_out(
                 noted("trials", f"{trial.name} is left out: {error}")
     if not walks:
         raise last
-    require_both_sides(walks)
+    require_cycles(walks)
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
+    angles = mean_angles(body.model, walks)
+    for message in about_means(angles, forces):
+        noted("cycles", message)
     return Import(
         request=request,
         processing=processing,
         session=session,
         body=body,
         trials=tuple(walks),
-        angles=mean_angles(body.model, walks),
+        angles=angles,
         moments=moments,
         forces=forces,
         weight_ratio=weight_ratio,

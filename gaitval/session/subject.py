@@ -19,6 +19,8 @@ from gaitval.gait.mean_curves import (
     stance_fraction,
 )
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
+from gaitval.session.average import LARGEST_DRIFT, left_open
+from gaitval.session.one_side import Completed, completed_sides
 from gaitval.session.session import Import
 from gaitval.session.trial import Trial, valid_cycles
 
@@ -40,14 +42,17 @@ def subject_of(
     SubjectError : implausible values.
     """
     request = found.request
-    means: dict[Side, Array] = {}
     where = ", ".join(walk.name for walk in found.trials)
     if not request.without_forces:
         _check_complete(found)
-        counts = " and ".join(f"{len(found.forces[side].curves)} {side}" for side in SIDES)
+        counts = " and ".join(
+            f"{len(found.forces[side].curves) if side in found.forces else 0} {side}"
+            for side in SIDES
+        )
         where += f" ({counts} cycles)"
-        means = {side: np.asarray(found.forces[side].mean) for side in SIDES}
-    stance = {side: _stance(found, means, side) for side in SIDES}
+    both = completed_sides(found)
+    means = both.forces
+    stance = {side: _stance(found, both, side) for side in SIDES}
     body = found.body
     values = {
         "identifier": request.identifier,
@@ -61,12 +66,12 @@ def subject_of(
         "leg_length_m": body.chosen.hip_height,
         "walking_speed_m_s": speed(found),
         "stride_time_s": float(
-            np.mean([cycle.duration for cycle in all_cycles(found, "right", kinetics=False)])
+            np.mean([cycle.duration for cycle in all_cycles(found, both.seen, kinetics=False)])
         ),
-        "left_phase": _left_phase(found),
+        "left_phase": _left_phase(found, both.seen),
         "mean_vertical_force": mean_vertical_force(means) if means else None,
         "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
-        "gait": _mean_gait(found, means, stance, where),
+        "gait": _mean_gait(both, stance, where),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
             "forces_hz": found.processing.force_cutoff_hz,
@@ -78,59 +83,52 @@ def subject_of(
     return make_subject(values, request.identifier)
 
 
-def _stance(found: Import, forces: Mapping[Side, Array], side: Side) -> float:
+def _stance(found: Import, both: Completed, side: Side) -> float:
     """Stance fraction of a side: of its mean force, or the mean over its cycles without forces."""
-    if forces:
-        return stance_fraction(forces[side][:, 2])
-    values = np.concatenate([walk.gait[side].stance_fraction for walk in found.trials])
+    if both.forces:
+        return stance_fraction(both.forces[side][:, 2])
+    of = both.mirrored.get("angles")
+    shown: Side = side if of != side else both.seen
+    values = np.concatenate([walk.gait[shown].stance_fraction for walk in found.trials])
     return float(np.nanmean(values))
 
 
 def _check_complete(found: Import) -> None:
-    """Raise RecordError where moments or the forces of a side have no mean; says why."""
-    if set(found.forces) == set(SIDES) and len(found.moments) >= len(MOMENT_NAMES):
+    """Raise RecordError where no side has a mean ground reaction; says why."""
+    if found.forces:
         return
-    missing = " and no ".join(s for s in SIDES if s not in found.forces) or "complete"
     reasons = [
         f"{walk.name}: {cycle}"
         for walk in found.trials
         for side in SIDES
         for cycle in walk.cycles[side]
-        if side not in found.forces and not cycle.kinetics_valid
+        if not cycle.kinetics_valid
     ]
     plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
     raise RecordError(
-        f"no {missing} gait cycle whose ground reaction the plates show from heel strike to "
-        "heel strike, so a subject's mean moments and forces cannot be computed.\n"
+        "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
+        "subject's mean moments and forces cannot be computed.\n"
         + _some("the cycles", reasons)
         + _some("the plates", plates)
-        + "Give a trial (or several, with --trial repeated) in which each foot lands on a plate of "
+        + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
     ).with_way_on("--kinematics-only")
 
 
-def _mean_gait(
-    found: Import, forces: Mapping[Side, Array], stance: Mapping[Side, float], where: str
-) -> Gait:
+def _mean_gait(both: Completed, stance: Mapping[Side, float], where: str) -> Gait:
     """The mean curves as the subject's file keeps them."""
     angles = {
-        name: fit_curve(
-            name, PHASE, closed(name, "angle", curve.mean, where), ANGLE_TOLERANCE, where
-        )
-        for name, curve in found.angles.items()
-        if name in ANGLE_NAMES
+        name: fit_curve(name, PHASE, closed(name, "angle", curve, where), ANGLE_TOLERANCE, where)
+        for name, curve in both.angles.items()
+        if name in ANGLE_NAMES and not left_open(name, curve)
     }
-    if not forces:
-        return Gait(samples=len(PHASE), angles=angles)
-    fitted = {side: fit_force(forces[side], stance[side], where) for side in SIDES}
+    if not both.forces:
+        return Gait(samples=len(PHASE), angles=angles, mirrored=both.mirrored)
+    fitted = {side: fit_force(both.forces[side], stance[side], where) for side in SIDES}
     moments = {
         name: fit_curve(
-            name,
-            PHASE,
-            closed(name, "moment", found.moments[name].mean, where),
-            MOMENT_TOLERANCE,
-            where,
+            name, PHASE, closed(name, "moment", both.moments[name], where), MOMENT_TOLERANCE, where
         )
         for name in MOMENT_NAMES
     }
@@ -139,6 +137,7 @@ def _mean_gait(
         angles=angles,
         moments=moments,
         forces=Forces(right=fitted["right"], left=fitted["left"]),
+        mirrored=both.mirrored,
     )
 
 
@@ -148,12 +147,6 @@ def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
         return ""
     more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
     return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"
-
-
-LARGEST_DRIFT: Final = {"angle": float(np.radians(6.0)), "moment": 0.6}
-"""By how much (rad, Nm/kg) a mean curve may end elsewhere than it began. From stride to stride
-steady walking varies by 2 degrees and 0.2 Nm/kg (standard deviation) at heel strike; three times as
-much in the mean is a start, a stop or a turn. Convention."""
 
 
 def closed(name: str, kind: str, curve: Array, where: str) -> Array:
@@ -169,9 +162,10 @@ def closed(name: str, kind: str, curve: Array, where: str) -> Array:
     drift = float(curve[-1] - curve[0])
     if abs(drift) > LARGEST_DRIFT[kind]:
         size = f"{np.degrees(drift):.1f}°" if kind == "angle" else f"{drift:.2f} Nm/kg"
+        most = "10°" if kind == "angle" else f"{LARGEST_DRIFT[kind]:g} Nm/kg"
         raise RecordError(
-            f"{where}: the mean {kind} {name} ends {size} from where it began, so the walk was "
-            "not steady. Give trials of steady walking, or more cycles of them."
+            f"{where}: the mean {kind} {name} ends {size} from where it began, more than {most}, "
+            "so the walk was not steady. Give trials of steady walking, or more cycles of them."
         )
     return np.asarray(curve - drift * (PHASE - 0.5))
 
@@ -207,13 +201,14 @@ def _pelvis_speed(walk: Trial, cycle: GaitCycle) -> float:
     return float(end - begin) / cycle.duration
 
 
-def _left_phase(found: Import) -> float:
-    """Mean phase of the right cycle at which the left heel strikes."""
-    return float(
+def _left_phase(found: Import, seen: Side) -> float:
+    """Mean phase of the right cycle at which the left heel strikes, from the cycles of a side."""
+    share = float(
         np.nanmean(
             [
                 (cycle.opposite_strike - cycle.start) / cycle.duration
-                for cycle in all_cycles(found, "right", kinetics=False)
+                for cycle in all_cycles(found, seen, kinetics=False)
             ]
         )
     )
+    return share if seen == "right" else 1.0 - share

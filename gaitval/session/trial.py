@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import RecordError
+from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import (
     GaitCycle,
     SpatioTemporal,
@@ -17,7 +18,6 @@ from gaitval.gait.cycles import (
     cut_cycles,
     require,
     spatiotemporal,
-    without_gaps,
 )
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
@@ -193,7 +193,7 @@ def trial_motion(
     poses = inverse_kinematics(model, found, measured)
     anchoring = anchored(model, found, measured, poses, rate=rate)
     kinematics = anchoring.kinematics
-    positions = completed(kinematics, smoothed(kinematics.positions, rate, processing))
+    positions = completed(kinematics, smoothed(kinematics, rate, processing))
     return TrialMotion(found, measured, anchoring, positions)
 
 
@@ -276,35 +276,34 @@ def _cycles(
     processing: ProcessingSettings,
 ) -> dict[Side, tuple[GaitCycle, ...]]:
     """The gait cycles of each side, with those marked in which its markers have gaps. A trial need
-    not show both sides, nor a whole cycle: `require_both_sides` asks for them of all together.
+    not show both sides, nor a whole cycle: `require_cycles` asks for one of all together.
     """
+    cut = without_odd_support(
+        {side: cut_cycles(events, side, forces=forces, fewest=0) for side in SIDES}
+    )
     return {
         side: without_gaps(
-            cut_cycles(events, side, forces=forces, fewest=0),
-            recording.time,
-            shown[side],
-            longest_gap_s=processing.largest_gap_s,
+            cut[side], recording.time, shown[side], longest_gap_s=processing.largest_gap_s
         )
         for side in SIDES
     }
 
 
-def require_both_sides(trials: Sequence[Trial]) -> None:
-    """Refuse trials that together show no whole cycle of a side.
+def require_cycles(trials: Sequence[Trial]) -> None:
+    """Refuse trials that together show no whole cycle of either side.
 
     Raises
     ------
     RecordError : it gives the reason of every cycle that does not count.
     """
-    for side in SIDES:
-        if any(valid_cycles(walk, side, kinetics=False) for walk in trials):
-            continue
-        for walk in trials:
-            strikes = [
-                event for event in walk.events if (event.side, event.kind) == (side, "heel_strike")
-            ]
-            with about_file(walk.recording.source):
-                require(walk.cycles[side], side, 1, len(strikes))
+    if any(valid_cycles(walk, side, kinetics=False) for walk in trials for side in SIDES):
+        return
+    for walk in trials:
+        strikes = [
+            event for event in walk.events if (event.side, event.kind) == ("right", "heel_strike")
+        ]
+        with about_file(walk.recording.source):
+            require(walk.cycles["right"], "right", 1, len(strikes))
 
 
 def leg_shown(
@@ -336,14 +335,27 @@ def leg_shown(
     return np.asarray(seen[:, ever].all(axis=1))
 
 
-def smoothed(positions: Array, rate: float, processing: ProcessingSettings) -> Array:
-    """A motion (T, 31) low-passed at the markers' cut-off, the pelvis through its Cardan angles."""
+def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingSettings) -> Array:
+    """The motion (T, 31) low-passed at the markers' cut-off, the pelvis through its Cardan angles.
+
+    A coordinate is filtered separately before and after each gap in which its markers do not show
+    it: where they come into view it jumps from the held value, and the filter would smear that jump
+    into the motion that was seen.
+    """
+    coordinates = cardan_coordinates(kinematics.positions)
+    held = coordinates.copy()
+    longest = processing.largest_gap_s * rate
+    for column in np.flatnonzero(kinematics.determined.any(axis=0)):
+        for begin, end in zip(*runs(~kinematics.determined[:, column]), strict=True):
+            if end - begin > longest:
+                coordinates[begin:end, column] = np.nan
     coordinates = low_pass(
-        cardan_coordinates(positions),
+        coordinates,
         rate=rate,
         cutoff_hz=processing.marker_cutoff_hz,
         order=processing.filter_order,
     )
+    coordinates = np.where(np.isnan(coordinates), held, coordinates)
     turn = pelvis_rotation(coordinates[:, 0], coordinates[:, 1], coordinates[:, 2])
     coordinates[:, :3] = Rotation.from_matrix(turn).as_rotvec()
     return coordinates

@@ -1,0 +1,94 @@
+"""Cycles that do not count although their events are complete: gaps in the markers, odd events."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.arrays import Array, runs
+from gaitval.coordinates import SIDES, Side
+from gaitval.gait.cycles import GaitCycle
+
+ODD_SUPPORT: Final = 0.1
+"""Fraction of the cycle by which the double support that begins a cycle may differ from the trial's
+median. In WBDS01 T01, the slowest walk at hand, its standard deviation is 1.7 % of the cycle; in
+single strides of twelve children the sides differ by 5 % at most. More is a wrong heel strike, such
+as one where the foot's markers come into view while it swings."""
+
+
+def without_gaps(
+    cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
+) -> tuple[GaitCycle, ...]:
+    """The same cycles; those in which the markers do not show the motion throughout are not valid.
+
+    Parameters
+    ----------
+    cycles : of one foot.
+    time : (T,) s, of the marker frames.
+    seen : (T,) whether the markers show the pelvis and this foot's leg.
+    longest_gap_s : gaps up to this long are bridged.
+    """
+    cycles = tuple(cycles)
+    longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
+    gaps = [
+        (float(time[begin]), float(time[end - 1]))
+        for begin, end in zip(*runs(~seen), strict=True)
+        if end - begin > longest
+    ]
+    found = []
+    for cycle in cycles:
+        inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
+        if inside:
+            reasons = tuple(
+                f"the markers do not show the pelvis and the {cycle.side} leg at "
+                f"{begin:.3f}-{end:.3f} s"
+                for begin, end in inside
+            )
+            cycle = _refused(cycle, *reasons)
+        found.append(cycle)
+    return tuple(found)
+
+
+def without_odd_support(
+    cycles: Mapping[Side, tuple[GaitCycle, ...]],
+) -> dict[Side, tuple[GaitCycle, ...]]:
+    """The same cycles; those whose first double support is unlike the others are not valid.
+
+    The median is that of both sides; with fewer than three cycles none is judged.
+    """
+    support = {side: np.array([_first_support(cycle) for cycle in cycles[side]]) for side in SIDES}
+    known = np.concatenate([support[side] for side in SIDES])
+    known = known[np.isfinite(known)]
+    if len(known) < 3:
+        return dict(cycles)
+    usual = float(np.median(known))
+    return {
+        side: tuple(
+            cycle
+            if not abs(share - usual) > ODD_SUPPORT
+            else _refused(
+                cycle,
+                f"both feet are on the ground for {100 * share:.0f} % of it after its heel strike, "
+                f"but for {100 * usual:.0f} % in the trial's median: a wrong event",
+            )
+            for cycle, share in zip(cycles[side], support[side], strict=True)
+        )
+        for side in SIDES
+    }
+
+
+def _first_support(cycle: GaitCycle) -> float:
+    """Fraction of a cycle from its heel strike to the other foot's toe-off; NaN if unknown."""
+    return (cycle.opposite_toe_off - cycle.start) / cycle.duration
+
+
+def _refused(cycle: GaitCycle, *reasons: str) -> GaitCycle:
+    """The cycle, not valid, with further reasons."""
+    return replace(
+        cycle,
+        kinematics_valid=False,
+        kinetics_valid=False,
+        reasons=cycle.reasons + reasons,
+    )
