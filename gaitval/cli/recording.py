@@ -108,7 +108,8 @@ MarkerSetOption = Annotated[
     str | None,
     typer.Option(
         "--marker-set",
-        help="wbds, plug_in_gait, rajagopal, or a TOML file; found by marker names if left out.",
+        help="Name of a built-in set (an unknown name lists them) or a TOML file; found by marker "
+        "names if left out.",
         show_default=False,
     ),
 ]

@@ -74,7 +74,8 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             if request.marker_set is None
             else load_marker_set(request.marker_set)
         )
-    tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
+    score = marker_set.score(standing.names)
+    tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
     with about_file(standing.source):
         ignored = marker_set.ignored(standing.names)
     if ignored:
