@@ -1,4 +1,4 @@
-"""Names of markers: when two spellings are the same name, and which unknown name may be a known one.
+"""Names of markers: when two spellings are one name, and which unknown name may be a known one.
 
 A likeness is only ever suggested in a message; nothing is renamed by it.
 """
@@ -22,7 +22,7 @@ _OPPOSITES: Final = (
     (r"UP|SUP|PROX|HIGH|TOP", r"LOW|INF|DIST|BOT"),
     (r"RAD", r"ULN"),
 )
-"""Words of opposite places: medial and lateral, front and back, upper and lower, radial and ulnar."""
+"""Words of opposite places: medial, lateral; front, back; upper, lower; radial, ulnar."""
 
 
 class Likeness(NamedTuple):
