@@ -22,6 +22,7 @@ from gaitval.errors import ConfigurationError
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Width
     from gaitval.session.halves import Halves
+    from gaitval.session.request import HipCentre
 
 
 @command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
@@ -149,6 +150,24 @@ ElbowWidthOption = Annotated[
         show_default=False,
     ),
 ]
+FunctionalOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--functional",
+        metavar="FILE",
+        help="Range-of-motion trial of the same session: functional hip centres and knee axes are "
+        "compared with those of the standing trial. May be repeated.",
+        show_default=False,
+    ),
+]
+HipCentreOption = Annotated[
+    str,
+    typer.Option(
+        "--hip-centre",
+        metavar="regression|functional",
+        help="Use the functional hip centres of --functional where their error is small.",
+    ),
+]
 AgeOption = Annotated[
     float | None, typer.Option("--age", help="Years; for the report.", show_default=False)
 ]
@@ -207,6 +226,8 @@ def import_command(
     knee_width: KneeWidthOption = None,
     ankle_width: AnkleWidthOption = None,
     elbow_width: ElbowWidthOption = None,
+    functional: FunctionalOption = None,
+    hip_centre: HipCentreOption = "regression",
     age: AgeOption = None,
     citation: CitationOption = "Own recording, not published",
     licence: LicenceOption = "not stated",
@@ -244,6 +265,8 @@ def import_command(
             knee_width=_width("--knee-width", knee_width),
             ankle_width=_width("--ankle-width", ankle_width),
             elbow_width=_width("--elbow-width", elbow_width),
+            functional=functional,
+            hip_centre=_hip_centre(hip_centre),
             age=age,
             citation=citation,
             licence=licence,
@@ -273,6 +296,14 @@ def _width(option: str, text: str | None) -> "Width":
     raise ConfigurationError(
         f"{option} {text}: not a width. Give metres, of both sides (0.1) or right,left (0.1,0.102)."
     )
+
+
+def _hip_centre(wanted: str) -> "HipCentre":
+    if wanted == "regression":
+        return "regression"
+    if wanted == "functional":
+        return "functional"
+    raise ConfigurationError(f"--hip-centre {wanted}: give regression or functional.")
 
 
 def _halves(wanted: str | None) -> "Halves | None":

@@ -10,6 +10,8 @@ the joint moved.
 
 What skin and muscle do in the rhythm of the movement is a movement of the segment for this method.
 Neither the residual nor the standard error shows it; the distance of the two images does in part.
+Noise of the markers that is new in every frame pulls a centre towards the markers, with its square:
+by 0.1 mm for 1 mm of noise.
 """
 
 from collections.abc import Sequence
@@ -327,4 +329,4 @@ def _jackknife(without: Array) -> Array:
 
 
 def _listed(angles: Sequence[float]) -> str:
-    return " and ".join(f"{angle:.0f}°" for angle in angles)
+    return " and ".join(f"{angle:.1f}°" for angle in angles)
