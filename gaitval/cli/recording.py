@@ -1,7 +1,8 @@
 """Commands of recorded data: the built-in subjects, an import, and published data sets."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from rich.progress import (
@@ -21,8 +22,8 @@ from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Width
-    from gaitval.session.halves import Halves
-    from gaitval.session.request import HipCentre
+
+Choice = TypeVar("Choice", bound=str)
 
 
 @command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
@@ -246,7 +247,9 @@ def import_command(
     the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
+    from gaitval.session.halves import HALVES
     from gaitval.session.importing import import_files
+    from gaitval.session.request import HIP_CENTRES
     from gaitval.session.write import FOLDER
 
     with display.live_view() as live:
@@ -266,13 +269,13 @@ def import_command(
             ankle_width=_width("--ankle-width", ankle_width),
             elbow_width=_width("--elbow-width", elbow_width),
             functional=functional,
-            hip_centre=_hip_centre(hip_centre),
+            hip_centre=_one_of("--hip-centre", hip_centre, HIP_CENTRES),
             age=age,
             citation=citation,
             licence=licence,
             consistent=consistent,
             kinematics_only=kinematics_only,
-            halves=_halves(halves),
+            halves=None if halves is None else _one_of("--halves", halves, HALVES),
         )
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
@@ -298,23 +301,11 @@ def _width(option: str, text: str | None) -> "Width":
     )
 
 
-def _hip_centre(wanted: str) -> "HipCentre":
-    if wanted == "regression":
-        return "regression"
-    if wanted == "functional":
-        return "functional"
-    raise ConfigurationError(f"--hip-centre {wanted}: give regression or functional.")
-
-
-def _halves(wanted: str | None) -> "Halves | None":
-    from gaitval.session.halves import HALVES
-
-    for known in HALVES:
-        if wanted == known:
-            return known
-    if wanted is None:
-        return None
-    raise ConfigurationError(f"--halves {wanted}: give {' or '.join(HALVES)}.")
+def _one_of(option: str, wanted: str, known: Sequence[Choice]) -> Choice:
+    for each in known:
+        if wanted == each:
+            return each
+    raise ConfigurationError(f"{option} {wanted}: give {' or '.join(known)}.")
 
 
 CurveFilesArgument = Annotated[

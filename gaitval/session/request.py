@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal, get_args
 
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width, Widths
@@ -12,6 +12,7 @@ Tell = Callable[[str, str], None]
 
 HipCentre = Literal["regression", "functional"]
 """Where the hip centres of the standing trial come from."""
+HIP_CENTRES: Final[tuple[HipCentre, ...]] = get_args(HipCentre)
 
 
 @dataclass(frozen=True)
