@@ -1,7 +1,8 @@
 """Commands of recorded data: the built-in subjects, an import, and published data sets."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from rich.progress import (
@@ -21,7 +22,8 @@ from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Width
-    from gaitval.session.halves import Halves
+
+Choice = TypeVar("Choice", bound=str)
 
 
 @command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
@@ -108,7 +110,8 @@ MarkerSetOption = Annotated[
     str | None,
     typer.Option(
         "--marker-set",
-        help="wbds, plug_in_gait, rajagopal, or a TOML file; found by marker names if left out.",
+        help="Name of a built-in set (an unknown name lists them) or a TOML file; found by marker "
+        "names if left out.",
         show_default=False,
     ),
 ]
@@ -146,6 +149,24 @@ ElbowWidthOption = Annotated[
         metavar="M|M,M",
         help="Elbow width, m, of both sides or right,left; without medial markers.",
         show_default=False,
+    ),
+]
+FunctionalOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--functional",
+        metavar="FILE",
+        help="Range-of-motion trial of the same session: functional hip centres and knee axes are "
+        "compared with those of the standing trial. May be repeated.",
+        show_default=False,
+    ),
+]
+HipCentreOption = Annotated[
+    str,
+    typer.Option(
+        "--hip-centre",
+        metavar="regression|functional",
+        help="Use the functional hip centres of --functional where their error is small.",
     ),
 ]
 AgeOption = Annotated[
@@ -206,6 +227,8 @@ def import_command(
     knee_width: KneeWidthOption = None,
     ankle_width: AnkleWidthOption = None,
     elbow_width: ElbowWidthOption = None,
+    functional: FunctionalOption = None,
+    hip_centre: HipCentreOption = "regression",
     age: AgeOption = None,
     citation: CitationOption = "Own recording, not published",
     licence: LicenceOption = "not stated",
@@ -224,7 +247,9 @@ def import_command(
     the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
+    from gaitval.session.halves import HALVES
     from gaitval.session.importing import import_files
+    from gaitval.session.request import HIP_CENTRES
     from gaitval.session.write import FOLDER
 
     with display.live_view() as live:
@@ -243,12 +268,14 @@ def import_command(
             knee_width=_width("--knee-width", knee_width),
             ankle_width=_width("--ankle-width", ankle_width),
             elbow_width=_width("--elbow-width", elbow_width),
+            functional=functional,
+            hip_centre=_one_of("--hip-centre", hip_centre, HIP_CENTRES),
             age=age,
             citation=citation,
             licence=licence,
             consistent=consistent,
             kinematics_only=kinematics_only,
-            halves=_halves(halves),
+            halves=None if halves is None else _one_of("--halves", halves, HALVES),
         )
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
@@ -274,15 +301,11 @@ def _width(option: str, text: str | None) -> "Width":
     )
 
 
-def _halves(wanted: str | None) -> "Halves | None":
-    from gaitval.session.halves import HALVES
-
-    for known in HALVES:
-        if wanted == known:
-            return known
-    if wanted is None:
-        return None
-    raise ConfigurationError(f"--halves {wanted}: give {' or '.join(HALVES)}.")
+def _one_of(option: str, wanted: str, known: Sequence[Choice]) -> Choice:
+    for each in known:
+        if wanted == each:
+            return each
+    raise ConfigurationError(f"{option} {wanted}: give {' or '.join(known)}.")
 
 
 CurveFilesArgument = Annotated[

@@ -105,6 +105,7 @@ def place_markers(
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
+    hip_centres: Mapping[str, Array] | None = None,
 ) -> MarkerPlacement:
     """Find the standing pose of a model and place all markers on it.
 
@@ -115,7 +116,7 @@ def place_markers(
     standing : (3,) m, position of each marker of the set in standing (a mean over frames),
         project axes, floor at z = 0; a marker that was not seen is left out or NaN.
     marker_set : which segment each marker is on, and which landmark.
-    knee_width, ankle_width, elbow_width : m, as for `joint_centres.measure`.
+    knee_width, ankle_width, elbow_width, hip_centres : m, as for `joint_centres.measure`.
 
     Raises
     ------
@@ -132,6 +133,7 @@ def place_markers(
         knee_width=knee_width,
         ankle_width=ankle_width,
         elbow_width=elbow_width,
+        hip_centres=hip_centres,
     )
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)

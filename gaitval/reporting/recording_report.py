@@ -95,6 +95,25 @@ class ScalingMethod(NamedTuple):
     chosen: bool = False
 
 
+class FunctionalRow(NamedTuple):
+    """A joint of a range-of-motion trial, in words with units; empty where there is nothing.
+
+    Attributes
+    ----------
+    refused : why it was not found.
+    against : place or direction relative to the one of the standing trial.
+    error : of it.
+    to_ankle : distance of the hip centre from the ankle, by either way.
+    """
+
+    trial: str
+    joint: str
+    refused: str
+    against: str
+    error: str
+    to_ankle: str
+
+
 class ScaledSegment(NamedTuple):
     """A segment of the model: length m, mass kg, factor over the generic one, what gave it."""
 
@@ -171,6 +190,7 @@ class RecordingSummary:
     stance_fraction : mean toe-off as a fraction of the cycle, by side; NaN if not known.
     angles : rad; moments : Nm/kg; forces : body weights. Mean (101,) and SD (101,) by name with
         "_r" or "_l" (`gaitval.coordinates`; forces "forward", "medial", "vertical").
+    functional : joints of the range-of-motion trials.
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
@@ -201,6 +221,7 @@ class RecordingSummary:
     angles: Mapping[str, MeanAndDeviation]
     moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
+    functional: Sequence[FunctionalRow] = ()
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()

@@ -127,6 +127,7 @@ def locate(
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
+    hip_centres: Mapping[str, Array] | None = None,
 ) -> dict[str, Array]:
     """Landmarks and joint centres of a standing person, (3,) m, in the axes of the markers.
 
@@ -135,6 +136,8 @@ def locate(
     markers : position of each landmark, (3,) m; see `measure`.
     knee_width, ankle_width, elbow_width : across the epicondyles and malleoli, m; for a side
         without a medial marker.
+    hip_centres : (3,) m in the axes of the markers, of the sides ("R", "L") where it is known
+        otherwise (`scaling.functional`); of the others it is that of the regression.
 
     Returns
     -------
@@ -146,7 +149,7 @@ def locate(
     ------
     ScalingError : as `measure`.
     """
-    heading, points = _standing(markers, knee_width, ankle_width, elbow_width)
+    heading, points = _standing(markers, knee_width, ankle_width, elbow_width, hip_centres)
     return {name: heading @ point for name, point in points.items()}
 
 
@@ -156,6 +159,7 @@ def measure(
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
+    hip_centres: Mapping[str, Array] | None = None,
 ) -> Measurements:
     """Joint centres, segment lengths and pelvic tilt of a standing person.
 
@@ -165,26 +169,26 @@ def measure(
         may stand anywhere and face anywhere. Other names than `LANDMARK_NAMES` are ignored.
     knee_width, ankle_width, elbow_width : across the epicondyles and malleoli, m; for a side
         without a medial marker.
+    hip_centres : as for `locate`.
 
     Raises
     ------
     ScalingError : markers are missing, not finite, in millimetres, upside down or swapped, or a
         width is missing or implausible; all problems of a kind are listed.
     """
-    _, points = _standing(markers, knee_width, ankle_width, elbow_width)
+    _, points = _standing(markers, knee_width, ankle_width, elbow_width, hip_centres)
     asis = points["R.ASIS"], points["L.ASIS"]
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
-    right_hip = _right_hip(points)
     hips = {"R": points["R.Hip.Centre"], "L": points["L.Hip.Centre"]}
     widths = {"knee": knee_width, "ankle": ankle_width}
     return Measurements(
         right=_leg(points, hips["R"], "R"),
         left=_leg(points, hips["L"], "L"),
-        hip_half_width=float(-right_hip[1]),
+        hip_half_width=float((hips["L"] - hips["R"]) @ frame[:, 1]) / 2,
         hip_height=float(hips["R"][2] + hips["L"][2]) / 2,
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
         **_arms(points),
-        sources=_sources(markers, widths),
+        sources=_sources(markers, widths, functional=bool(hip_centres)),
     )
 
 
@@ -210,6 +214,7 @@ def _standing(
     knee_width: Width,
     ankle_width: Width,
     elbow_width: Width,
+    hip_centres: Mapping[str, Array] | None,
 ) -> tuple[Array, dict[str, Array]]:
     """The person's axes, (3, 3) with x (facing), y and z as columns, and all landmarks and joint
     centres in these axes.
@@ -229,6 +234,8 @@ def _standing(
     mirror = np.array([1.0, -1.0, 1.0])
     points["R.Hip.Centre"] = middle_asis + frame @ right_hip
     points["L.Hip.Centre"] = middle_asis + frame @ (mirror * right_hip)
+    for side, centre in (hip_centres or {}).items():
+        points[f"{side}.Hip.Centre"] = heading.T @ centre
     for side in "RL":
         points.update(_metatarsals(points, side))
         for joint, above, wand, width in (
@@ -362,9 +369,14 @@ def _arms(points: Mapping[str, Array]) -> dict[str, Any]:
     return measured
 
 
-def _sources(markers: Mapping[str, Place], widths: Mapping[str, Width]) -> dict[str, str]:
+def _sources(
+    markers: Mapping[str, Place], widths: Mapping[str, Width], *, functional: bool
+) -> dict[str, str]:
     """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}
+    hip = "functional" if functional else "after Harrington"
+    if functional:
+        sources["thigh"] = "markers, hip functional (Ehrig 2006)"
     chord = [
         joint
         for joint in ("Knee", "Ankle")
@@ -374,7 +386,7 @@ def _sources(markers: Mapping[str, Place], widths: Mapping[str, Width]) -> dict[
         text = f"markers, {' and '.join(chord).lower()} by width (Davis 1991)"
         sources["shank"] = text
         if "Knee" in chord:
-            sources["thigh"] = f"markers, hip after Harrington, {chord[0].lower()} by width"
+            sources["thigh"] = f"markers, hip {hip}, {chord[0].lower()} by width"
         if "Ankle" in chord:
             sources["ankle height"] = "markers, ankle by width (Davis 1991)"
     known = {name[2:] for name in markers}

@@ -6,6 +6,7 @@ landmark without a marker.
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
+from typing import TypedDict
 
 import numpy as np
 
@@ -57,6 +58,14 @@ WIDTHS = {
 
 Width = float | tuple[float, float] | None
 """Width of a joint, m: of both sides, of the right and the left side, or not known."""
+
+
+class Widths(TypedDict, total=False):
+    """Widths of the joints, as keyword arguments."""
+
+    knee_width: Width
+    ankle_width: Width
+    elbow_width: Width
 
 
 def width_of(width: Width, side: str) -> float | None:

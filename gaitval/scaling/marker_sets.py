@@ -6,7 +6,6 @@ anything before a colon ("Subject:RASI").
 """
 
 import difflib
-import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
+from gaitval.scaling.marker_names import alike, plain_name
 
 _Point = TypeVar("_Point")
 
@@ -27,6 +27,10 @@ RECOGNISED_SHARE: Final = 0.75
 """Fraction of a set's markers (without optional ones and those removed after the standing trial)
 that a recording must have to be recognised as this set. A few may be lost; two sets that use the
 same names for the bony landmarks (WBDS and Rajagopal share 14 of 22) must not be confused."""
+
+NEARLY_AS_MANY: Final = 0.9
+"""A set with this fraction of the markers that the best set has in a recording fits nearly as well.
+Where the two then mean different places by one name, neither is taken."""
 
 EXAMPLE: Final = """title = "My laboratory"
 source = "who defined it"
@@ -62,6 +66,36 @@ class MarkerDefinition(BaseModel):
     def role(self) -> Literal["anatomical", "tracking"]:
         """Whether the marker lies on a landmark from which joint centres are found."""
         return "tracking" if self.landmark is None else "anatomical"
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well the names in a file fit a marker set.
+
+    Attributes
+    ----------
+    required : number of markers that a recording of walking has.
+    missing : those of them that the file lacks.
+    found : number of all markers of the set in the file, also optional ones and those that are
+        removed after the standing trial.
+    """
+
+    required: int
+    missing: tuple[str, ...]
+    found: int
+
+    @property
+    def share(self) -> float:
+        """Fraction of the required markers that are there."""
+        return 1.0 - len(self.missing) / self.required if self.required else 0.0
+
+    def __str__(self) -> str:
+        there = self.required - len(self.missing)
+        lacking = f" (without {', '.join(self.missing)})" if self.missing else ""
+        return (
+            f"{there} of {self.required} required markers{lacking}, {self.found - there} other "
+            "markers of the set"
+        )
 
 
 class _File(BaseModel):
@@ -114,7 +148,7 @@ class MarkerSet:
         known = self._known()
         found: dict[str, str] = {}
         for name in names:
-            marker = known.get(_plain(name))
+            marker = known.get(plain_name(name))
             if marker is None:
                 continue
             if marker in found.values():
@@ -130,7 +164,7 @@ class MarkerSet:
     def _known(self) -> dict[str, str]:
         """Marker of each plain name and alias."""
         return {
-            _plain(name): marker
+            plain_name(name): marker
             for marker, definition in self.markers.items()
             for name in (marker, *definition.aliases)
         }
@@ -138,7 +172,25 @@ class MarkerSet:
     def present(self, names: Iterable[str]) -> frozenset[str]:
         """Markers of this set that the names refer to."""
         known = self._known()
-        return frozenset(known[plain] for plain in map(_plain, names) if plain in known)
+        return frozenset(known[plain] for plain in map(plain_name, names) if plain in known)
+
+    def score(self, names: Iterable[str]) -> Score:
+        """How well the names in a file fit this set."""
+        found = self.present(names)
+        essential = self.essential
+        missing = tuple(marker for marker in essential if marker not in found)
+        return Score(len(essential), missing, len(found))
+
+    def disagreements(self, other: "MarkerSet", names: Iterable[str]) -> tuple[str, ...]:
+        """Names that this and another set put on different landmarks or segments."""
+        mine, theirs = self._known(), other._known()
+        return tuple(
+            name
+            for name in names
+            for plain in [plain_name(name)]
+            if plain in mine and plain in theirs
+            if _differ(self.markers[mine[plain]], other.markers[theirs[plain]])
+        )
 
     def ignored(self, names: Iterable[str]) -> tuple[str, ...]:
         """Names of a file that do not belong to this set, such as computed joint centres."""
@@ -189,53 +241,84 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
     return _parsed(text, name)
 
 
-def recognise(names: Iterable[str]) -> MarkerSet:
-    """The built-in marker set that a recording's marker names belong to.
+def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> MarkerSet:
+    """The marker set that a recording's marker names belong to.
 
-    Of the sets with at least `RECOGNISED_SHARE` of their essential markers among the names, it is
+    Of the sets with at least `RECOGNISED_SHARE` of their required markers among the names, it is
     the one with the most markers there.
+
+    Parameters
+    ----------
+    sets : to choose from; the built-in ones when None.
 
     Raises
     ------
-    RecordError : two names are the same marker, or no set fits. The message lists what was found,
-        what the nearest set is missing and which names are close to those, and shows how to write
-        your own set.
+    RecordError : two names are the same marker; no set fits, or two fit nearly equally and mean
+        different places by a name. The message lists what was found, what the nearest set is
+        missing and which names may be those, and shows how to write your own set.
     """
     names = tuple(names)
-    best: tuple[int, float, MarkerSet] | None = None
-    nearest: tuple[float, MarkerSet] | None = None
-    for candidate in builtin_marker_sets():
-        found = candidate.present(names)
-        share = len(found.intersection(candidate.essential)) / len(candidate.essential)
-        if nearest is None or share > nearest[0]:
-            nearest = share, candidate
-        if share >= RECOGNISED_SHARE and (best is None or (len(found), share) > best[:2]):
-            best = len(found), share, candidate
-    if best is not None:
-        best[2].renamed(names)
-        return best[2]
-    assert nearest is not None
-    raise RecordError(_unknown(names, nearest[1]))
+    scored = sorted(
+        (
+            (candidate.score(names), candidate)
+            for candidate in (builtin_marker_sets() if sets is None else sets)
+        ),
+        key=lambda pair: (pair[0].found, pair[0].share),
+        reverse=True,
+    )
+    fitting = [(score, fit) for score, fit in scored if score.share >= RECOGNISED_SHARE]
+    if not fitting:
+        raise RecordError(_unknown(names, max(scored, key=lambda pair: pair[0].share)[1]))
+    (best_score, best), *others = fitting
+    for score, other in others:
+        doubtful = best.disagreements(other, names)
+        if doubtful and score.found >= NEARLY_AS_MANY * best_score.found:
+            raise RecordError(_undecided((best, best_score), (other, score), doubtful)).with_way_on(
+                f"--marker-set {best.name}", f"--marker-set {other.name}"
+            )
+    best.renamed(names)
+    return best
+
+
+def _differ(one: MarkerDefinition, other: MarkerDefinition) -> bool:
+    """Whether two definitions are of different places."""
+    landmarks = {one.landmark, other.landmark} - {None}
+    return one.segment != other.segment or len(landmarks) > 1
+
+
+def _undecided(
+    one: tuple[MarkerSet, Score], other: tuple[MarkerSet, Score], doubtful: Sequence[str]
+) -> str:
+    lines = ["the markers fit two marker sets nearly equally, which mean different places:"]
+    lines += [f"  {fit.name} ({fit.title}): {score}" for fit, score in (one, other)]
+    for name in doubtful:
+        said = []
+        for fit, _ in (one, other):
+            definition = fit.markers[fit.renamed([name])[name]]
+            said.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
+        lines.append(f"  {name}: {' or '.join(said)}")
+    lines.append(f"Say which it is: --marker-set {one[0].name} or --marker-set {other[0].name}.")
+    return "\n".join(lines)
 
 
 def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
-    present = nearest.present(names)
-    missing = [marker for marker in nearest.essential if marker not in present]
-    rest = {_plain(name): name for name in names if not nearest.present([name])}
-    guesses = []
-    for marker in missing:
-        known = [_plain(name) for name in (marker, *nearest.markers[marker].aliases)]
-        close = [match for name in known for match in difflib.get_close_matches(name, rest, n=1)]
-        if close:
-            guesses.append(f"{rest[close[0]]} for {marker}")
+    score = nearest.score(names)
+    likely = alike(
+        [name for name in names if not nearest.present([name])],
+        {marker: (marker, *nearest.markers[marker].aliases) for marker in score.missing},
+    )
     lines = [
         f"the {len(names)} markers match no known marker set ({', '.join(_builtin_names())}).",
         f"  found: {', '.join(names) or 'none'}",
-        f"  the nearest is {nearest.name} ({nearest.title}); its markers missing: "
-        + ", ".join(missing),
+        f"  the nearest is {nearest.name} ({nearest.title}): {score.required - len(score.missing)} "
+        f"of {score.required} required markers, at least {RECOGNISED_SHARE:.0%} are needed; "
+        f"its markers missing: {', '.join(score.missing)}",
     ]
-    if guesses:
-        lines.append(f"  perhaps: {', '.join(guesses)}")
+    if likely:
+        lines.append(
+            "  perhaps: "
+            + ", ".join(f"{like.name} for {like.marker} ({like.ratio:.0%})" for like in likely)
+        )
     lines += [
         "Describe your own set in a TOML file and give it with --marker-set FILE, with a line "
         "for each marker, such as",
@@ -244,10 +327,6 @@ def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
         f"Segments are {', '.join(SEGMENTS)}.",
     ]
     return "\n".join(lines)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s._-]", "", name.rsplit(":", 1)[-1]).upper()
 
 
 @cache
@@ -310,7 +389,7 @@ def _problems(markers: Mapping[str, MarkerDefinition]) -> list[str]:
                     + (hint or f"; known: {', '.join(known)}.")
                 )
         for name in (marker, *definition.aliases):
-            other = names.setdefault(_plain(name), marker)
+            other = names.setdefault(plain_name(name), marker)
             if other != marker:
                 problems.append(f"{marker}: its name {name!r} is also one of {other}.")
         if definition.landmark is not None:

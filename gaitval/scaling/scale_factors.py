@@ -16,7 +16,7 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
 from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
-from gaitval.scaling.landmarks import Width
+from gaitval.scaling.landmarks import Width, Widths
 from gaitval.scaling.measurements import Leg, Measurements
 from gaitval.scaling.tape import measure_by_tape
 
@@ -133,7 +133,7 @@ def scale_by_pairs(
     ------
     ScalingError : as `measure` for the mean positions; as `scale_factors`.
     """
-    widths = {"knee_width": knee_width, "ankle_width": ankle_width, "elbow_width": elbow_width}
+    widths = Widths(knee_width=knee_width, ankle_width=ankle_width, elbow_width=elbow_width)
     mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
     whole = measure(mean, **widths)
     measured = _frames(standing, locate(mean, **widths).keys(), widths)
@@ -157,7 +157,7 @@ def _seen(points: Array) -> bool:
 
 
 def _frames(
-    standing: Mapping[str, Array], names: Iterable[str], widths: Mapping[str, Width]
+    standing: Mapping[str, Array], names: Iterable[str], widths: Widths
 ) -> dict[str, Array]:
     """Landmarks and joint centres in every frame that shows all landmarks, (T, 3)."""
     used = {name: np.asarray(points) for name, points in standing.items() if _seen(points)}

@@ -31,7 +31,7 @@ from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves
 from gaitval.session.importing import Imported, import_files
-from gaitval.session.request import Tell, silent
+from gaitval.session.request import HipCentre, Tell, silent
 from gaitval.session.trial import valid_cycles
 from gaitval.session.write import FOLDER
 
@@ -55,6 +55,8 @@ class Person(BaseModel):
     knee_width: Width = None
     ankle_width: Width = None
     elbow_width: Width = None
+    functional: tuple[Path, ...] = ()
+    hip_centre: HipCentre = "regression"
     age: float | None = None
     citation: str = "Own recording, not published"
     licence: str = "not stated"
@@ -143,6 +145,7 @@ def _person(file: Path, number: int, table: Any) -> Person:
             "static": here / person.static,
             "trials": tuple(here / each for each in person.trials),
             "forces": tuple(here / each for each in person.forces),
+            "functional": tuple(here / each for each in person.functional),
         }
     )
 

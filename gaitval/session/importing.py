@@ -13,7 +13,7 @@ from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
 from gaitval.session.person import person_of_session
 from gaitval.session.refusal import write_refusal
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import HipCentre, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.write import check_folder, write_import, write_subject
@@ -29,6 +29,8 @@ class Options(TypedDict, total=False):
     axes : of the laboratory, as "forward=+x up=+y"; found from the standing trial when not given.
     knee_width, ankle_width, elbow_width : m, for marker sets without medial markers: of both
         sides, or (right, left); what a C3D file knows is used when not given.
+    functional : range-of-motion trials, for functional hip centres and knee axes.
+    hip_centre : "regression", or "functional" to use functional ones with a small error.
     age : years.
     citation : where the recording is published.
     licence : of the recording.
@@ -44,6 +46,8 @@ class Options(TypedDict, total=False):
     knee_width: Width
     ankle_width: Width
     elbow_width: Width
+    functional: Sequence[str | Path] | None
+    hip_centre: HipCentre
     age: float | None
     citation: str
     licence: str
@@ -125,6 +129,8 @@ def import_files(
         ankle_width_m=person.ankle_width_m,
         elbow_width_m=person.elbow_width_m,
         without_forces=options.get("kinematics_only", False),
+        functional=tuple(map(Path, options.get("functional") or ())),
+        hip_centre=options.get("hip_centre", "regression"),
         consistent=options.get("consistent", False),
     )
     progress = Progress()

@@ -74,7 +74,10 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             if request.marker_set is None
             else load_marker_set(request.marker_set)
         )
-    tell("markers", f"marker set: {marker_set.title} ({marker_set.name})")
+    score = marker_set.score(
+        name for name in standing.names if np.isfinite(standing.marker(name)).any()
+    )
+    tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
     with about_file(standing.source):
         ignored = marker_set.ignored(standing.names)
     if ignored:
@@ -100,8 +103,8 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
     for trial, recording in zip(request.trials, walking, strict=True):
         recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
         distances = check_same_person(
-            _trajectories(standing),
-            _trajectories(recording),
+            trajectories(standing),
+            trajectories(recording),
             marker_set,
             names=(str(request.static), recording.source),
         )
@@ -128,11 +131,18 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
 
 
 def _check_files(request: Request) -> None:
-    """Refuse force files that do not pair with trials, and a file that is given twice."""
+    """Refuse force files that do not pair with trials, a file that is given twice, and a hip
+    centre without a trial to find it in.
+    """
     if request.forces and len(request.forces) != len(request.trials):
         raise RecordError(
             f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
             "times. Give one --forces for each --trial, in the same order."
+        )
+    if request.hip_centre == "functional" and not request.functional:
+        raise RecordError(
+            "--hip-centre functional: there is no trial to find it in. Give a range-of-motion "
+            "trial with --functional FILE."
         )
     roles: dict[Path, str] = {}
     for option, path in (
@@ -242,7 +252,8 @@ def prepared(
     return recording
 
 
-def _trajectories(recording: Recording) -> dict[str, Array]:
+def trajectories(recording: Recording) -> dict[str, Array]:
+    """Trajectory (T, 3) m of each marker."""
     return {name: recording.marker(name) for name in recording.names}
 
 

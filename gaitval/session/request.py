@@ -3,11 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final, Literal, get_args
 
 from gaitval.scaling.anthropometry import Sex
-from gaitval.scaling.landmarks import Width
+from gaitval.scaling.landmarks import Width, Widths
 
 Tell = Callable[[str, str], None]
+
+HipCentre = Literal["regression", "functional"]
+"""Where the hip centres of the standing trial come from."""
+HIP_CENTRES: Final[tuple[HipCentre, ...]] = get_args(HipCentre)
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,9 @@ class Request:
     knee_width_m, ankle_width_m, elbow_width_m : across the joint, of both sides or of each (right,
         left), for marker sets without medial markers.
     without_forces : kinematics only.
+    functional : files of range-of-motion trials of the same session, from which hip centres and
+        knee axes are found; a walking trial may be one.
+    hip_centre : "functional" uses those hip centres whose error is small.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
     """
@@ -44,10 +52,12 @@ class Request:
     ankle_width_m: Width = None
     elbow_width_m: Width = None
     without_forces: bool = False
+    functional: tuple[Path, ...] = ()
+    hip_centre: HipCentre = "regression"
     consistent: bool = False
 
     @property
-    def widths(self) -> dict[str, Width]:
+    def widths(self) -> Widths:
         """Keyword arguments of scaling."""
         return {
             "knee_width": self.knee_width_m,

@@ -32,7 +32,7 @@ MeanAndDeviation = Annotated[list[Figure], Field(min_length=2, max_length=2)]
 class InputResult(Result):
     """A file that was read."""
 
-    role: Literal["static", "trial", "forces"]
+    role: Literal["static", "trial", "forces", "functional"]
     name: str
     sha256: Sha256
     size: Count
@@ -143,6 +143,48 @@ class ConsistentResult(Result):
     trunk_offset_m: Point
 
 
+class FunctionalHipResult(Result):
+    """A functional hip centre beside that of the regression, m; axes of the pelvis are forward,
+    left, up.
+    """
+
+    difference_m: Point
+    """From the regression's centre to the functional one, in the axes of the pelvis."""
+    standard_error_m: Number
+    images_apart_m: Number
+    """Distance of the images of the centre in the pelvis and in the thigh."""
+    residual_m: Number
+    ranges_deg: Point
+    to_ankle_m: Number
+    to_ankle_error_m: Number
+    regression_to_ankle_m: Number
+    regression_error_m: Number
+
+
+class FunctionalKneeResult(Result):
+    """A functional knee axis beside the line across the epicondyles, rad."""
+
+    angle_rad: Number
+    rotation_rad: Number
+    """About the thigh's long axis, internal positive."""
+    standard_error_rad: Number
+    images_apart_rad: Number
+    residual_m: Number
+    ranges_deg: Point
+
+
+class FunctionalResult(Result):
+    """What a range-of-motion trial shows of one joint."""
+
+    trial: str
+    side: Literal["right", "left"]
+    joint: Literal["hip", "knee"]
+    refused: str
+    """Why it was not found; empty if it was."""
+    hip: FunctionalHipResult | None = None
+    knee: FunctionalKneeResult | None = None
+
+
 class TrialResult(Result):
     """One walking trial."""
 
@@ -183,6 +225,7 @@ class ImportResult(Result):
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
     trials: Annotated[list[TrialResult], Field(min_length=1)]
+    functional: list[FunctionalResult] = Field(default_factory=list)
 
 
 def import_from(values: Any, origin: str) -> ImportResult:

@@ -1,5 +1,6 @@
 """Scale the body of the person by the standing and walking trials."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,16 +53,28 @@ class FittedBody:
 
 
 def scale_body(
-    request: Request, processing: ProcessingSettings, session: Session, tell: Tell = silent
+    request: Request,
+    processing: ProcessingSettings,
+    session: Session,
+    tell: Tell = silent,
+    *,
+    hip_centres: Mapping[str, Array] | None = None,
 ) -> FittedBody:
-    """Scale the body by the standing trial, then fit it to both trials."""
+    """Scale the body by the standing trial, then fit it to both trials.
+
+    Parameters
+    ----------
+    hip_centres : (3,) m in standing, of the sides ("R", "L") whose regression they replace.
+    """
     places = standing_places(session.standing)
     marker_set = session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
     with about_file(str(request.static)):
-        measured = measure(on_landmarks, **request.widths)
+        measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         scaled = build_body(request, measured)
-        placement = place_markers(scaled.model, measured, places, marker_set, **request.widths)
+        placement = place_markers(
+            scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
+        )
     for walking in session.walking:
         _check_labels(scaled.model, placement, walking, request.static)
     first = session.walking[0]

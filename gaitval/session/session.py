@@ -15,6 +15,7 @@ from gaitval.gait.cycles import (
     AverageCurve,
 )
 from gaitval.session.average import about_means, check_mass, mean_angles, mean_kinetics
+from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
@@ -32,6 +33,7 @@ class Import:
     forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
     weight_ratio : mean vertical force over whole gait cycles, as a fraction of body weight; None if
         no cycle of both feet is shown whole.
+    functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
     """
 
@@ -45,6 +47,7 @@ class Import:
     forces: Mapping[Side, AverageCurve]
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
+    functional: tuple[FunctionalJoint, ...] = ()
 
 
 @dataclass
@@ -83,7 +86,14 @@ def work_out(
         tell(step, message)
 
     session = known.session = read_session(request, processing, noted)
-    body = known.body = scale_body(request, processing, session, noted)
+    functional = functional_joints(request, processing, session, noted)
+    body = known.body = scale_body(
+        request,
+        processing,
+        session,
+        noted,
+        hip_centres=chosen_hips(request, functional, noted),
+    )
     walks, last = known.trials, RecordError("no walking trial")
     for trial, recording in zip(request.trials, session.walking, strict=True):
         try:
@@ -113,4 +123,5 @@ def work_out(
         forces=forces,
         weight_ratio=weight_ratio,
         decisions=tuple(known.decisions),
+        functional=functional,
     )

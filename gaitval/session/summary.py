@@ -12,6 +12,7 @@ from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
 from gaitval.reporting import recording_report as page
+from gaitval.session.functional import functional_rows
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
 from gaitval.session.trial import Trial
@@ -62,6 +63,7 @@ def input_files(found: Import) -> list[page.InputFile]:
     files = [("static", request.static)]
     files += [("trial", path) for path in request.trials]
     files += [("forces", path) for path in request.forces]
+    files += [("functional", path) for path in request.functional]
     return [page.InputFile(role, p.name, file_hash(p), p.stat().st_size) for role, p in files]
 
 
@@ -124,6 +126,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
+        functional=functional_rows(found.functional),
         segments=[
             page.ScaledSegment(
                 row.segment,
@@ -160,7 +163,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
     )
 
 
-_DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
+_DECIDED: Final = ("read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 
 

@@ -34,6 +34,7 @@ from gaitval.opensim.osim import write_osim
 from gaitval.reporting.recording_report import (
     write_recording_report,
 )
+from gaitval.session.functional import functional_record
 from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
@@ -245,6 +246,7 @@ def _record(found: Import) -> dict[str, Any]:
         ],
         "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
         "trials": [_trial_record(walk) for walk in found.trials],
+        "functional": [functional_record(joint) for joint in found.functional],
     }
 
 

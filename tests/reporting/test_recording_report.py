@@ -14,6 +14,7 @@ from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.recording_report import (
     ConsistencyChange,
     Decision,
+    FunctionalRow,
     GateRow,
     InputFile,
     LeftOut,
@@ -45,6 +46,20 @@ def page_of(folder: Path) -> Page:
 @pytest.fixture(scope="module")
 def page(folder: Path) -> Page:
     return page_of(folder)
+
+
+def test_functional_joints_have_a_table_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    found = FunctionalRow("swing.c3d", "left hip", "", "+3 mm forward", "2.0 mm", "802 ± 2 mm")
+    refused = FunctionalRow("swing.c3d", "right hip", "turned by 9°", "", "", "")
+    write_recording_report(tmp_path, sample(functional=[found, refused]))
+    page = (tmp_path / "recording.html").read_text()
+    assert "<td>+3 mm forward</td><td>2.0 mm</td><td>802 ± 2 mm</td>" in page
+    assert "not found: turned by 9°" in page
+    write_recording_report(tmp_path, sample())
+    assert "Functional hip centres" not in (tmp_path / "recording.html").read_text()
 
 
 def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> None:

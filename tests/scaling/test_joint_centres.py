@@ -3,7 +3,13 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.scaling.joint_centres import hip_joint_centre, measure, pelvis_frame
+from gaitval.scaling.joint_centres import (
+    MARKER_OFFSET,
+    hip_joint_centre,
+    locate,
+    measure,
+    pelvis_frame,
+)
 from gaitval.scaling.landmarks import LANDMARKS
 
 
@@ -54,6 +60,28 @@ def test_a_mirrored_person_has_right_and_left_exchanged(markers):
     assert seen.right.thigh == pytest.approx(expected.left.thigh, abs=1e-12)
     assert seen.hip_half_width == pytest.approx(expected.hip_half_width, abs=1e-12)
     np.testing.assert_allclose(seen.right.metatarsals, expected.left.metatarsals, atol=1e-12)
+
+
+def test_the_first_width_is_that_of_the_right_side(markers):
+    for side in "RL":
+        del markers[f"{side}.Knee.Medial"], markers[f"{side}.Ankle.Medial"]
+    points = locate(markers, knee_width=(0.09, 0.11), ankle_width=(0.07, 0.06))
+    for joint, widths in (("Knee", (0.09, 0.11)), ("Ankle", (0.07, 0.06))):
+        for side, width in zip("RL", widths, strict=True):
+            from_lateral = points[f"{side}.{joint}.Centre"] - markers[f"{side}.{joint}"]
+            assert np.linalg.norm(from_lateral) == pytest.approx(width / 2 + MARKER_OFFSET)
+
+
+def test_a_known_hip_centre_replaces_the_regression_of_its_side_only(markers):
+    by_regression = locate(markers)
+    known = by_regression["R.Hip.Centre"] + np.array([0.01, -0.004, 0.02])
+    points = locate(markers, hip_centres={"R": known})
+    np.testing.assert_allclose(points["R.Hip.Centre"], known, atol=1e-12)
+    np.testing.assert_allclose(points["L.Hip.Centre"], by_regression["L.Hip.Centre"], atol=1e-12)
+    seen, before = measure(markers, hip_centres={"R": known}), measure(markers)
+    assert seen.right.thigh == pytest.approx(np.linalg.norm(known - points["R.Knee.Centre"]))
+    assert seen.left.thigh == before.left.thigh
+    assert seen.hip_height == pytest.approx(before.hip_height + 0.01)
 
 
 def test_missing_markers_are_all_named(markers):

@@ -6,7 +6,15 @@ from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.landmarks import LANDMARKS
-from gaitval.scaling.marker_sets import EXAMPLE, builtin_marker_sets, load_marker_set, recognise
+from gaitval.scaling.marker_names import alike
+from gaitval.scaling.marker_sets import (
+    EXAMPLE,
+    MarkerDefinition,
+    MarkerSet,
+    builtin_marker_sets,
+    load_marker_set,
+    recognise,
+)
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")
 WBDS_WALKING = [name for name in MARKERS if not name.endswith(TAKEN_OFF)]
@@ -50,21 +58,164 @@ def test_wbds_is_the_set_of_the_built_in_subjects():
     assert static == set(MARKERS) - set(WBDS_WALKING)
 
 
+def both_sides(*names):
+    """Names with R and L for the first "*", as they are without one."""
+    return [name.replace("*", side, 1) for name in names for side in "RL"[: 1 + ("*" in name)]]
+
+
+# Names as a recording of walking has them, from the source that the set's file names.
+WALKING = {
+    "cast": both_sides(
+        *("*IAS", "*IPS", "*TH1", "*TH2", "*TH3", "*TH4", "*SK1", "*SK2", "*SK3", "*SK4"),
+        *("*FCC", "*FM1", "*FM2", "*FM5"),
+    ),
+    "gait2354": both_sides(
+        *("Sternum", "*.Acromium", "Top.Head", "*.ASIS", "V.Sacral"),
+        *("*.Thigh.Upper", "*.Thigh.Front", "*.Thigh.Rear", "*.Knee.Lat"),
+        *("*.Shank.Upper", "*.Shank.Front", "*.Shank.Rear", "*.Ankle.Lat"),
+        *("*.Heel", "*.Midfoot.Sup", "*.Midfoot.Lat", "*.Toe.Lat", "*.Toe.Med", "*.Toe.Tip"),
+    ),
+    "hbm": both_sides(
+        *("*HEAD", "THEAD", "FHEAD", "C7", "T10", "SACR", "NAVE", "XYPH", "STRN", "BBAC", "*SHO"),
+        *("*DELT", "*LEE", "*MEE", "*FRM", "*MW", "*LW", "*FIN", "*ASIS", "*PSIS", "*GTRO"),
+        *("F*THI", "*LEK", "*ATI", "*LM", "*HEE", "*TOE", "*MT5"),
+    ),
+    "helen_hayes": both_sides(
+        *("*.Shoulder", "R.Offset", "*.Elbow", "*.Wrist", "*.ASIS", "V.Sacral", "*.Thigh"),
+        *("*.Knee", "*.Shank", "*.Ankle", "*.Heel", "*.Toe", "C7", "IJ", "PX"),
+    ),
+    "ior": both_sides(
+        *("*IAS", "*IPS", "*FTC", "*FLE", "*FAX", "*TTC", "*FAL", "*FCC", "*FM1", "*FM2", "*FM5"),
+    ),
+    "isb": both_sides(
+        *(
+            "*TEMP",
+            "*HEAD",
+            "*ACR",
+            "*HLE",
+            "*HME",
+            "*RSP",
+            "*USP",
+            "*CAP",
+            "*HMC2",
+            "*FLE",
+            "*FME",
+        ),
+        *("*TAM", "*FAL", "*FCC", "*FMT1", "*FMT5", "STER", "XPRO", "C7", "T10", "*ASIS", "*PSIS"),
+    ),
+    "opencap": [
+        *("r_knee", "r_shank_antsup", "r_ankle", "r_calc", "r_5meta", "r_toe", "L_knee"),
+        *("L_shank_antsup", "L_ankle", "L_calc", "L_5meta", "L_toe", "r_sh2", "r_sh3", "r_sh4"),
+        *("L_sh2", "L_sh3", "r_thigh1", "r_thigh2", "r_thigh3", "r_thigh4", "r_thigh5"),
+        *("L_thigh1", "L_thigh2", "L_thigh3", "L_thigh4", "r.ASIS", "r.PSIS", "L.ASIS", "L.PSIS"),
+        *("C7", "R_Shoulder", "L_Shoulder", "R_HJC", "L_HJC", "R_HJC_reg", "L_HJC_reg"),
+    ],
+    "plug_in_gait": LOWER,
+    "rajagopal": both_sides(
+        *("*.Shoulder", "*.Clavicle", "*.Biceps", "*.Elbow", "*.Forearm", "*.Wrist", "*.ASIS"),
+        *("*.PSIS", "S2", "*.TH1", "*.TH2", "*.TH3", "L.TH4", "*.Knee", "*.SH1", "*.SH2", "*.SH3"),
+        *("R.SH4", "*.Ankle", "*.Heel", "*.MT5", "*.Toe"),
+    ),
+    "rajagopal2015": both_sides(
+        *("CLAV", "C7", "*ACR", "*ASH", "*PSH", "*LEL", "*MEL", "*UA1", "*UA2", "*UA3", "*ASI"),
+        *("*PSI", "*CAL", "*TOE", "*MT5", "*TH1", "*TH2", "*TH3", "*TB1", "*TB2", "*TB3"),
+        *("*LFC", "*MFC", "*LMAL", "*MMAL"),
+    ),
+    "wbds": WBDS_WALKING,
+}
+
+
+@pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda s: s.name)
+def test_each_set_is_recognised_by_its_own_names_alone(marker_set):
+    names = WALKING[marker_set.name]
+    assert recognise(names) is marker_set
+    score = marker_set.score(names)
+    assert not score.missing
+    assert score.share == 1.0
+    # A few lost do not make it another set; half of the names are no set at all.
+    required = [
+        name for name in names if marker_set.renamed([name]).get(name) in marker_set.essential
+    ]
+    kept = [name for name in names if name not in required[2:4]]
+    assert recognise(kept) is marker_set
+    lost = marker_set.score(kept)
+    assert set(lost.missing) == {marker_set.renamed([name])[name] for name in required[2:4]}
+    assert f"{len(required) - 2} of {len(required)} required markers (without " in str(lost)
+    with pytest.raises(RecordError, match="match no known marker set"):
+        recognise(required[: len(required) // 2])
+
+
+@pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda s: s.name)
+def test_no_set_is_taken_for_another_by_the_names_of_its_file(marker_set):
+    assert recognise(marker_set.markers) is marker_set
+
+
 @pytest.mark.parametrize(
     ("names", "expected"),
     [
         (MARKERS, "wbds"),
-        (WBDS_WALKING, "wbds"),
         ([name.replace(".", "_").lower() for name in WBDS_WALKING], "wbds"),
-        ([n for n in WBDS_WALKING if n not in ("R.TT", "L.Heel")], "wbds"),  # two lost
-        (LOWER, "plug_in_gait"),
         (LOWER + UPPER + ["HEDO", "LHipAngles", "*12"], "plug_in_gait"),
         ([f"Anna Smith:{name}" for name in LOWER], "plug_in_gait"),
         ([n for n in LOWER if "PSI" not in n] + ["SACR"], "plug_in_gait"),
+        # Four letters, as a C3D file of Motion Analysis has them.
+        (
+            both_sides("*ASI", "VSAC", "*THI", "*KNE", "*SHA", "*ANK", "*HEE", "*TOE"),
+            "helen_hayes",
+        ),
+        # Camargo et al. (2021): PSIS, and underscores.
+        (
+            both_sides(
+                *("*_ASIS", "*_PSIS", "*_Thigh_Upper", "*_Thigh_Front", "*_Thigh_Rear"),
+                *("*_Knee_Lat", "*_Shank_Upper", "*_Shank_Front", "*_Shank_Rear", "*_Ankle_Lat"),
+                *("*_Heel", "*_Toe_Lat", "*_Toe_Med", "*_Toe_Tip"),
+            ),
+            "gait2354",
+        ),
+        # Leardini's own abbreviations.
+        (
+            both_sides(
+                *("*ASIS", "*PSIS", "*GT", "*LE", "*HF", "*TT", "*LM", "*CA", "*FM", "*SM", "*VM")
+            ),
+            "ior",
+        ),
+        # OpenCap's video-based markers.
+        (
+            [
+                f"{side}{name}_study"
+                for side in ("r", "L")
+                for name in (
+                    *(".ASIS", ".PSIS", "_knee", "_mknee", "_ankle", "_mankle", "_toe", "_5meta"),
+                    *("_calc", "_thigh1", "_thigh2", "_thigh3", "_sh1", "_sh2", "_sh3"),
+                )
+            ],
+            "opencap",
+        ),
     ],
 )
-def test_sets_are_recognised_by_their_names(names, expected):
+def test_sets_are_recognised_by_other_spellings(names, expected):
     assert recognise(names).name == expected
+
+
+def test_two_sets_that_mean_different_places_are_not_guessed():
+    def laboratory(name, toe):
+        markers = {
+            marker: MarkerDefinition(segment="pelvis", landmark=f"{marker[0]}.ASIS")
+            for marker in ("RASI", "LASI")
+        }
+        markers["RTOE"] = MarkerDefinition(segment="foot_r", landmark=f"R.{toe}")
+        return MarkerSet(name, name, "own", markers)
+
+    one, other = laboratory("one", "MT2"), laboratory("other", "Toe")
+    names = ["RASI", "LASI", "RTOE"]
+    with pytest.raises(RecordError) as error:
+        recognise(names, sets=(one, other))
+    message = str(error.value)
+    assert "one (one): 3 of 3 required markers" in message
+    assert "RTOE: R.MT2, foot_r or R.Toe, foot_r" in message
+    assert "--marker-set one or --marker-set other" in message
+    # Where they mean the same places, either will do.
+    assert recognise(names, sets=(one, laboratory("same", "MT2"))) is one
 
 
 def test_recorded_trials_are_recognised(gait_data):
@@ -103,7 +254,8 @@ def test_an_unknown_set_says_what_to_do(tmp_path):
     with pytest.raises(RecordError) as error:
         recognise(names)
     message = str(error.value)
-    assert "plug_in_gait, rajagopal, wbds" in message
+    for marker_set in builtin_marker_sets():
+        assert marker_set.name in message
     assert "found: R_ASI, L_ASI, R_Kne" in message
     assert "missing: RTHI, RTIB, RANK" in message  # of the nearest, by name
     assert "--marker-set FILE" in message
@@ -116,9 +268,41 @@ def test_an_unknown_set_says_what_to_do(tmp_path):
 
 
 def test_near_misses_are_named():
-    misspelt = [name.replace("ANK", "ANKL").replace("HEE", "HELL") for name in LOWER]
-    with pytest.raises(RecordError, match=r"perhaps: .*RANKL for RANK.*RHELL for RHEE"):
-        recognise([*misspelt[:8], "RANKL", "RHELL", "LANKL", "LHELL"])
+    misspelt = [name.replace("ANK", "ANKL").replace("HEE", "HEEEL") for name in LOWER]
+    with pytest.raises(RecordError, match=r"perhaps: .*RANKL for RANK \(89%\).*RHEEEL for RHEE"):
+        recognise([*misspelt[:8], "RANKL", "RHEEEL", "LANKL", "LHEEEL"])
+
+
+@pytest.mark.parametrize(
+    ("unknown", "missing"),
+    [
+        ("RANKL", "LANK"),  # other side
+        ("Right.Ankle", "L.Ankle"),
+        ("Ankle_R", "L.Ankle"),
+        ("FRTHI", "FLTHI"),
+        ("R.Knee.Med", "R.Knee"),  # medial for lateral
+        ("R.Knee.Lat", "R.Knee.Medial"),
+        ("RMKNE", "RKNE"),
+        ("R.PSIS", "R.ASIS"),  # back for front
+        ("L_Thigh_Front", "L.Thigh.Rear"),
+        ("RFHD", "RBHD"),
+        ("R.Shank.Upper", "R.Shank.Lower"),
+        ("R.TH1", "R.TH2"),  # another number
+        ("R.MT5", "R.MT1"),
+        ("R_wrist_radius", "R_wrist_ulna"),
+        ("RTHLP", "RTHLD"),  # one letter of four
+        ("RTET", "R.TT"),  # too short: the head in French
+    ],
+)
+def test_a_wrong_partner_is_not_suggested(unknown, missing):
+    assert alike([unknown], {missing: (missing,)}) == []
+
+
+def test_a_partner_is_the_only_best_of_both():
+    found = alike(["RANKL"], {"R.Ankle": ("R.Ankle",), "R.Ankles": ("R.Ankles",)})
+    assert [(one.name, one.marker) for one in found] == [("RANKL", "R.Ankle")]
+    assert found[0].ratio == pytest.approx(8 / 9)  # ANKL in ANKLE
+    assert alike(["R.Ankle1x", "R.Ankle1y"], {"R.Ankle1": ("R.Ankle1",)}) == []
 
 
 @pytest.mark.parametrize(

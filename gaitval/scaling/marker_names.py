@@ -1,0 +1,104 @@
+"""Names of markers: when two spellings are one name, and which unknown name may be a known one.
+
+A likeness is only ever suggested in a message; nothing is renamed by it.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from difflib import SequenceMatcher
+from typing import Final, NamedTuple
+
+LEAST_LIKENESS: Final = 0.8
+"""Smallest likeness that is suggested (2 × letters in common / letters of both, without the side).
+One letter in four differs at 0.75, and that is how marker sets write different places: THLP and
+THLD, HEEL and HELL."""
+
+SHORTEST_STEM: Final = 3
+"""Letters beside the side that a name must have to be like another; of two letters one is half."""
+
+_OPPOSITES: Final = (
+    (r"MED|INN?ER$|INT$|IN$|^M(?=KN|AN|EL|MA|FC|TP|EE|EK|M$|W$)", r"LAT|OUT|EXT$"),
+    (r"ASI|ANT|FRONT|FRT|^F(?=HD|SH|WT)|^F$", r"PSI|POST|REAR|BACK|BCK|^B(?=HD|SH|WT|AK)|^P$"),
+    (r"UP|SUP|PROX|HIGH|TOP", r"LOW|INF|DIST|BOT"),
+    (r"RAD", r"ULN"),
+)
+"""Words of opposite places: medial, lateral; front, back; upper, lower; radial, ulnar."""
+
+
+class Likeness(NamedTuple):
+    """An unknown name, the marker that it may be, and how alike they are (0 to 1)."""
+
+    name: str
+    marker: str
+    ratio: float
+
+
+def plain_name(name: str) -> str:
+    """A name without what never matters: capitals, dots, blanks, "_", "-" and "Subject:"."""
+    return re.sub(r"[\s._-]", "", name.rsplit(":", 1)[-1]).upper()
+
+
+def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[Likeness]:
+    """Unknown names that may be missing markers, at most one for each.
+
+    A pair needs a likeness of `LEAST_LIKENESS`, the same side, the same of medial and lateral,
+    front and back, upper and lower, radial and ulnar, the same numbers; and each of the two must
+    be the other's only best.
+
+    Parameters
+    ----------
+    unknown : names in a file that no marker has.
+    missing : names and aliases of each marker that the file lacks.
+    """
+    unknown = tuple(unknown)
+    pairs = [
+        Likeness(name, marker, ratio)
+        for name in unknown
+        for marker, spellings in missing.items()
+        for ratio in [max((_likeness(name, spelling) for spelling in spellings), default=0.0)]
+        if ratio >= LEAST_LIKENESS
+    ]
+    return [pair for pair in pairs if _only_best(pair, pairs)]
+
+
+def _only_best(pair: Likeness, pairs: list[Likeness]) -> bool:
+    """Whether no other pair of the same name or the same marker is as good."""
+    return all(
+        other.ratio < pair.ratio
+        for other in pairs
+        if other is not pair and (other.name == pair.name or other.marker == pair.marker)
+    )
+
+
+def _likeness(name: str, spelling: str) -> float:
+    """Likeness of two names without their side; 0 if they say different places."""
+    (side, stem), (known_side, known_stem) = _side_and_stem(name), _side_and_stem(spelling)
+    if side != known_side or _places(stem) != _places(known_stem):
+        return 0.0
+    if min(len(stem), len(known_stem)) < SHORTEST_STEM:
+        return 0.0
+    # A side may also stand within a name, as in FLTHI and FRTHI.
+    if stem != known_stem and stem.replace("L", "R") == known_stem.replace("L", "R"):
+        return 0.0
+    return SequenceMatcher(None, stem, known_stem, autojunk=False).ratio()
+
+
+def _side_and_stem(name: str) -> tuple[str, str]:
+    """The side that a name begins or ends with ("R", "L" or ""), and the rest, both plain."""
+    own = name.rsplit(":", 1)[-1]
+    last = re.search(r"[\s._-](R|L|RIGHT|LEFT)$", own, re.IGNORECASE)
+    if last:
+        return last[1][0].upper(), plain_name(own[: last.start()])
+    plain = plain_name(name)
+    first = re.match(r"RIGHT|LEFT|R|L", plain)
+    return (first[0][0], plain[first.end() :]) if first else ("", plain)
+
+
+def _places(stem: str) -> tuple[object, ...]:
+    """What a name says of the place: which of each pair of opposites, and its numbers."""
+    # A marker on the outer side often has no word for it (R.Knee), so lateral counts as unsaid.
+    medial = bool(re.search(_OPPOSITES[0][0], stem))
+    said = tuple(
+        (bool(re.search(one, stem)), bool(re.search(other, stem))) for one, other in _OPPOSITES[1:]
+    )
+    return medial, *said, tuple(re.findall(r"\d+", stem))

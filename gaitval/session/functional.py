@@ -1,0 +1,382 @@
+"""Hip centres and knee axes from how the segments move, beside those of the standing trial.
+
+The regression stays the hip centre that is used, unless the request says otherwise: between
+sessions it repeats better than a functional centre, which depends on how the movement was done
+(Kainz et al. 2017, Gait Posture 53:179-184), and skin that moves with the thigh displaces a
+functional centre without a sign of it in its standard error.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import ScalingError
+from gaitval.mocap.cleaning import clean
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Recording
+from gaitval.reporting.recording_report import FunctionalRow
+from gaitval.scaling.functional import (
+    BallCentre,
+    HingeAxis,
+    SegmentMotion,
+    ball_centre,
+    hinge_axis,
+    segment_motion,
+)
+from gaitval.scaling.joint_centres import locate, pelvis_frame
+from gaitval.scaling.same_person import check_same_person
+from gaitval.session.read import (
+    Session,
+    about_file,
+    marker_columns,
+    named,
+    standing_places,
+    trajectories,
+)
+from gaitval.session.request import Request, Tell, silent
+
+REGRESSION_ERROR: Final = 0.0079
+"""m, each way, of the hip centre by Harrington's regression: 12.3 ± 5.9 mm in space from that in 67
+CT images (Mantovani et al. 2016, Gait Posture 44:48-54), √((12.3² + 5.9²)/3)."""
+
+LARGEST_ERROR: Final = 0.008
+"""m. A functional hip centre is used only if its standard error and half the distance of its two
+images together are smaller: two thirds of the 12 mm by which the regression is wrong, because
+the real error is up to twice as large as this shows (`gaitval.scaling.functional.BLOCKS`)."""
+
+
+@dataclass(frozen=True)
+class FunctionalHip:
+    """A functional hip centre beside that of the regression.
+
+    Attributes
+    ----------
+    found : in the axes of the standing trial.
+    difference : (3,) m, from the regression's centre to it, in the axes of the pelvis: forward,
+        left, up.
+    to_ankle, to_ankle_error : m, distance from the ankle centre and its standard error.
+    regression_to_ankle : m; its error is `REGRESSION_ERROR`.
+    """
+
+    found: BallCentre
+    difference: Array
+    to_ankle: float
+    to_ankle_error: float
+    regression_to_ankle: float
+
+    @property
+    def images_apart(self) -> float:
+        """m, distance of the images of the centre in the pelvis and in the thigh."""
+        return float(np.linalg.norm(self.found.proximal - self.found.distal))
+
+    @property
+    def error(self) -> float:
+        """m, standard error and half the distance of the images together."""
+        return float(np.hypot(self.found.standard_error, self.images_apart / 2))
+
+    def __str__(self) -> str:
+        forward, left, up = (1000 * self.difference).tolist()
+        most, second, _ = self.found.ranges
+        return (
+            f"turned by {most:.0f}° and {second:.0f}°; centre {abs(forward):.0f} mm "
+            f"{'forward' if forward >= 0 else 'back'}, {abs(left):.0f} "
+            f"{'left' if left >= 0 else 'right'}, {abs(up):.0f} {'up' if up >= 0 else 'down'} of "
+            f"the regression's, error {1000 * self.error:.1f} mm; hip centre to ankle "
+            f"{1000 * self.to_ankle:.0f} ± {1000 * self.to_ankle_error:.0f} mm, by regression "
+            f"{1000 * self.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm"
+        )
+
+
+@dataclass(frozen=True)
+class FunctionalKnee:
+    """A functional knee axis beside the line from the lateral side through the joint centre.
+
+    Attributes
+    ----------
+    found : in the axes of the standing trial, pointing to the person's left.
+    angle : rad, between both.
+    rotation : rad, of the functional axis against the other about the thigh's long axis; internal
+        rotation is positive on both sides.
+    """
+
+    found: HingeAxis
+    angle: float
+    rotation: float
+
+    def __str__(self) -> str:
+        return (
+            f"turned by {self.found.ranges[0]:.0f}°; axis {np.degrees(self.angle):.1f}° from the "
+            f"line across the epicondyles, of which {abs(np.degrees(self.rotation)):.1f}° "
+            f"{'internal' if self.rotation >= 0 else 'external'} rotation, standard error "
+            f"{np.degrees(self.found.standard_error):.1f}°"
+        )
+
+
+@dataclass(frozen=True)
+class FunctionalJoint:
+    """What a range-of-motion trial shows of one joint.
+
+    Attributes
+    ----------
+    trial : name of the file.
+    found : None if it could not be found.
+    refused : why; empty if it was found.
+    """
+
+    trial: str
+    side: Side
+    joint: Literal["hip", "knee"]
+    found: FunctionalHip | FunctionalKnee | None
+    refused: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.side} {self.joint}: {self.found or f'not found: {self.refused}'}"
+
+
+def functional_joints(
+    request: Request, processing: ProcessingSettings, session: Session, tell: Tell = silent
+) -> tuple[FunctionalJoint, ...]:
+    """The hips and knees of each range-of-motion trial of the request, and why any is not found.
+
+    Raises
+    ------
+    RecordError : a file cannot be read, or is of another person.
+    """
+    joints: list[FunctionalJoint] = []
+    places = standing_places(session.standing)
+    with about_file(str(request.static)):
+        points = locate(session.marker_set.on_landmarks(places), **request.widths)
+    for file in request.functional:
+        recording = _read(file, processing, session)
+        for side in SIDES:
+            joints += _joints(file, side, _Leg(session, places, points, recording, side))
+    for joint in joints:
+        tell("functional", f"{joint.trial}: {joint}")
+    return tuple(joints)
+
+
+def chosen_hips(
+    request: Request, joints: Sequence[FunctionalJoint], tell: Tell = silent
+) -> dict[str, Array]:
+    """The functional hip centres that are used, (3,) m in standing, by side ("R", "L").
+
+    Those of the smallest error, if it is at most `LARGEST_ERROR`; none unless the request asks for
+    them. A side without one keeps the regression, which is told.
+    """
+    if request.hip_centre == "regression":
+        return {}
+    chosen = {}
+    for side in SIDES:
+        hips = [
+            (joint.found.error, joint.trial, joint.found.found.centre)
+            for joint in joints
+            if joint.side == side and isinstance(joint.found, FunctionalHip)
+        ]
+        error, trial, centre = min(hips, key=lambda hip: hip[0], default=(np.inf, "", np.empty(0)))
+        if error <= LARGEST_ERROR:
+            chosen[side[0].upper()] = centre
+            tell("scaling", f"{side} hip centre: functional, of {trial}")
+        else:
+            why = f"an error of {1000 * error:.0f} mm" if hips else "none was found"
+            tell(
+                "scaling",
+                f"{side} hip centre: by regression; the functional one would have to have an error "
+                f"of at most {1000 * LARGEST_ERROR:.0f} mm ({why})",
+            )
+    return chosen
+
+
+def functional_record(joint: FunctionalJoint) -> dict[str, Any]:
+    """The joint in `import.json`."""
+    record: dict[str, Any] = {
+        "trial": joint.trial,
+        "side": joint.side,
+        "joint": joint.joint,
+        "refused": joint.refused,
+    }
+    found = joint.found
+    if isinstance(found, FunctionalHip):
+        record["hip"] = {
+            "difference_m": found.difference.tolist(),
+            "standard_error_m": found.found.standard_error,
+            "images_apart_m": found.images_apart,
+            "residual_m": found.found.residual,
+            "ranges_deg": list(found.found.ranges),
+            "to_ankle_m": found.to_ankle,
+            "to_ankle_error_m": found.to_ankle_error,
+            "regression_to_ankle_m": found.regression_to_ankle,
+            "regression_error_m": REGRESSION_ERROR,
+        }
+    elif found is not None:
+        record["knee"] = {
+            "angle_rad": found.angle,
+            "rotation_rad": found.rotation,
+            "standard_error_rad": found.found.standard_error,
+            "images_apart_rad": found.found.between_images,
+            "residual_m": found.found.residual,
+            "ranges_deg": list(found.found.ranges),
+        }
+    return record
+
+
+def functional_rows(joints: Sequence[FunctionalJoint]) -> list[FunctionalRow]:
+    """The rows of the page, of each joint."""
+    return [
+        FunctionalRow(
+            joint.trial, f"{joint.side} {joint.joint}", joint.refused, *_figures(joint.found)
+        )
+        for joint in joints
+    ]
+
+
+def _figures(found: FunctionalHip | FunctionalKnee | None) -> tuple[str, str, str]:
+    """Against the standing trial, error, and hip centre to ankle, as the page shows them."""
+    if isinstance(found, FunctionalHip):
+        forward, left, up = 1000 * found.difference
+        return (
+            f"{forward:+.0f} mm forward, {left:+.0f} left, {up:+.0f} up",
+            f"{1000 * found.error:.1f} mm",
+            f"{1000 * found.to_ankle:.0f} ± {1000 * found.to_ankle_error:.0f} mm; by regression "
+            f"{1000 * found.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm",
+        )
+    if found is None:
+        return "", "", ""
+    return (
+        f"{np.degrees(found.angle):.1f}°, of which {np.degrees(found.rotation):+.1f}° internal "
+        "rotation",
+        f"{np.degrees(found.found.standard_error):.1f}°",
+        "",
+    )
+
+
+def _read(file: Path, processing: ProcessingSettings, session: Session) -> Recording:
+    recording = named(read_recording(file), session.marker_set)
+    recording, _ = clean(
+        recording.turned(session.axes.rotation),
+        session.marker_set.segments,
+        processing,
+        landmarks=session.marker_set.landmarks,
+    )
+    check_same_person(
+        trajectories(session.standing),
+        trajectories(recording),
+        session.marker_set,
+        names=(session.standing.source, recording.source),
+    )
+    return recording
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """One leg in a trial.
+
+    Attributes
+    ----------
+    places : (3,) m of each marker in standing; points : landmarks and joint centres there.
+    """
+
+    session: Session
+    places: Mapping[str, Array]
+    points: Mapping[str, Array]
+    recording: Recording
+    side: Side
+
+    @property
+    def letter(self) -> str:
+        return self.side[0].upper()
+
+    def motion(self, segment: str) -> SegmentMotion:
+        """Rigid motion of a segment through its markers that both trials show."""
+        names = self._worn(segment)
+        return segment_motion(
+            np.array([self.places[name] for name in names]).reshape(-1, 3),
+            marker_columns(self.recording, names, self.recording.markers)
+            if names
+            else np.empty((len(self.recording.markers), 0, 3)),
+            segment.partition("_")[0],
+        )
+
+    def thigh_about_hip(self, pelvis: SegmentMotion) -> SegmentMotion:
+        """Motion of the thigh through its markers and, if they are two, the regression's hip
+        centre, which moves with the pelvis (as Leardini et al. 2007 do).
+        """
+        thigh = f"thigh_{self.letter.lower()}"
+        names = self._worn(thigh)
+        if len(names) != 2:
+            return self.motion(thigh)
+        hip = self.points[f"{self.letter}.Hip.Centre"]
+        carried = pelvis.rotation @ hip + pelvis.translation
+        markers = marker_columns(self.recording, names, self.recording.markers)
+        return segment_motion(
+            np.array([*(self.places[name] for name in names), hip]),
+            np.concatenate([markers, carried[:, None]], axis=1),
+            "thigh, with the hip centre of the regression",
+        )
+
+    def _worn(self, segment: str) -> list[str]:
+        return [
+            name
+            for name, on in self.session.marker_set.segments.items()
+            if on == segment
+            and name in self.places
+            and name in self.recording.names
+            and np.isfinite(self.recording.marker(name)).any()
+        ]
+
+
+def _joints(file: Path, side: Side, leg: _Leg) -> list[FunctionalJoint]:
+    joints = []
+    finders = (("hip", _hip), ("knee", _knee))
+    joint: Literal["hip", "knee"]
+    for joint, finder in finders:  # type: ignore[assignment]
+        try:
+            joints.append(FunctionalJoint(file.name, side, joint, finder(leg)))
+        except ScalingError as error:
+            joints.append(FunctionalJoint(file.name, side, joint, None, str(error)))
+    return joints
+
+
+def _hip(leg: _Leg) -> FunctionalHip:
+    regression = leg.points[f"{leg.letter}.Hip.Centre"]
+    ankle = leg.points[f"{leg.letter}.Ankle.Centre"]
+    found = ball_centre(
+        leg.motion("pelvis"), leg.motion(f"thigh_{leg.letter.lower()}"), near=regression
+    )
+    axes = pelvis_frame(leg.points["R.ASIS"], leg.points["L.ASIS"], leg.points["Mid.PSIS"])
+    to_hip = found.centre - ankle
+    length = float(np.linalg.norm(to_hip))
+    return FunctionalHip(
+        found=found,
+        difference=axes.T @ (found.centre - regression),
+        to_ankle=length,
+        to_ankle_error=found.error_along(to_hip / length),
+        regression_to_ankle=float(np.linalg.norm(regression - ankle)),
+    )
+
+
+def _knee(leg: _Leg) -> FunctionalKnee:
+    side = leg.letter
+    centre, lateral = leg.points[f"{side}.Knee.Centre"], leg.points[f"{side}.Knee"]
+    across = (centre - lateral) * (1.0 if side == "R" else -1.0)
+    across /= np.linalg.norm(across)
+    found = hinge_axis(
+        leg.thigh_about_hip(leg.motion("pelvis")),
+        leg.motion(f"shank_{side.lower()}"),
+        near=centre,
+        towards=across,
+    )
+    up = leg.points[f"{side}.Hip.Centre"] - centre
+    up /= np.linalg.norm(up)
+    before, after = (axis - (axis @ up) * up for axis in (across, found.direction))
+    turned = float(np.arctan2(np.cross(before, after) @ up, before @ after))
+    return FunctionalKnee(
+        found=found,
+        angle=float(np.arccos(np.clip(across @ found.direction, -1.0, 1.0))),
+        rotation=turned if side == "R" else -turned,
+    )
