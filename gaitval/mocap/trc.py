@@ -11,7 +11,7 @@ from gaitval.artefacts import write_text
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines, with_gaps
-from gaitval.mocap.units import METRES
+from gaitval.mocap.units import METRES, unit_factor
 
 
 def read_trc(path: Path) -> Recording:
@@ -79,11 +79,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
                 f"{path}: line 3 has {len(values)} values for the {len(keys)} names of line 2, "
                 f"and {key} must be among them. Write units (mm), rate and counts into line 3."
             )
-    if header["Units"].lower() not in METRES:
-        raise RecordError(
-            f"{path}: Units is {header['Units']!r} in line 3, which is not a known unit. Write "
-            f"one of these there: {', '.join(METRES)}."
-        )
+    metres = unit_factor(path, header["Units"], METRES, "Units in line 3")
     try:
         rate, frames, count = (
             float(header["DataRate"]),
@@ -105,7 +101,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
             f"{path}: NumMarkers is {count}, but line 4 names {len(names)} markers. Export the "
             "file again, or correct NumMarkers in line 3."
         )
-    return rate, frames, tuple(names), METRES[header["Units"].lower()]
+    return rate, frames, tuple(names), metres
 
 
 def write_trc(path: Path, recording: Recording) -> None:
