@@ -68,8 +68,8 @@ def _plate(
     kind = 0 if types is None else int(types)
     if kind not in CHANNELS:
         raise RecordError(
-            f"{where} is of type {kind or 'unknown'}, but only types 1 to 5 and 7 can be read. Export "
-            "the trial with forces and moments (type 2) instead."
+            f"{where} is of type {kind or 'unknown'}, but only types 1 to 5 and 7 can be read. "
+            "Export the trial with forces and moments (type 2) instead."
         )
     listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
     numbers = [] if listed is None else [int(n) for n in listed]

@@ -3,9 +3,8 @@
 Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm; types 5 and 7, which
 c3d.org does not describe, as Visual3D has them
 (https://wiki.has-motion.com/doku.php?id=visual3d:documentation:pipeline:force_commands:fp_type).
-A plate's own axes come
-from its corners, which are numbered by the quadrants of its surface: 1 (+x, +y), 2 (-x, +y),
-3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
+A plate's own axes come from its corners, which are numbered by the quadrants of its surface:
+1 (+x, +y), 2 (-x, +y), 3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
 """
 
 from typing import Final
@@ -60,8 +59,8 @@ def plate_wrench(
         of type 2.
     origin : (3,) m. 2, 4 and 5: from the sensors' origin to the middle of the surface, so that z is
         negative in a plate whose z points down. If z is positive the file has the opposite vector,
-        a common mistake, and it is reversed. 3 and 7: half the distances between the sensors along x and
-        y, both positive, and the depth of the sensors as z. 1: not used.
+        a common mistake, and it is reversed. 3 and 7: half the distances between the sensors along
+        x and y, both positive, and the depth of the sensors as z. 1: not used.
     calibration : of types 4, 5 and 7, see `CALIBRATIONS`; None if it was already applied.
 
     Returns

@@ -99,6 +99,12 @@ def import_files(
     RecordError, ScalingError : see `gaitval.session.session.work_out`.
     """
     check_folder(out)
+    progress = Progress()
+
+    def noted(step: str, message: str) -> None:
+        progress.decisions.append((step, message))
+        tell(step, message)
+
     person = person_of_session(
         [Path(path) for path in (static, *trials)],
         mass_kg=mass,
@@ -109,7 +115,7 @@ def import_files(
             "ankle": options.get("ankle_width"),
             "elbow": options.get("elbow_width"),
         },
-        tell=tell,
+        tell=noted,
     )
     request = Request(
         static=Path(static),
@@ -127,7 +133,6 @@ def import_files(
         without_forces=options.get("kinematics_only", False),
         consistent=options.get("consistent", False),
     )
-    progress = Progress()
     try:
         found = work_out(request, configuration.processing, tell, progress)
     except GaitvalError as error:

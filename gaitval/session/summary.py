@@ -160,7 +160,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
     )
 
 
-_DECIDED: Final = ("read", "markers", "axes", "scaling", "kinematics")
+_DECIDED: Final = ("person", "read", "markers", "axes", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 
 
