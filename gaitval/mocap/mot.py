@@ -136,7 +136,7 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
     The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too. Columns
-    for one foot over all its steps also count as a plate, so a torque may have all three components.
+    for one foot over all its steps also count as a plate, so a torque may have three components.
 
     Returns
     -------
