@@ -134,7 +134,8 @@ def import_session(
     settings : "section.key=value", as for `--set`.
     tell : called with each decision: the step, and a sentence.
     options : see `gaitval.session.importing.Options`: forces, marker_set, axes, knee_width,
-        ankle_width, elbow_width, age, citation, licence, consistent, kinematics_only, halves.
+        ankle_width, elbow_width, age, citation, licence, consistent, kinematics_only, no_plate,
+        halves.
 
     Returns
     -------

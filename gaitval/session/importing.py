@@ -34,6 +34,7 @@ class Options(TypedDict, total=False):
     licence : of the recording.
     consistent : make the smallest change of motion and masses that lowers the residuals.
     kinematics_only : use no forces; moments and forces of the subject's walk are predicted then.
+    no_plate : names of force plates to leave out, as the doubts name them.
     halves : make two trials of the cycles, "odd-even" or "first-last"; the second is not told to
         the subject's walk, which is compared with it.
     """
@@ -49,6 +50,7 @@ class Options(TypedDict, total=False):
     licence: str
     consistent: bool
     kinematics_only: bool
+    no_plate: Sequence[str] | None
     halves: Halves | None
 
 
@@ -131,6 +133,7 @@ def import_files(
         ankle_width_m=person.ankle_width_m,
         elbow_width_m=person.elbow_width_m,
         without_forces=options.get("kinematics_only", False),
+        no_plate=tuple(options.get("no_plate") or ()),
         consistent=options.get("consistent", False),
     )
     try:

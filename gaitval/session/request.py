@@ -27,6 +27,7 @@ class Request:
     knee_width_m, ankle_width_m, elbow_width_m : across the joint, of both sides or of each (right,
         left), for marker sets without medial markers.
     without_forces : kinematics only.
+    no_plate : names of force plates that are left out of every trial.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
     """
@@ -44,6 +45,7 @@ class Request:
     ankle_width_m: Width = None
     elbow_width_m: Width = None
     without_forces: bool = False
+    no_plate: tuple[str, ...] = ()
     consistent: bool = False
 
     @property

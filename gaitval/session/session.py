@@ -14,6 +14,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
 )
+from gaitval.gait.doubts import Doubt, refuse_certain
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
@@ -45,6 +46,12 @@ class Import:
     forces: Mapping[Side, AverageCurve]
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
+
+    @property
+    def doubts(self) -> tuple[tuple[str, Doubt], ...]:
+        """What is doubtful: the trial, and the doubt."""
+        of_trials = ((walk.name, doubt) for walk in self.trials for doubt in walk.doubts)
+        return *self.session.doubts, *of_trials
 
 
 @dataclass
@@ -84,12 +91,14 @@ def work_out(
 
     session = known.session = read_session(request, processing, noted)
     body = known.body = scale_body(request, processing, session, noted)
-    walks, last = known.trials, RecordError("no walking trial")
+    walks: list[Trial] = []
+    last = RecordError("no walking trial")
     for trial, recording in zip(request.trials, session.walking, strict=True):
         try:
-            walks.append(
-                work_out_trial(request, processing, session, body, trial.name, recording, noted)
-            )
+            walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
+            known.trials.append(walk)
+            refuse_certain(recording.source, walk.doubts, len(recording.plates))
+            walks.append(walk)
         except RecordError as error:
             last = error
             if len(request.trials) > 1:
