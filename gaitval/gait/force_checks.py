@@ -118,6 +118,7 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
     difference = (late.sum(axis=0) - early.sum(axis=0)) / impulse
     middle = slice(int(0.15 * samples), int(0.85 * samples))
     away = (pelvis[window] - forces.centre_of_pressure[window, column])[middle]
+    away = away[np.isfinite(away).all(axis=1)]
     twist = forces.free_moment[window, column, 2]
     heavy = force[:, 2] > LOADED * force[:, 2].max()
     half = samples // 2
@@ -125,7 +126,7 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
         braking=float(difference[0]),
         sideways=float(difference[1]),
         inward=float(inward * force[middle, 1].sum() / impulse),
-        lean=float(inward * np.nanmean(away[:, 1] / away[:, 2])),
+        lean=float(inward * np.mean(away[:, 1] / away[:, 2])) if len(away) else np.nan,
         twist=float(np.percentile(np.abs(twist[heavy]) / force[heavy, 2], 95.0)),
         late_twist=float(inward * twist[half:].sum() / force[half:, 2].sum()),
     )
@@ -179,7 +180,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
             certain=braking < -LEAST_BRAKING, plate=name,
         )  # fmt: skip
     inward = float(np.mean([one.inward for one in figures]))
-    lean = float(np.mean([one.lean for one in figures]))
+    lean = float(np.mean([one.lean for one in figures]))  # NaN where no marker shows the pelvis
     if inward < LEAST_INWARD:
         yield Doubt(
             "push towards the middle line", where, inward, LEAST_INWARD, "1",
@@ -218,10 +219,11 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
     ----------
     rate : Hz, of the plate's samples.
     """
+    where = f"plate {plate.name}"
     loaded = plate.force[:, 2] > CERTAIN_LOAD_N / 2
     if np.count_nonzero(loaded) < CLIPPED_SAMPLES * 4:
+        yield from _dead_vertical(plate, where)
         return
-    where = f"plate {plate.name}"
     weight = float(np.percentile(plate.force[loaded, 2], 95.0))
     for what, size, (doubtful, impossible), unit in _ranges(plate, loaded, weight):
         if size < doubtful:
@@ -240,6 +242,35 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
                 "amplifier or the converter is saturated there. Record with a larger range",
                 plate=plate.name,
             )  # fmt: skip
+
+
+def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:
+    """A plate that somebody pushes along, but not down."""
+    along = float(np.ptp(plate.force[:, :2], axis=0).max())
+    down = float(np.abs(plate.force[:, 2]).max())
+    if along > CERTAIN_LOAD_N / 4 and down < along / 2:
+        yield Doubt(
+            "dead channel", where, down, along / 2, "N",
+            f"its vertical force is at most {down:.3g} N, but its horizontal force changes by "
+            f"{along:.0f} N: the vertical channel is dead, or has no calibration",
+            certain=True, plate=plate.name,
+        )  # fmt: skip
+
+
+def place_doubts(plate: str, outside: int, used: int) -> Iterator[Doubt]:
+    """A centre of pressure that is not under the foot in most contacts with a plate.
+
+    Parameters
+    ----------
+    outside : contacts that were left out for that reason; used : stances that were not.
+    """
+    if outside > used:
+        yield Doubt(
+            "centre of pressure under the foot", f"plate {plate}", outside, used, "contacts",
+            f"the centre of pressure is outside the foot in {outside} of {outside + used} "
+            "contacts, whose forces are not used: the plate's corners, origin or moments are "
+            "wrong, or somebody else was on it", plate=plate,
+        )  # fmt: skip
 
 
 def _ranges(

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from gaitval.arrays import Array, Flags
 from gaitval.constants import STANDARD_GRAVITY
@@ -21,6 +22,9 @@ from gaitval.mocap.recording import Event, FootForces
 
 LEAST_SECONDS: Final = 0.3
 """s with both feet's forces known below which nothing is concluded."""
+EDGE_SECONDS: Final = 0.1
+"""s at the edges of these that are not used: events from markers are accurate to 20 ms, and the
+low-pass reaches further."""
 LEAST_CORRELATION: Final = 0.7
 """Between what the motion needs and what the plates show, vertically: at least 0.84, but for two
 trials whose markers jump in those frames (0.15), of which nothing is concluded."""
@@ -54,7 +58,12 @@ def motion_doubts(
     stances : of `whole_stances`, in samples at `force_rate`.
     mass_kg : of the person.
     """
-    known: Flags = np.asarray(loads.valid.all(axis=1))
+    # where a foot comes or goes that no plate shows, its force is missing before it is known to be
+    known: Flags = binary_erosion(
+        np.asarray(loads.valid.all(axis=1)),
+        iterations=round(EDGE_SECONDS * loads.rate),
+        border_value=1,
+    )
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return
     weight = mass_kg * STANDARD_GRAVITY

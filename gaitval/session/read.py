@@ -15,6 +15,7 @@ from gaitval.gait.cycles import (
 )
 from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import FOOT_CUTOFF_HZ
+from gaitval.gait.marker_checks import foot_marker_doubts
 from gaitval.mocap.axes import (
     LaboratoryAxes,
     check_axes,
@@ -116,8 +117,11 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             marker_set,
             names=(str(request.static), recording.source),
         )
-        for doubt in displaced_doubts(displaced(distances, marker_set)):
-            tell("cleaning", f"{trial.name}: {doubt}")
+        for doubt in (
+            *displaced_doubts(displaced(distances, marker_set)),
+            *foot_marker_doubts(standing, recording, landmarks),
+        ):
+            tell("doubts", f"{trial.name}: {doubt}")
             doubts.append((trial.name, doubt))
         if not recording.plates and not request.without_forces:
             raise RecordError(

@@ -145,7 +145,7 @@ def work_out_trial(
     stored = stored_events(recording.events, events)
     for compared_events in stored:
         tell("events", f"{name}: {compared_events}")
-    doubts = trial_doubts(request, recording, landmarks, events, stored, measured)
+    doubts = trial_doubts(request, recording, landmarks, events, stored, findings, measured)
     for doubt in doubts:
         tell("doubts", f"{name}: {doubt}")
     return Trial(
