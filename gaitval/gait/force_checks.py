@@ -2,7 +2,7 @@
 
 A wrong sign, two exchanged axes or a dead channel of a force plate give wrong moments and no other
 sign of it. The limits were measured on recordings whose forces agree with the motion: WBDS01 T01
-(treadmill, 0.49 m/s), the walk of Rajagopal et al. 2016, three of Plug-in Gait's samples and eleven
+(treadmill, 0.49 m/s), the walk of Rajagopal et al. 2016, two of Plug-in Gait's samples and eleven
 children of biomechZoo (1.1 to 1.5 m/s). Each constant gives the values nearest to its limit there.
 
 Axes: the project's (REP-103), the person walks along +x. Forces act on the person.

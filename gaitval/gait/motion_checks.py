@@ -27,16 +27,16 @@ EDGE_SECONDS: Final = 0.1
 low-pass reaches further."""
 LEAST_CORRELATION: Final = 0.7
 """Between what the motion needs and what the plates show, vertically: at least 0.84, but for two
-trials whose markers jump in those frames (0.15), of which nothing is concluded."""
+trials whose markers jump in those frames (0.44 and less), of which nothing is concluded."""
 RATE_RATIOS: Final = ((0.5, 1.8), (0.4, 2.4))
 """Vertical acceleration of the markers over that of the forces, doubtful and impossible outside:
-0.72 to 1.07. It changes with the square of the frame rate: a rate that is written double makes it
+0.72 to 1.06. It changes with the square of the frame rate: a rate that is written double makes it
 at least 2.9, half at most 0.27."""
 FORCE_RATIOS: Final = (0.4, 1.8)
-"""What the motion needs fore and aft over what a plate shows: 0.73 to 1.23."""
+"""What the motion needs fore and aft over what a plate shows: 0.62 to 1.19."""
 LARGEST_DRIFT: Final = 0.05
-"""Mean horizontal force that the motion does not need, body weights: at most 0.032 (a trial whose
-markers jump), and 0.006 in the others over whole strides."""
+"""Mean horizontal force that the motion does not need, body weights: at most 0.028 (a trial whose
+markers jump), and 0.006 over whole strides."""
 SWING_TIMES: Final = (1.0, 2.2)
 """Swing time over the square root of leg length / gravity: 1.21 (1.4 m/s) to 1.89 (0.49 m/s). A leg
 swings nearly as a pendulum, so this hardly depends on speed and size; a frame rate written double

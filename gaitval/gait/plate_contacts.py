@@ -182,7 +182,8 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
             f"{recording.source}: by the forces the feet strike the ground "
             f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} "
             "the markers show it (medians): the forces are of another trial, or not synchronised "
-            "with the cameras, or the rate of both is not that of the recording. Give the forces of this trial, exported on the markers' clock."
+            "with the cameras, or the rate of both is not that of the recording. Give the forces "
+            "of this trial, exported on the markers' clock."
         )
 
 

@@ -518,6 +518,13 @@ class TestRefusals:
         (tmp_path / "a.c3d").write_text("Time,X,Y\n" * 200)
         self.refuse(tmp_path / "a.c3d", "not a C3D file", "0x50")
 
+    def test_the_byte_order_of_sgi(self, tmp_path):
+        path = write(tmp_path / "a.c3d")
+        stored = bytearray(path.read_bytes())
+        stored[512 * (stored[0] - 1) + 3] = 86
+        path.write_bytes(stored)
+        self.refuse(path, "MIPS", "save it for Intel")
+
     def test_truncated_anywhere(self, tmp_path):
         whole = write(tmp_path / "whole.c3d", plates=[plate_of(2)]).read_bytes()
         data = 8 * (4 * 3 + 4 * 6) * 4  # frames x (markers + samples) x 4 bytes
