@@ -265,6 +265,15 @@ def print_import(found: "Import") -> None:
     output.print(table)
 
 
+def print_doubts(found: "Import") -> None:
+    """What is doubtful in an import; nothing if there is nothing."""
+    for trial, doubt in found.doubts:
+        output.print(
+            f"Doubt: {trial}: {doubt}.", style="yellow", markup=False, highlight=False,
+            soft_wrap=True,
+        )  # fmt: skip
+
+
 def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
     if pair is None:
         return "not measured"

@@ -190,6 +190,15 @@ KinematicsOnlyOption = Annotated[
         help="Use no forces. The subject walks with predicted moments and forces.",
     ),
 ]
+NoPlateOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--no-plate",
+        metavar="N",
+        help="Leave out a force plate, by its number or name in the file. May be repeated.",
+        show_default=False,
+    ),
+]
 HalvesOption = Annotated[
     str | None,
     typer.Option(
@@ -234,6 +243,7 @@ def import_command(
     licence: LicenceOption = "not stated",
     consistent: ConsistentOption = False,
     kinematics_only: KinematicsOnlyOption = False,
+    no_plate: NoPlateOption = None,
     halves: HalvesOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
@@ -275,6 +285,7 @@ def import_command(
             licence=licence,
             consistent=consistent,
             kinematics_only=kinematics_only,
+            no_plate=no_plate,
             halves=None if halves is None else _one_of("--halves", halves, HALVES),
         )
     display.print_import(imported.found)
@@ -282,6 +293,7 @@ def import_command(
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
     path = imported.subject_file
     display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+    display.print_doubts(imported.found)
 
 
 def _width(option: str, text: str | None) -> "Width":

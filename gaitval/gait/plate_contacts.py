@@ -29,6 +29,8 @@ from gaitval.mocap.recording import Plate, Recording
 OUTSIDE_FOOT: Final = 0.06
 """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
 cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it uncertain."""
+OUTSIDE: Final = "outside the foot"
+"""What a finding about that says."""
 OUTSIDE_SHARE: Final = 0.2
 """Fraction of a contact's loaded time beyond `OUTSIDE_FOOT` that marks it as another foot's."""
 WELL_LOADED: Final = 0.2
@@ -118,7 +120,7 @@ def judge_contact(
             valid[first:last, column] = False
             action = (
                 f"the centre of pressure is up to {100 * distances[known, column].max():.0f} cm "
-                f"outside the foot, in {100 * away.mean():.0f} % of the loaded time (another foot "
+                f"{OUTSIDE}, in {100 * away.mean():.0f} % of the loaded time (another foot "
                 "or person on the plate, or wrong corners or axes); forces not used"
             )
             findings.append(sample_finding(recording, "contact", names, first, last, action))
@@ -180,7 +182,8 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
             f"{recording.source}: by the forces the feet strike the ground "
             f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} "
             "the markers show it (medians): the forces are of another trial, or not synchronised "
-            "with the cameras. Give the forces of this trial, exported on the markers' clock."
+            "with the cameras, or the rate of both is not that of the recording. Give the forces "
+            "of this trial, exported on the markers' clock."
         )
 
 

@@ -105,10 +105,14 @@ def check_size(path: Path) -> None:
             "Copy or export it again."
         )
     # The processor sets the byte order: 84 Intel, 85 DEC (with its own floats), 86 MIPS.
-    order = ">" if parameters[3] == 86 else "<"
-    points, analogs, first, last = struct.unpack(f"{order}4H", head[2:10])
-    data_block, samples = struct.unpack(f"{order}2H", head[16:20])
-    (scale,) = struct.unpack(f"{order}f", head[12:16])
+    if parameters[3] == 86:
+        raise RecordError(
+            f"{path}: stored in the byte order of MIPS processors (SGI workstations), which cannot "
+            "be read. Open it in a program that reads it, such as Mokka, and save it for Intel."
+        )
+    points, analogs, first, last = struct.unpack("<4H", head[2:10])
+    data_block, samples = struct.unpack("<2H", head[16:20])
+    (scale,) = struct.unpack("<f", head[12:16])
     if parameters[3] == 85:  # a DEC float has its sign in byte 1, the others in byte 3
         scale = -1.0 if head[13] & 0x80 else 1.0
     if last < first:

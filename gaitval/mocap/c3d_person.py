@@ -81,7 +81,11 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
     def both(name: str, field: str) -> SideValues:
         return one(f"r{name}", field), one(f"l{name}", field)
 
-    system = (contents.text("MANUFACTURER", "SOFTWARE"), contents.text("MANUFACTURER", "COMPANY"))
+    # Cortex writes Company and Software, Vicon COMPANY and SOFTWARE
+    made = {name.upper(): name for name in contents.parameters.get("MANUFACTURER", {})}
+    system = [
+        contents.text("MANUFACTURER", made.get(name, name)) for name in ("SOFTWARE", "COMPANY")
+    ]
     return PersonFacts(
         source=source,
         name=contents.text("SUBJECTS", "NAMES"),

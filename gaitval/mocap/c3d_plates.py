@@ -1,4 +1,4 @@
-"""Force plates of a C3D file, of types 1 to 4."""
+"""Force plates of a C3D file, of types 1 to 5 and 7."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +10,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, labels_of
 from gaitval.mocap.force_plates import (
+    CALIBRATIONS,
     CERTAIN_LOAD_N,
     CHANNELS,
     make_plate,
@@ -17,7 +18,7 @@ from gaitval.mocap.force_plates import (
     plate_wrench,
 )
 from gaitval.mocap.recording import Plate
-from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
+from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor, unit_name
 
 LARGEST_ZERO_N: Final = 50.0
 """An unloaded plate's offset is below this, N. More in the frames of FORCE_PLATFORM:ZERO is a
@@ -67,8 +68,8 @@ def _plate(
     kind = 0 if types is None else int(types)
     if kind not in CHANNELS:
         raise RecordError(
-            f"{where} is of type {kind or 'unknown'}, but only types 1 to 4 can be read. Export "
-            "the trial with forces and moments (type 2) instead."
+            f"{where} is of type {kind or 'unknown'}, but only types 1 to 5 and 7 can be read. "
+            "Export the trial with forces and moments (type 2) instead."
         )
     listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
     numbers = [] if listed is None else [int(n) for n in listed]
@@ -96,25 +97,16 @@ def _plate(
             "reference. Enter it in the recording program and export again."
         )
     origin = np.zeros(3) if to_origin is None else to_origin * metres
-    calibration = None
-    if kind == 4:
-        calibration = contents.of_plate("CAL_MATRIX", index, 6, 6)
-        if calibration is None or not np.any(calibration):
-            raise RecordError(
-                f"{where} is of type 4, but FORCE_PLATFORM:CAL_MATRIX has no calibration for it. "
-                "Enter it in the recording program and export again."
-            )
-        if contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW":
-            calibration = calibration.T
+    calibration = _calibration(where, contents, kind, index)
     channels = contents.analogs[:, [n - 1 for n in numbers]]
     if not np.isfinite(channels).all():
         raise RecordError(
             f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
             "numbers. Export the trial again."
         )
-    if kind == 4:
+    if calibration is not None:
         # The matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
-        force, moment = plate_wrench(4, channels, origin / metres, calibration)
+        force, moment = plate_wrench(kind, channels, origin / metres, calibration)
         moment = moment * metres
     else:
         channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
@@ -131,6 +123,28 @@ def _plate(
     plate = make_plate(str(index + 1), corners, force, moment)
     _check_moments(where, plate, centre)
     return plate
+
+
+def _calibration(where: str, contents: Contents, kind: int, index: int) -> Array | None:
+    """The calibration matrix of a plate, None where its type has none.
+
+    A square matrix that is stored by rows (`MATRIX_STORE`), and an oblong one whose declared size
+    has the channels first, is transposed.
+    """
+    if kind not in CALIBRATIONS:
+        return None
+    rows, columns = CALIBRATIONS[kind]
+    stored = contents.of_plate("CAL_MATRIX", index, rows, columns)
+    if rows != columns and stored is None:
+        turned = contents.of_plate("CAL_MATRIX", index, columns, rows)
+        stored = None if turned is None else turned.T
+    if stored is None or not np.any(stored):
+        raise RecordError(
+            f"{where} is of type {kind}, but FORCE_PLATFORM:CAL_MATRIX has no calibration of "
+            f"{rows} by {columns} for it. Enter it in the recording program and export again."
+        )
+    by_row = contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW"
+    return stored.T if by_row and rows == columns else stored
 
 
 def _span(corners: Array) -> bool:
@@ -166,7 +180,7 @@ def _channel_units(
             what = f"the unit of channel {number} (ANALOG:UNITS)"
             factors.append(unit_factor(path, unit or overall or "N", NEWTONS, what))
         elif kind == 1 and place < 5:
-            factors.append(METRES.get(unit.lower(), metres))
+            factors.append(METRES.get(unit_name(unit), metres))
         elif unit:
             what = f"the unit of channel {number} (ANALOG:UNITS)"
             factors.append(unit_factor(path, unit, NEWTON_METRES, what))

@@ -1,8 +1,10 @@
 """Wrench, centre of pressure and free moment of force plates, as the C3D format describes them.
 
-Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm. A plate's own axes come
-from its corners, which are numbered by the quadrants of its surface: 1 (+x, +y), 2 (-x, +y),
-3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
+Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm; types 5 and 7, which
+c3d.org does not describe, as Visual3D has them
+(https://wiki.has-motion.com/doku.php?id=visual3d:documentation:pipeline:force_commands:fp_type).
+A plate's own axes come from its corners, which are numbered by the quadrants of its surface:
+1 (+x, +y), 2 (-x, +y), 3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
 """
 
 from typing import Final
@@ -12,8 +14,11 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.mocap.recording import Plate
 
-CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6}
+CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8, 7: 8}
 """Number of analog channels of each supported plate type."""
+
+CALIBRATIONS: Final[dict[int, tuple[int, int]]] = {4: (6, 6), 5: (6, 8), 7: (8, 8)}
+"""Rows (what it gives) and columns (channels) of the calibration matrix, of the types with one."""
 
 UNLOADED_N: Final = 10.0
 """Force below which a plate has no centre of pressure, N: half the 20 N at which a foot counts as
@@ -44,16 +49,19 @@ def plate_wrench(
 
     Parameters
     ----------
-    kind : type 1 to 4.
+    kind : type 1 to 5, or 7.
     channels : (T, 6 or 8) in the order of the type.
         1: Fx, Fy, Fz, centre of pressure x, y, free moment z.
         2 and 4: Fx, Fy, Fz, Mx, My, Mz about the sensors' origin, 4 before its calibration.
-        3: Fx12, Fx34, Fy14, Fy23, Fz1, Fz2, Fz3, Fz4 of the four sensors (Kistler).
-    origin : (3,) m. 2 and 4: from the sensors' origin to the middle of the surface, so that z is
+        3 and 7: Fx12, Fx34, Fy14, Fy23, Fz1, Fz2, Fz3, Fz4 of the four sensors (Kistler), 7
+        before its calibration.
+        5: eight sensors (Cz, Dz, Az, Bz, Yac, Xdc, Xab, Ybd), whose calibration gives the channels
+        of type 2.
+    origin : (3,) m. 2, 4 and 5: from the sensors' origin to the middle of the surface, so that z is
         negative in a plate whose z points down. If z is positive the file has the opposite vector,
-        a common mistake, and it is reversed. 3: half the distances between the sensors along x and
-        y, both positive, and the depth of the sensors as z. 1: not used.
-    calibration : (6, 6), of type 4.
+        a common mistake, and it is reversed. 3 and 7: half the distances between the sensors along
+        x and y, both positive, and the depth of the sensors as z. 1: not used.
+    calibration : of types 4, 5 and 7, see `CALIBRATIONS`; None if it was already applied.
 
     Returns
     -------
@@ -66,8 +74,9 @@ def plate_wrench(
         moment = np.cross(at, force)
         moment[:, 2] += channels[:, 5]
         return force, moment
-    if kind == 3:
-        x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
+    loads = channels if calibration is None else channels @ calibration.T
+    if kind in (3, 7):
+        x12, x34, y14, y23, z1, z2, z3, z4 = loads.T
         half_x, half_y = abs(origin[0]), abs(origin[1])
         force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
         moment = np.column_stack(
@@ -79,7 +88,6 @@ def plate_wrench(
         )
         to_surface = np.array([0.0, 0.0, -abs(origin[2])])
         return force, moment + np.cross(force, to_surface)
-    loads = channels if calibration is None else channels @ calibration.T
     to_surface = -origin if origin[2] > 0 else origin
     return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
 

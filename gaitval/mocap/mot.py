@@ -5,6 +5,7 @@ axes.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -134,8 +135,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
 
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
-    The rest of the names is the plate's name. Columns for one foot over all its steps also count as
-    a plate, so a torque may have all three components.
+    The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too. Columns
+    for one foot over all its steps also count as a plate, so a torque may have three components.
 
     Returns
     -------
@@ -155,6 +156,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         if part is not None:
             plate, quantity = part
             found.setdefault(plate, {})[quantity] = column
+    if not found:
+        found = _short_names(table.columns)
     if not any("vx" in parts for parts in found.values()):
         raise RecordError(
             f"{path}: no ground reaction forces: columns such as ground_force_vx, "
@@ -175,8 +178,19 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         force, point, torque = (
             np.column_stack([table.column(parts[kind + axis]) for axis in XYZ]) for kind in "vpm"
         )
-        plates.append(pressed_plate(path, name or str(number), force, point, torque))
+        unnamed = next(n for n in map(str, range(number, 2 * len(found) + 1)) if n not in found)
+        plates.append(pressed_plate(path, name or unnamed, force, point, torque))
     return sample_rate(path, table.time), float(table.time[0]), tuple(plates)
+
+
+def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Plates of columns without the words force and torque, if all nine of a plate are there."""
+    plates: dict[str, dict[str, str]] = {}
+    for column in columns:
+        named = re.fullmatch(r"(.*[a-z0-9])_([vpm][xyz])", column.lower())
+        if named is not None:
+            plates.setdefault(named[1], {})[named[2]] = column
+    return {name: parts for name, parts in plates.items() if len(parts) == 9}
 
 
 def _part(column: str) -> tuple[str, str] | None:

@@ -3,6 +3,7 @@
 All in the laboratory's axes.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,14 @@ from gaitval.artefacts import write_text
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines, with_gaps
-from gaitval.mocap.units import METRES
+from gaitval.mocap.units import METRES, unit_factor
 
 
 def read_trc(path: Path) -> Recording:
     """Read a TRC file; blank, NaN and 0, 0, 0 are gaps.
+
+    Columns to the right of the named markers are unlabelled ones (Cortex writes them, not in every
+    row) and are left out. A row that ends early lacks its last markers.
 
     Raises
     ------
@@ -35,9 +39,8 @@ def read_trc(path: Path) -> Recording:
         )
     if not numbered:
         raise RecordError(f"{path}: no frames. Export the trial again.")
-    table = numbers_of(
-        path, [line for _, line in numbered], numbered[0][0], 2 + 3 * count, separator="\t"
-    )
+    rows = _named_columns(numbered, 2 + 3 * count)
+    table = numbers_of(path, rows, numbered[0][0], 2 + 3 * count, separator="\t")
     time = table[:, 1]
     if frames > 1:
         seen = sample_rate(path, time)
@@ -79,11 +82,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
                 f"{path}: line 3 has {len(values)} values for the {len(keys)} names of line 2, "
                 f"and {key} must be among them. Write units (mm), rate and counts into line 3."
             )
-    if header["Units"].lower() not in METRES:
-        raise RecordError(
-            f"{path}: Units is {header['Units']!r} in line 3, which is not a known unit. Write "
-            f"one of these there: {', '.join(METRES)}."
-        )
+    metres = unit_factor(path, header["Units"], METRES, "Units in line 3")
     try:
         rate, frames, count = (
             float(header["DataRate"]),
@@ -100,12 +99,33 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
         )
     cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
     names = [cell for cell in cells if cell]
-    if len(names) != count or not names:
+    if not names:
+        raise RecordError(
+            f"{path}: line 4 names no marker. Label the markers in the program that recorded them "
+            "and export again."
+        )
+    widest = max((line.rstrip().count("\t") for line in lines[5:]), default=0)
+    if len(names) != count and not (len(names) < count and widest >= 3 * count):
         raise RecordError(
             f"{path}: NumMarkers is {count}, but line 4 names {len(names)} markers. Export the "
             "file again, or correct NumMarkers in line 3."
         )
-    return rate, frames, tuple(names), METRES[header["Units"].lower()]
+    return rate, frames, tuple(names), metres
+
+
+def _named_columns(numbered: Sequence[tuple[int, str]], width: int) -> list[str]:
+    """Rows of the named markers only, as long as the header says where it is plain what is meant:
+    whole markers too many, or too few in a row that the file's end did not cut off.
+    """
+    rows = []
+    for place, (_, line) in enumerate(numbered, start=1):
+        fields = line.rstrip("\r\n").split("\t")
+        if len(fields) > width and not fields[-1].strip():
+            fields.pop()
+        if (len(fields) - width) % 3 == 0 and (len(fields) > width or place < len(numbered)):
+            fields = fields[:width] + [""] * (width - len(fields))
+        rows.append("\t".join(fields))
+    return rows
 
 
 def write_trc(path: Path, recording: Recording) -> None:

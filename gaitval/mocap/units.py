@@ -14,9 +14,26 @@ NEWTONS: Final[dict[str, float]] = {"n": 1.0, "kn": 1e3}
 NEWTON_METRES: Final[dict[str, float]] = {"nm": 1.0, "ncm": 1e-2, "nmm": 1e-3, "knm": 1e3}
 
 
+_SPELLINGS: Final = (
+    (r"millimet(?:er|re)s?", "mm"),
+    (r"centimet(?:er|re)s?", "cm"),
+    (r"met(?:er|re?)s?|mete", "m"),
+    (r"newtons?|nt", "n"),
+)
+"""Other spellings; the files of c3d.org have `nt`, `ntmm`, and `mete`, cut to four letters."""
+
+
+def unit_name(text: str) -> str:
+    """A unit as a file writes it, as `METRES`, `NEWTONS` and `NEWTON_METRES` spell it."""
+    plain = re.sub(r"[\s.*·-]", "", text).lower()
+    for written, short in _SPELLINGS:
+        plain = re.sub(written, short, plain)
+    return plain
+
+
 def unit_factor(path: Path, text: str, units: Mapping[str, float], what: str) -> float:
     """Factor to SI of a unit as a file writes it."""
-    plain = re.sub(r"[\s.*·]", "", text).lower()
+    plain = unit_name(text)
     if plain not in units:
         seen = f"is {text.strip()!r}, which is not a known unit" if plain else "is missing"
         raise RecordError(

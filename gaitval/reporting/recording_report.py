@@ -194,6 +194,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
+    doubts : what physics or everybody's walking contradicts, a sentence each.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
@@ -225,6 +226,7 @@ class RecordingSummary:
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
+    doubts: Sequence[str] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

@@ -62,6 +62,7 @@ class Person(BaseModel):
     licence: str = "not stated"
     consistent: bool = False
     kinematics_only: bool = False
+    no_plate: tuple[str, ...] = ()
     halves: Halves | None = None
 
 

@@ -36,6 +36,7 @@ class Options(TypedDict, total=False):
     licence : of the recording.
     consistent : make the smallest change of motion and masses that lowers the residuals.
     kinematics_only : use no forces; moments and forces of the subject's walk are predicted then.
+    no_plate : names of force plates to leave out, as the doubts name them.
     halves : make two trials of the cycles, "odd-even" or "first-last"; the second is not told to
         the subject's walk, which is compared with it.
     """
@@ -53,6 +54,7 @@ class Options(TypedDict, total=False):
     licence: str
     consistent: bool
     kinematics_only: bool
+    no_plate: Sequence[str] | None
     halves: Halves | None
 
 
@@ -103,6 +105,12 @@ def import_files(
     RecordError, ScalingError : see `gaitval.session.session.work_out`.
     """
     check_folder(out)
+    progress = Progress()
+
+    def noted(step: str, message: str) -> None:
+        progress.decisions.append((step, message))
+        tell(step, message)
+
     person = person_of_session(
         [Path(path) for path in (static, *trials)],
         mass_kg=mass,
@@ -113,7 +121,7 @@ def import_files(
             "ankle": options.get("ankle_width"),
             "elbow": options.get("elbow_width"),
         },
-        tell=tell,
+        tell=noted,
     )
     request = Request(
         static=Path(static),
@@ -131,9 +139,9 @@ def import_files(
         without_forces=options.get("kinematics_only", False),
         functional=tuple(map(Path, options.get("functional") or ())),
         hip_centre=options.get("hip_centre", "regression"),
+        no_plate=tuple(options.get("no_plate") or ()),
         consistent=options.get("consistent", False),
     )
-    progress = Progress()
     try:
         found = work_out(request, configuration.processing, tell, progress)
     except GaitvalError as error:

@@ -77,6 +77,8 @@ def person_of_session(
         if each.name or each.system:
             words = [each.name or "no name", *([f"made by {each.system}"] if each.system else [])]
             tell("person", f"{each.source}: {', '.join(words)}")
+        if measured := _measured(each):
+            tell("person", f"{each.source} also says {measured}: the markers are used instead")
     mass = _one(facts, lambda each: each.mass_kg, mass_kg, "--mass", "kg", tell)
     height = _one(facts, lambda each: each.height_m, height_m, "--height", "m", tell)
     missing = [
@@ -99,6 +101,23 @@ def person_of_session(
         ankle_width_m=_width(facts, "ankle", widths.get("ankle"), tell),
         elbow_width_m=_width(facts, "elbow", widths.get("elbow"), tell),
     )
+
+
+def _measured(facts: PersonFacts) -> str:
+    """What a file says of the person that scaling takes from the markers, in words."""
+    right, left = facts.leg_length_m
+    said = {
+        "leg lengths (right, left)": None
+        if right is None or left is None
+        else f"{right:.4g}, {left:.4g} m",
+        "distance of the ASIS": None
+        if facts.asis_distance_m is None
+        else f"{facts.asis_distance_m:.4g} m",
+        "marker diameter": None
+        if facts.marker_diameter_m is None
+        else f"{1000 * facts.marker_diameter_m:.3g} mm",
+    }
+    return ", ".join(f"{what} {value}" for what, value in said.items() if value is not None)
 
 
 def _one(

@@ -1,8 +1,8 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,9 @@ from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.cycles import (
     PLAUSIBLE_STRIDE,
 )
+from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import FOOT_CUTOFF_HZ
+from gaitval.gait.marker_checks import foot_marker_doubts
 from gaitval.mocap.axes import (
     LaboratoryAxes,
     check_axes,
@@ -25,7 +27,12 @@ from gaitval.mocap.cleaning import CleaningReport, clean
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, MarkerSet, load_marker_set, recognise
-from gaitval.scaling.same_person import check_same_person, displaced
+from gaitval.scaling.same_person import (
+    LARGEST_CHANGE,
+    MarkerDistance,
+    check_same_person,
+    displaced,
+)
 from gaitval.session.request import Request, Tell, silent
 
 LARGEST_SWAY = 0.04
@@ -43,12 +50,14 @@ class Session:
     marker_set : the recordings use its names.
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
+    doubts : the trial, and what is doubtful in its markers.
     """
 
     marker_set: MarkerSet
     axes: LaboratoryAxes
     standing: Recording
     walking: tuple[Recording, ...]
+    doubts: tuple[tuple[str, Doubt], ...] = ()
 
 
 def read_session(request: Request, processing: ProcessingSettings, tell: Tell = silent) -> Session:
@@ -61,7 +70,10 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
     _check_files(request)
     standing = read_recording(request.static)
     walking = [
-        read_recording(trial, forces=request.forces[i] if request.forces else None)
+        without_plates(
+            read_recording(trial, forces=request.forces[i] if request.forces else None),
+            request.no_plate,
+        )
         for i, trial in enumerate(request.trials)
     ]
     for recording in (standing, *walking):
@@ -99,7 +111,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
     )
     _tell_cleaning(tell, request.static, report)
     check_stands(standing, landmarks)
-    turned = []
+    turned, doubts = [], list[tuple[str, Doubt]]()
     for trial, recording in zip(request.trials, walking, strict=True):
         recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
         distances = check_same_person(
@@ -108,13 +120,12 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             marker_set,
             names=(str(request.static), recording.source),
         )
-        for distance in displaced(distances, marker_set):
-            tell(
-                "cleaning",
-                f"{trial.name}: {' to '.join(distance.markers)}: {1000 * distance.standing:.0f} "
-                f"mm in standing, {1000 * distance.walking:.0f} mm in walking: one of the two has "
-                "moved, or is not the same marker; left as it is: check the labels",
-            )
+        for doubt in (
+            *displaced_doubts(displaced(distances, marker_set)),
+            *foot_marker_doubts(standing, recording, landmarks),
+        ):
+            tell("doubts", f"{trial.name}: {doubt}")
+            doubts.append((trial.name, doubt))
         if not recording.plates and not request.without_forces:
             raise RecordError(
                 f"{recording.source}: no force plates in the trial, so there are no moments and "
@@ -127,7 +138,36 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         axes=axes,
         standing=standing,
         walking=tuple(turned),
+        doubts=tuple(doubts),
     )
+
+
+def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
+    """A trial without the force plates of these names.
+
+    Raises
+    ------
+    RecordError : there is no such plate.
+    """
+    known = [plate.name for plate in recording.plates]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise RecordError(
+            f"{recording.source}: --no-plate {' '.join(unknown)}: there is no such plate; the "
+            f"trial has {', '.join(known) or 'none'}."
+        )
+    kept = tuple(plate for plate in recording.plates if plate.name not in names)
+    return replace(recording, plates=kept)
+
+
+def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[Doubt]:
+    """Markers of one segment whose distance differs between standing and walking."""
+    for one in distances:
+        yield Doubt(
+            "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
+            f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
+            "one of the two has moved, or is not the same marker; left as it is: check the labels",
+        )  # fmt: skip
 
 
 def _check_files(request: Request) -> None:

@@ -35,6 +35,7 @@ class Request:
     functional : files of range-of-motion trials of the same session, from which hip centres and
         knee axes are found; a walking trial may be one.
     hip_centre : "functional" uses those hip centres whose error is small.
+    no_plate : names of force plates that are left out of every trial.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
     """
@@ -54,6 +55,7 @@ class Request:
     without_forces: bool = False
     functional: tuple[Path, ...] = ()
     hip_centre: HipCentre = "regression"
+    no_plate: tuple[str, ...] = ()
     consistent: bool = False
 
     @property

@@ -185,6 +185,29 @@ class FunctionalResult(Result):
     knee: FunctionalKneeResult | None = None
 
 
+class DoubtResult(Result):
+    """A figure that physics, or everybody's walking, contradicts; see `gait.doubts.Doubt`."""
+
+    trial: str
+    check: str
+    where: str
+    value: Figure
+    limit: Number
+    unit: str
+    message: str
+
+
+class StoredEventsResult(Result):
+    """Events of one kind in the file, beside those found; found less stored, s."""
+
+    kind: Literal["heel_strike", "toe_off"]
+    stored: Count
+    matched: Count
+    other_foot: Count
+    mean_s: Figure
+    sd_s: Figure
+
+
 class TrialResult(Result):
     """One walking trial."""
 
@@ -195,6 +218,7 @@ class TrialResult(Result):
     frames_not_converged: Count
     gait: GaitBySide
     findings: list[str]
+    stored_events: Annotated[list[StoredEventsResult], Field(default_factory=list)]
     residuals: dict[str, ResidualsResult]
     """As recorded, and made consistent; empty without forces of both feet."""
     consistent: ConsistentResult | None = None
@@ -224,6 +248,7 @@ class ImportResult(Result):
     walking_speed_m_s: Figure
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
+    doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
 

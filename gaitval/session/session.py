@@ -14,6 +14,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
 )
+from gaitval.gait.doubts import Doubt, refuse_certain
 from gaitval.session.average import about_means, check_mass, mean_angles, mean_kinetics
 from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
 from gaitval.session.read import Session, read_session
@@ -48,6 +49,12 @@ class Import:
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
     functional: tuple[FunctionalJoint, ...] = ()
+
+    @property
+    def doubts(self) -> tuple[tuple[str, Doubt], ...]:
+        """What is doubtful: the trial, and the doubt."""
+        of_trials = ((walk.name, doubt) for walk in self.trials for doubt in walk.doubts)
+        return *self.session.doubts, *of_trials
 
 
 @dataclass
@@ -94,12 +101,14 @@ def work_out(
         noted,
         hip_centres=chosen_hips(request, functional, noted),
     )
-    walks, last = known.trials, RecordError("no walking trial")
+    walks: list[Trial] = []
+    last = RecordError("no walking trial")
     for trial, recording in zip(request.trials, session.walking, strict=True):
         try:
-            walks.append(
-                work_out_trial(request, processing, session, body, trial.name, recording, noted)
-            )
+            walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
+            known.trials.append(walk)
+            refuse_certain(recording.source, walk.doubts, len(recording.plates))
+            walks.append(walk)
         except RecordError as error:
             last = error
             if len(request.trials) > 1:

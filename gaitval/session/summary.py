@@ -151,7 +151,10 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ),
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=_changes(first),
-        findings=[message for step, message in found.decisions if step not in _DECIDED],
+        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts],
+        findings=[
+            message for step, message in found.decisions if step not in (*_DECIDED, "doubts")
+        ],
         left_out=[
             page.LeftOut(side, cycle.start, "; ".join(cycle.reasons))
             for walk in found.trials
@@ -163,7 +166,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
     )
 
 
-_DECIDED: Final = ("read", "markers", "axes", "functional", "scaling", "kinematics")
+_DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 
 

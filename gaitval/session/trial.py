@@ -19,6 +19,8 @@ from gaitval.gait.cycles import (
     require,
     spatiotemporal,
 )
+from gaitval.gait.doubts import Doubt
+from gaitval.gait.event_checks import StoredEvents, stored_events
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
@@ -36,6 +38,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.session.doubts import trial_doubts
 from gaitval.session.read import Session, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
@@ -63,6 +66,8 @@ class Trial:
     cycles : of each side.
     gait : spatiotemporal parameters of each side.
     findings : about forces and plates.
+    stored_events : the events of the file, beside `events`.
+    doubts : what physics or everybody's walking contradicts.
     """
 
     name: str
@@ -80,6 +85,8 @@ class Trial:
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
     findings: tuple[Finding, ...]
+    stored_events: tuple[StoredEvents, ...]
+    doubts: tuple[Doubt, ...]
 
     @property
     def moments(self) -> InverseDynamics | None:
@@ -112,7 +119,7 @@ def work_out_trial(
     placed = [marker for marker in placement.markers if marker.name in recording.names]
     compared = inverse_kinematics(model, placed, motion.measured)
 
-    forces = loads = dynamics = consistent = None
+    forces = loads = dynamics = consistent = measured = None
     findings: tuple[Finding, ...] = ()
     if recording.plates and not request.without_forces:
         carried = trial_loads(recording, processing, landmarks, shown)
@@ -121,6 +128,7 @@ def work_out_trial(
         for finding in findings:
             tell("forces", str(finding))
         dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
+        measured = forces, loads, dynamics
         if request.consistent:
             tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
             consistent = reduce_residuals(
@@ -134,6 +142,12 @@ def work_out_trial(
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
+    stored = stored_events(recording.events, events)
+    for compared_events in stored:
+        tell("events", f"{name}: {compared_events}")
+    doubts = trial_doubts(request, recording, landmarks, events, stored, findings, measured)
+    for doubt in doubts:
+        tell("doubts", f"{name}: {doubt}")
     return Trial(
         name=name,
         recording=recording,
@@ -153,6 +167,8 @@ def work_out_trial(
             for side in SIDES
         },
         findings=findings,
+        stored_events=stored,
+        doubts=doubts,
     )
 
 

@@ -245,9 +245,16 @@ def _record(found: Import) -> dict[str, Any]:
             for verdict in verdicts(found)
         ],
         "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
+        "doubts": [
+            {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
+            for trial, doubt in found.doubts
+        ],
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": [functional_record(joint) for joint in found.functional],
     }
+
+
+_OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")
 
 
 def _trial_record(walk: Trial) -> dict[str, Any]:
@@ -280,6 +287,7 @@ def _trial_record(walk: Trial) -> dict[str, Any]:
         "frames_not_converged": int((~walk.kinematics.converged).sum()),
         "gait": {side: walk.gait[side].summary() for side in SIDES},
         "findings": [str(finding) for finding in walk.findings],
+        "stored_events": [asdict(compared) for compared in walk.stored_events],
         "residuals": {target or "recorded": asdict(left) for target, left in trial_residuals(walk)},
     }
     if walk.consistent is not None:

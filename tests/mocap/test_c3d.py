@@ -22,6 +22,10 @@ from gaitval.mocap.recording import Event
 # A laboratory with y up; plates with z down, one turned by 180 degrees about the vertical.
 CORNERS = np.array([[1.6, 0, 0.3], [1.6, 0, 0.9], [1.0, 0, 0.9], [1.0, 0, 0.3]])
 ORIGIN = np.array([0.01, -0.02, -0.04])
+KISTLER = np.array([0.2, 0.17, -0.05])
+"""Half the distances between the sensors, and their depth."""
+UPSIDE_DOWN = [1, 0, 3, 2]
+"""Corners so numbered that the plate's z points up."""
 LOAD = np.array([45.0, 720.0, -30.0])
 POINT = np.array([1.42, 0.0, 0.51])
 TORQUE = np.array([0.0, 6.5, 0.0])
@@ -50,9 +54,10 @@ def write(
     per_frame: int = 4,
     plates: Sequence[Plate] = (),
     first_frame: int = 0,
+    scale: float = 1e3,
     parameters: Mapping[tuple[str, str], Any] | None = None,
 ) -> Path:
-    """Write a C3D file with ezc3d."""
+    """Write a C3D file with ezc3d; `scale` is the file's unit of length over a metre."""
     if markers is None:
         count = len(plates[0].channels) // per_frame if plates else 8
         markers = np.tile(
@@ -88,10 +93,13 @@ def write(
         declared["TYPE"]["value"] = np.array([plate.kind for plate in plates])
         declared["ZERO"]["value"] = np.array([0, 0])
         declared["CHANNEL"]["value"] = listed
-        add("FORCE_PLATFORM", "CORNERS", 1e3 * np.stack([p.corners.T for p in plates], axis=2))
-        add("FORCE_PLATFORM", "ORIGIN", 1e3 * np.stack([p.origin for p in plates], axis=1))
-        matrices = [np.eye(6) if p.calibration is None else p.calibration for p in plates]
-        add("FORCE_PLATFORM", "CAL_MATRIX", np.stack(matrices, axis=2))
+        add("FORCE_PLATFORM", "CORNERS", scale * np.stack([p.corners.T for p in plates], axis=2))
+        add("FORCE_PLATFORM", "ORIGIN", scale * np.stack([p.origin for p in plates], axis=1))
+        given = [np.eye(6) if p.calibration is None else p.calibration for p in plates]
+        matrices = np.zeros((*np.max([matrix.shape for matrix in given], axis=0), len(plates)))
+        for i, matrix in enumerate(given):
+            matrices[: matrix.shape[0], : matrix.shape[1], i] = matrix
+        add("FORCE_PLATFORM", "CAL_MATRIX", matrices)
     for (group, name), value in (parameters or {}).items():
         file.add_parameter(group, name, value)
     file["header"]["points"]["first_frame"] = first_frame
@@ -114,6 +122,19 @@ def wrench_in_plate(corners: Array) -> tuple[Array, Array]:
     return LOAD @ axes, moment @ axes
 
 
+def four_sensors(origin: Array) -> Array:
+    """(6, 8) from Fx12 Fx34 Fy14 Fy23 Fz1 Fz2 Fz3 Fz4 to force and moment about the middle of the
+    surface: each acts where the sensors are, half_x and half_y from it and `depth` below."""
+    half_x, half_y, depth = abs(origin)
+    x, y, z = np.eye(3)
+    parts = [
+        *[((0.0, side * half_y), x) for side in (1, -1)],
+        *[((side * half_x, 0.0), y) for side in (1, -1)],
+        *[((a * half_x, b * half_y), z) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))],
+    ]
+    return np.column_stack([np.r_[axis, np.cross((*at, depth), axis)] for at, axis in parts])
+
+
 def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) -> Plate:
     """A plate of a type that carries LOAD at POINT with TORQUE, times `scale` over time."""
     force, moment = wrench_in_plate(corners)
@@ -124,10 +145,21 @@ def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) ->
         channels = np.outer(course, np.r_[force, 0, 0, 1e3 * torque[2]])
         channels[:, 3:5] = 1e3 * point[:2]
         return Plate(1, channels, corners, units=("N", "N", "N", "mm", "mm", "Nmm"))
+    if kind in (3, 7):
+        sensors = np.linalg.pinv(four_sensors(KISTLER)) @ np.r_[force, moment]
+        if kind == 3:
+            return Plate(3, np.outer(course, sensors), corners, KISTLER, units=("N",) * 8)
+        matrix = np.diag(np.linspace(40.0, 110, 8)) + np.arange(64).reshape(8, 8) / 10
+        volts = np.linalg.solve(matrix, sensors)
+        return Plate(7, np.outer(course, volts), corners, KISTLER, matrix, units=("V",) * 8)
     about_sensors = moment + np.cross(ORIGIN, force)
     stored = np.r_[force, 1e3 * about_sensors]
     if kind == 2:
         return Plate(2, np.outer(course, stored), corners)
+    if kind == 5:
+        matrix = np.random.default_rng(5).normal(0, [[300]] * 3 + [[1e5]] * 3, (6, 8))
+        volts = np.linalg.pinv(matrix) @ stored
+        return Plate(5, np.outer(course, volts), corners, calibration=matrix, units=("V",) * 8)
     matrix = np.diag([500.0, 500, 1000, 8e5, 2.5e5, 4e5]) + np.arange(36).reshape(6, 6)
     volts = np.linalg.solve(matrix, stored)
     return Plate(4, np.outer(course, volts), corners, calibration=matrix, units=("V",) * 6)
@@ -205,8 +237,12 @@ class TestMarkers:
 
 
 class TestPlates:
-    @pytest.mark.parametrize("kind", [1, 2, 4])
-    @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 3, 0, 1)], ids=["straight", "turned"])
+    @pytest.mark.parametrize("kind", [1, 2, 3, 4, 5, 7])
+    @pytest.mark.parametrize(
+        "order",
+        [(0, 1, 2, 3), (2, 3, 0, 1), (3, 0, 1, 2), UPSIDE_DOWN],
+        ids=["straight", "turned", "by 90", "z up"],
+    )
     def test_a_known_force_at_a_known_point(self, tmp_path, kind, order):
         plate = plate_of(kind, CORNERS[list(order)])
         recording = read_c3d(write(tmp_path / "a.c3d", plates=[plate]))
@@ -276,11 +312,44 @@ class TestPlates:
         plate.units = ("N", "N", "N", unit, unit, unit)
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
+    @pytest.mark.parametrize("declared", ["6 by 8", "8 by 6"])
+    def test_an_oblong_calibration_either_way_round(self, tmp_path, declared):
+        plate = plate_of(5)
+        assert plate.calibration is not None
+        if declared == "8 by 6":
+            plate.calibration = plate.calibration.T
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    @pytest.mark.parametrize("kind", [4, 5, 7])
+    def test_a_missing_calibration(self, tmp_path, kind):
+        plate = plate_of(kind)
+        plate.calibration = np.zeros((6, 6))
+        with pytest.raises(RecordError, match=f"type {kind}, but .*CAL_MATRIX"):
+            read_c3d(write(tmp_path / "a.c3d", plates=[plate]))
+
+    @pytest.mark.parametrize(
+        ("force", "moment", "factor"),
+        [("nt", "ntmm", (1, 1)), ("kN", "kNm", (1e-3, 1e-6)), ("Newtons", "N.m", (1, 1e-3))],
+    )
+    def test_other_spellings_and_sizes_of_units(self, tmp_path, force, moment, factor):
+        plate = plate_of(2)
+        plate.channels = plate.channels * np.repeat(factor, 3)
+        plate.units = (force,) * 3 + (moment,) * 3
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    def test_points_in_metres(self, tmp_path):
+        """ANALOG:UNITS are the channels' own; lengths of the plate follow POINT:UNITS."""
+        markers = np.tile([[1.2, 0.9, 0.4], [1.2, 0.9, 0.7], [1.3, 0.1, 0.5]], (8, 1, 1))
+        plate = plate_of(2)
+        path = write(tmp_path / "a.c3d", plates=[plate], markers=markers, unit="meter", scale=1.0)
+        assert_carries(read_c3d(path).plates[0])
+
     def test_several_plates_of_several_types(self, tmp_path):
         kistler = Plate(3, np.zeros((32, 8)), units=("N",) * 8)
-        path = write(tmp_path / "a.c3d", plates=[kistler, plate_of(4), plate_of(2)])
+        path = write(tmp_path / "a.c3d", plates=[kistler, plate_of(4), plate_of(2), plate_of(7)])
         plates = read_c3d(path).plates
-        assert [plate.name for plate in plates] == ["1", "2", "3"]
+        assert [plate.name for plate in plates] == ["1", "2", "3", "4"]
+        assert_carries(plates[3])
         assert_carries(plates[1])
         assert_carries(plates[2])
         assert np.isnan(plates[0].centre_of_pressure).all()
@@ -449,6 +518,13 @@ class TestRefusals:
         (tmp_path / "a.c3d").write_text("Time,X,Y\n" * 200)
         self.refuse(tmp_path / "a.c3d", "not a C3D file", "0x50")
 
+    def test_the_byte_order_of_sgi(self, tmp_path):
+        path = write(tmp_path / "a.c3d")
+        stored = bytearray(path.read_bytes())
+        stored[512 * (stored[0] - 1) + 3] = 86
+        path.write_bytes(stored)
+        self.refuse(path, "MIPS", "save it for Intel")
+
     def test_truncated_anywhere(self, tmp_path):
         whole = write(tmp_path / "whole.c3d", plates=[plate_of(2)]).read_bytes()
         data = 8 * (4 * 3 + 4 * 6) * 4  # frames x (markers + samples) x 4 bytes
@@ -531,8 +607,8 @@ class TestRefusals:
 
     def test_plate_of_a_type_that_is_not_known(self, tmp_path):
         plate = plate_of(2)
-        plate.kind = 7
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 7", "1 to 4")
+        plate.kind = 6
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 6", "1 to 5")
 
     def test_plate_without_a_place(self, tmp_path):
         plate = plate_of(2)

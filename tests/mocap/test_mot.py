@@ -104,6 +104,29 @@ class TestGroundReaction:
         np.testing.assert_allclose(plate.centre_of_pressure[-1], POINT)
         np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
 
+    def test_plates_without_the_word_force(self, tmp_path):
+        path = forces(tmp_path / "a.mot", form="FP1_{}", torque_form="FP1_m{}")
+        _, _, (plate,) = read_ground_reaction(path)
+        assert plate.name == "fp1"
+        np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
+
+    def test_a_plate_without_a_name_beside_one_that_is_called_1(self, tmp_path):
+        """As in a stair trial of AddBiomechanics: ground_force_vx and 1_ground_force_vx."""
+        first = read_storage(
+            forces(tmp_path / "a.mot", form="ground_force_{}", torque_form="ground_torque_{}")
+        )
+        second = read_storage(
+            forces(tmp_path / "b.mot", form="1_ground_force_{}", torque_form="1_ground_torque_{}")
+        )
+        both = replace(
+            first,
+            columns=first.columns + second.columns,
+            values=np.hstack([first.values, second.values]),
+        )
+        write_storage(tmp_path / "c.mot", both)
+        _, _, plates = read_ground_reaction(tmp_path / "c.mot")
+        assert sorted(plate.name for plate in plates) == ["1", "2"]
+
     def test_no_centre_of_pressure_where_unloaded(self, tmp_path):
         _, _, (plate,) = read_ground_reaction(forces(tmp_path / "a.mot"))
         assert np.isnan(plate.centre_of_pressure[:50]).all()

@@ -22,6 +22,37 @@ class TestTrc:
         read = read_trc(trc(tmp_path / "a.trc", units=units))
         np.testing.assert_allclose(read.markers, factor * recording().markers, rtol=1e-8)
 
+    @pytest.mark.parametrize("ragged", [False, True])
+    def test_unlabelled_markers_beside_the_named_ones(self, tmp_path, ragged):
+        """Cortex appends markers without a name, in every row or where it saw them."""
+        path = trc(tmp_path / "a.trc")
+        lines = path.read_text().splitlines()
+        for i in range(6 if not ragged else 15, len(lines)):
+            lines[i] += "\t1\t2\t3\t"
+        path.write_text("\r\n".join(lines) + "\r\n")
+        read = read_trc(path)
+        assert read.names == recording().names
+        np.testing.assert_allclose(read.markers, recording().markers, rtol=1e-8)
+
+    def test_counted_unlabelled_markers(self, tmp_path):
+        path = trc(tmp_path / "a.trc", changes={3: "100\t100\t20\t4\tmm\t100\t1\t20"})
+        lines = path.read_text().splitlines()
+        lines[6:] = [line + "\t7\t8\t9" for line in lines[6:]]
+        path.write_text("\n".join(lines) + "\n")
+        assert read_trc(path).names == recording().names
+
+    def test_a_row_that_ends_early_lacks_its_last_markers(self, tmp_path):
+        read = read_trc(trc(tmp_path / "a.trc", changes={9: "3\t0.02\t500\t1000\t300"}))
+        np.testing.assert_allclose(read.markers[2, 0], [0.5, 1.0, 0.3])
+        assert np.isnan(read.markers[2, 1:]).all()
+
+    def test_as_windows_and_motive_write_it(self, tmp_path):
+        """A byte order mark, CRLF, tabs at the ends of lines, a blank line below the header."""
+        path = trc(tmp_path / "a.trc")
+        text = path.read_text().replace("\n", "\t\r\n")
+        path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+        np.testing.assert_allclose(read_trc(path).markers, recording().markers, rtol=1e-8)
+
     def test_zero_and_nan_are_gaps(self, tmp_path):
         row = "1\t0\t0\t0\t0\tNaN\tNaN\tNaN\t600\t0\t300"
         read = read_trc(trc(tmp_path / "a.trc", changes={7: row}))
@@ -65,6 +96,7 @@ class TestTrc:
             ({3: "0\t100\t20\t3\tmm\t100\t1\t20"}, "the rate must be above 0 Hz"),
             ({3: "100\t100\tinf\t3\tmm\t100\t1\t20"}, "the counts whole numbers"),
             ({3: "100\t100\t20\t4\tmm\t100\t1\t20"}, "NumMarkers is 4, but line 4 names 3"),
+            ({3: "100\t100\t20\t0\tmm\t100\t1\t20", 4: "Frame#\tTime\t"}, "names no marker"),
             ({3: "100\t100\t30\t3\tmm\t100\t1\t30"}, "NumFrames is 30, but there are 20 rows"),
             ({3: "120\t120\t20\t3\tmm\t120\t1\t20"}, "DataRate is 120 Hz"),
             ({26: "20\t0.19\t500\t1000"}, "line 26 has 4 fields, but the header has 11"),

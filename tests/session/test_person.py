@@ -55,6 +55,24 @@ def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
     assert (facts.name, facts.system) == ("HC002D", "Vicon Nexus")
 
 
+def test_what_scaling_takes_from_the_markers_is_told(tmp_path):
+    said = []
+    found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)
+    text = next(line for line in said if "also says" in line)
+    for part in ("0.74, 0.742 m", "ASIS 0.159 m", "diameter 10 mm"):
+        assert part in text
+    assert any("Vicon Nexus" in line for line in said)
+
+
+def test_cortex_writes_its_name_in_small_letters(tmp_path):
+    path = c3d(tmp_path / "a.c3d", {})
+    file = ezc3d.c3d(str(path))
+    del file["parameters"]["MANUFACTURER"]["SOFTWARE"]
+    file.add_parameter("MANUFACTURER", "Software", ["Cortex"])
+    file.write(str(path))
+    assert read_person(path).system == "Cortex"
+
+
 @pytest.mark.parametrize("value", [0.0, -5.0, 1e9])
 def test_what_was_not_measured_is_not_known(tmp_path, value):
     facts = read_person(c3d(tmp_path / "a.c3d", dict.fromkeys(PLUG_IN_GAIT, value)))

@@ -1,0 +1,305 @@
+"""What physics says of the forces of a walk: which plates cannot be right, or are doubtful.
+
+A wrong sign, two exchanged axes or a dead channel of a force plate give wrong moments and no other
+sign of it. The limits were measured on recordings whose forces agree with the motion: WBDS01 T01
+(treadmill, 0.49 m/s), the walk of Rajagopal et al. 2016, two of Plug-in Gait's samples and eleven
+children of biomechZoo (1.1 to 1.5 m/s). Each constant gives the values nearest to its limit there.
+
+Axes: the project's (REP-103), the person walks along +x. Forces act on the person.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.coordinates import SIDES, Side
+from gaitval.gait.doubts import Doubt
+from gaitval.gait.events import foot_contacts
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_axes
+from gaitval.mocap.pressed_plates import LONGEST_LEVER_M
+from gaitval.mocap.recording import FootForces, Plate, Recording
+
+LEAST_BRAKING: Final = 0.02
+"""Fore-aft impulse of the last 40 % of a stance less that of its first 40 %, as a fraction of the
+vertical impulse: at least 0.039 (0.49 m/s) and 0.085 (over ground). Turned round it is negative."""
+EXCHANGED: Final = 0.03
+"""The same difference of the sideways impulse: at most 0.013 in size."""
+LEAST_INWARD: Final = 0.0
+"""Inward impulse in the middle 70 % of a stance, as a fraction of the vertical: 0.009 to 0.064."""
+CERTAINLY_OUTWARD: Final = 0.02
+"""An outward push as large as this cannot be while the body is inward of the foot."""
+LEAST_LEAN: Final = 0.015
+"""... by this fraction of its height above the foot; 0.018 to 0.087."""
+LARGEST_FREE_MOMENT_M: Final = 0.03
+"""Free moment over vertical force, 95th percentile in loaded stance: at most 0.014 m, and 0.010 m
+on plates that were zeroed by their maker. Beyond `LONGEST_LEVER_M` no foot can twist."""
+TURNED_FREE_MOMENT_M: Final = -0.002
+"""Mean free moment in the second half of stance over the vertical force, positive where it turns
+the foot inwards (right foot: to the left): 0.001 to 0.011 m."""
+LOADED: Final = 0.2
+"""Fraction of a contact's peak above which its centre of pressure and free moment are used."""
+
+DEAD_FORCE: Final = (0.01, 0.002)
+"""Range of a horizontal force under load over the vertical force: doubtful, and impossible; at
+least 0.06 sideways and 0.2 along."""
+DEAD_MOMENT_M: Final = (0.003, 0.0005)
+"""Range of the vertical moment about the plate's middle over the vertical force, m: likewise; at
+least 0.008. Of a foot in the very middle of a plate only the free moment is left."""
+DEAD_POINT_M: Final = (0.005, 0.001)
+"""Range of the centre of pressure along an axis of the plate, m: likewise; at least 0.011."""
+CLIPPED_SECONDS: Final = 0.025
+"""A force that stays at its largest value for longer is cut off there: a peak of walking of 3 Hz
+is within a thousandth of its height for 5 ms, and stored in steps of 0.5 N for 13 ms."""
+CLIPPED_SAMPLES: Final = 5
+CLIPPED_SHARE: Final = 1e-4
+"""Samples this near, relatively, to the largest are equal to it."""
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A foot's whole contact that one plate shows; samples from `begin` up to `end`."""
+
+    side: Side
+    plate: str
+    begin: int
+    end: int
+
+
+def whole_stances(recording: Recording, forces: FootForces) -> tuple[Stance, ...]:
+    """Stances that the plates show whole, with the plate that carries most of each."""
+    found = []
+    for column, side in enumerate(SIDES):
+        loaded = forces.force[:, column, 2] > 0.0
+        for begin, end in zip(*foot_contacts(loaded, rate=forces.rate), strict=True):
+            if begin == 0 or end == len(loaded) or not forces.valid[begin:end, column].all():
+                continue
+            shares = [plate.force[begin:end, 2].sum() for plate in recording.plates]
+            name = recording.plates[int(np.argmax(shares))].name
+            found.append(Stance(side, name, int(begin), int(end)))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class StanceFigures:
+    """Figures of one stance; impulses as fractions of the vertical one.
+
+    Attributes
+    ----------
+    braking, sideways : of the last 40 % less of the first 40 %, forward and left.
+    inward : in the middle 70 %, towards the other foot.
+    lean : how far the pelvis is inward of the centre of pressure, over its height, likewise.
+    twist : m, 95th percentile of the free moment over the vertical force.
+    late_twist : m, mean free moment of the second half over the vertical force, positive inwards.
+    """
+
+    braking: float
+    sideways: float
+    inward: float
+    lean: float
+    twist: float
+    late_twist: float
+
+
+def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceFigures:
+    """What the force on a foot does in a stance.
+
+    Parameters
+    ----------
+    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces.
+    """
+    column, window = SIDES.index(stance.side), slice(stance.begin, stance.end)
+    inward = 1.0 if stance.side == "right" else -1.0
+    force = forces.force[window, column]
+    samples, impulse = len(force), force[:, 2].sum()
+    late, early = force[int(0.6 * samples) :, :2], force[: int(0.4 * samples), :2]
+    difference = (late.sum(axis=0) - early.sum(axis=0)) / impulse
+    middle = slice(int(0.15 * samples), int(0.85 * samples))
+    away = (pelvis[window] - forces.centre_of_pressure[window, column])[middle]
+    away = away[np.isfinite(away).all(axis=1)]
+    twist = forces.free_moment[window, column, 2]
+    heavy = force[:, 2] > LOADED * force[:, 2].max()
+    half = samples // 2
+    return StanceFigures(
+        braking=float(difference[0]),
+        sideways=float(difference[1]),
+        inward=float(inward * force[middle, 1].sum() / impulse),
+        lean=float(inward * np.mean(away[:, 1] / away[:, 2])) if len(away) else np.nan,
+        twist=float(np.percentile(np.abs(twist[heavy]) / force[heavy, 2], 95.0)),
+        late_twist=float(inward * twist[half:].sum() / force[half:, 2].sum()),
+    )
+
+
+def force_doubts(recording: Recording, forces: FootForces, pelvis: Array) -> tuple[Doubt, ...]:
+    """What is doubtful in the forces of a walk, plate by plate.
+
+    Parameters
+    ----------
+    recording : cleaned and zeroed, in the project's axes, walking along +x.
+    forces : of `assign_forces`.
+    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces.
+    """
+    by_plate: dict[str, list[tuple[Stance, StanceFigures]]] = {}
+    for stance in whole_stances(recording, forces):
+        figures = stance_figures(stance, forces, pelvis)
+        by_plate.setdefault(stance.plate, []).append((stance, figures))
+    found = [
+        doubt for plate in recording.plates for doubt in channel_doubts(plate, recording.force_rate)
+    ]
+    for name, members in by_plate.items():
+        sides = [side for side in SIDES if any(stance.side == side for stance, _ in members)]
+        where = f"plate {name} ({' and '.join(sides)} foot, {len(members)} stances)"
+        found += _horizontal(name, where, [figures for _, figures in members])
+        found += _free_moment(name, where, [figures for _, figures in members])
+    return tuple(found)
+
+
+def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[Doubt]:
+    """Braking before propulsion, and a push towards the middle line."""
+    braking = float(np.mean([one.braking for one in figures]))
+    sideways = float(np.mean([one.sideways for one in figures]))
+    if abs(sideways) > max(EXCHANGED, 2.0 * abs(braking)):
+        yield Doubt(
+            "fore-aft and sideways force", where, abs(sideways), EXCHANGED, "1",
+            "braking and propulsion are in the sideways force (its impulse changes by "
+            f"{100 * abs(sideways):.1f} % of the vertical one from early to late stance, the "
+            f"fore-aft one by {100 * braking:.1f} %): the plate's axes are exchanged. Check the "
+            "order of its corners, or of the force's columns",
+            certain=True, plate=name,
+        )  # fmt: skip
+        return
+    if braking < LEAST_BRAKING:
+        yield Doubt(
+            "braking before propulsion", where, braking, LEAST_BRAKING, "1",
+            "a walking foot is pushed back first and forward later, but here the fore-aft impulse "
+            f"changes by {100 * braking:.1f} % of the vertical one from early to late stance (at "
+            f"least {100 * LEAST_BRAKING:.0f} %): the fore-aft force has the wrong sign or axis, "
+            "or is missing. Check the plate's corners and calibration",
+            certain=braking < -LEAST_BRAKING, plate=name,
+        )  # fmt: skip
+    inward = float(np.mean([one.inward for one in figures]))
+    lean = float(np.mean([one.lean for one in figures]))  # NaN where no marker shows the pelvis
+    if inward < LEAST_INWARD:
+        yield Doubt(
+            "push towards the middle line", where, inward, LEAST_INWARD, "1",
+            f"the foot is pushed outwards by {-100 * inward:.1f} % of the vertical impulse, but "
+            "the body, which the force carries, is inwards of it: the sideways force has the "
+            "wrong sign or axis. Check the plate's corners and calibration",
+            certain=inward < -CERTAINLY_OUTWARD and lean > LEAST_LEAN, plate=name,
+        )  # fmt: skip
+
+
+def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[Doubt]:
+    twist = float(np.mean([one.twist for one in figures]))
+    if twist > LARGEST_FREE_MOMENT_M:
+        yield Doubt(
+            "size of the free moment", where, twist, LARGEST_FREE_MOMENT_M, "m",
+            f"the free moment is {100 * twist:.1f} cm times the vertical force (at most "
+            f"{100 * LARGEST_FREE_MOMENT_M:.0f} cm in walking; friction under a foot allows "
+            f"{100 * LONGEST_LEVER_M:.0f}): its unit or calibration, or the place of the plate's "
+            "origin, is wrong",
+            certain=twist > LONGEST_LEVER_M, plate=name,
+        )  # fmt: skip
+    late = float(np.mean([one.late_twist for one in figures]))
+    if late < TURNED_FREE_MOMENT_M:
+        yield Doubt(
+            "direction of the free moment", where, late, TURNED_FREE_MOMENT_M, "m",
+            f"in late stance the ground turns the foot outwards ({-1000 * late:.1f} mm times the "
+            "vertical force), which in walking is inwards: the free moment has the wrong sign",
+            plate=name,
+        )  # fmt: skip
+
+
+def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
+    """Channels of a plate that do not move with the load, or are cut off.
+
+    Parameters
+    ----------
+    rate : Hz, of the plate's samples.
+    """
+    where = f"plate {plate.name}"
+    loaded = plate.force[:, 2] > CERTAIN_LOAD_N / 2
+    if np.count_nonzero(loaded) < CLIPPED_SAMPLES * 4:
+        yield from _dead_vertical(plate, where)
+        return
+    weight = float(np.percentile(plate.force[loaded, 2], 95.0))
+    for what, size, (doubtful, impossible), unit in _ranges(plate, loaded, weight):
+        if size < doubtful:
+            yield Doubt(
+                "dead channel", where, size, doubtful, unit,
+                f"{what} hardly changes under load (range {size:.2g} {unit}, in walking above "
+                f"{doubtful:g} {unit}): its channel is dead, or has no calibration",
+                certain=size < impossible, plate=plate.name,
+            )  # fmt: skip
+    for axis, name in enumerate(("fore-aft", "sideways", "vertical")):
+        longest = _longest_at_extreme(plate.force[:, axis], loaded, 0.02 * weight) / rate
+        if longest > max(CLIPPED_SECONDS, CLIPPED_SAMPLES / rate):
+            yield Doubt(
+                "saturated channel", where, longest, CLIPPED_SECONDS, "s",
+                f"the {name} force stays at its largest value for {1000 * longest:.0f} ms: the "
+                "amplifier or the converter is saturated there. Record with a larger range",
+                plate=plate.name,
+            )  # fmt: skip
+
+
+def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:
+    """A plate that somebody pushes along, but not down."""
+    along = float(np.ptp(plate.force[:, :2], axis=0).max())
+    down = float(np.abs(plate.force[:, 2]).max())
+    if along > CERTAIN_LOAD_N / 4 and down < along / 2:
+        yield Doubt(
+            "dead channel", where, down, along / 2, "N",
+            f"its vertical force is at most {down:.3g} N, but its horizontal force changes by "
+            f"{along:.0f} N: the vertical channel is dead, or has no calibration",
+            certain=True, plate=plate.name,
+        )  # fmt: skip
+
+
+def place_doubts(plate: str, outside: int, used: int) -> Iterator[Doubt]:
+    """A centre of pressure that is not under the foot in most contacts with a plate.
+
+    Parameters
+    ----------
+    outside : contacts that were left out for that reason; used : stances that were not.
+    """
+    if outside > used:
+        yield Doubt(
+            "centre of pressure under the foot", f"plate {plate}", outside, used, "contacts",
+            f"the centre of pressure is outside the foot in {outside} of {outside + used} "
+            "contacts, whose forces are not used: the plate's corners, origin or moments are "
+            "wrong, or somebody else was on it", plate=plate,
+        )  # fmt: skip
+
+
+def _ranges(
+    plate: Plate, loaded: Flags, weight: float
+) -> Iterator[tuple[str, float, tuple[float, float], str]]:
+    """What moves under every step: its name, its range, its limits and unit."""
+    for axis, name in ((0, "fore-aft"), (1, "sideways")):
+        size = float(np.ptp(plate.force[loaded, axis])) / weight
+        yield f"the {name} force", size, DEAD_FORCE, "of the weight"
+    axes, centre = np.eye(3), np.zeros(3)
+    if np.isfinite(plate.corners).all():
+        axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
+    point = (plate.centre_of_pressure[loaded] - centre) @ axes
+    for axis, name in ((0, "first"), (1, "second")):
+        size = float(np.ptp(point[:, axis]))
+        yield f"the centre of pressure along the {name} axis", size, DEAD_POINT_M, "m"
+    if plate.moment is not None:
+        about = plate.moment - np.cross(centre, plate.force)
+        size = float(np.ptp((about @ axes)[loaded, 2])) / weight
+        yield "the vertical moment", size, DEAD_MOMENT_M, "m of the weight"
+
+
+def _longest_at_extreme(values: Array, loaded: Flags, least: float) -> int:
+    """Samples for which a component stays at its largest or smallest value under load."""
+    longest = 0
+    for sign in (1.0, -1.0):
+        top = float((sign * values[loaded]).max())
+        if top > least:
+            at_top = loaded & (sign * values >= (1.0 - CLIPPED_SHARE) * top)
+            begins, ends = runs(at_top)
+            longest = max(longest, int((ends - begins).max(initial=0)))
+    return longest

@@ -1,0 +1,153 @@
+"""Whether forces and markers tell of the same motion: Newton's law over the whole body.
+
+The ground must give each foot what the body's acceleration needs. The limits were measured on the
+recordings named in `force_checks`; each constant gives the values there.
+
+Axes: the project's (REP-103), the person walks along +x.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import binary_erosion
+
+from gaitval.arrays import Array, Flags
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.doubts import Doubt
+from gaitval.gait.force_checks import Stance
+from gaitval.mocap.recording import Event, FootForces
+
+LEAST_SECONDS: Final = 0.3
+"""s with both feet's forces known below which nothing is concluded."""
+EDGE_SECONDS: Final = 0.1
+"""s at the edges of these that are not used: events from markers are accurate to 20 ms, and the
+low-pass reaches further."""
+LEAST_CORRELATION: Final = 0.7
+"""Between what the motion needs and what the plates show, vertically: at least 0.84, but for two
+trials whose markers jump in those frames (0.44 and less), of which nothing is concluded."""
+RATE_RATIOS: Final = ((0.5, 1.8), (0.4, 2.4))
+"""Vertical acceleration of the markers over that of the forces, doubtful and impossible outside:
+0.72 to 1.06. It changes with the square of the frame rate: a rate that is written double makes it
+at least 2.9, half at most 0.27."""
+FORCE_RATIOS: Final = (0.4, 1.8)
+"""What the motion needs fore and aft over what a plate shows: 0.62 to 1.19."""
+LARGEST_DRIFT: Final = 0.05
+"""Mean horizontal force that the motion does not need, body weights: at most 0.028 (a trial whose
+markers jump), and 0.006 over whole strides."""
+SWING_TIMES: Final = (1.0, 2.2)
+"""Swing time over the square root of leg length / gravity: 1.21 (1.4 m/s) to 1.89 (0.49 m/s). A leg
+swings nearly as a pendulum, so this hardly depends on speed and size; a frame rate written double
+halves it."""
+LEG_SHARE: Final = 0.53
+"""Height of the hip over stature (Winter 2009, figure 4.1)."""
+
+
+def motion_doubts(
+    needed: Array, loads: FootForces, stances: Sequence[Stance], force_rate: float, mass_kg: float
+) -> Iterator[Doubt]:
+    """Doubts about the forces, from the motion.
+
+    Parameters
+    ----------
+    needed : (T, 3) N, total ground reaction that the motion needs (measured plus residual), at the
+        marker frames.
+    loads : on the feet at the marker frames, filtered as the motion is.
+    stances : of `whole_stances`, in samples at `force_rate`.
+    mass_kg : of the person.
+    """
+    # where a foot comes or goes that no plate shows, its force is missing before it is known to be
+    known: Flags = binary_erosion(
+        np.asarray(loads.valid.all(axis=1)),
+        iterations=round(EDGE_SECONDS * loads.rate),
+        border_value=1,
+    )
+    if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
+        return
+    weight = mass_kg * STANDARD_GRAVITY
+    total = loads.force.sum(axis=1)
+    ratio, correlation = _against(total[known, 2] - weight, needed[known, 2] - weight)
+    if correlation > LEAST_CORRELATION and not _within(ratio, RATE_RATIOS[0]):
+        yield _rate_doubt(ratio)
+        return  # the other ratios are off for the same reason
+    for name in dict.fromkeys(stance.plate for stance in stances):
+        carried = np.zeros(len(known))
+        for stance in stances:
+            if stance.plate == name:
+                frames = slice(*(round(at * loads.rate / force_rate) for at in _ends(stance)))
+                carried[frames] += loads.force[frames, SIDES.index(stance.side), 0]
+        rest = total[:, 0] - carried
+        alone = known & (np.abs(carried) > 0.0)
+        if np.count_nonzero(alone) < LEAST_SECONDS * loads.rate:
+            continue
+        ratio, together = _against(carried[alone], (needed[:, 0] - rest)[alone])
+        if abs(together) > LEAST_CORRELATION and not _within(ratio, FORCE_RATIOS):
+            yield Doubt(
+                "fore-aft force and motion", f"plate {name}", ratio, FORCE_RATIOS[ratio > 1.0],
+                "1", f"the body's fore-aft acceleration needs {ratio:.2f} times the force that "
+                f"the plate shows ({FORCE_RATIOS[0]:g} to {FORCE_RATIOS[1]:g} elsewhere): check "
+                "its calibration and axes", certain=ratio < 0.0, plate=name,
+            )  # fmt: skip
+    drift = (total - needed)[known, :2].mean(axis=0) / weight
+    largest = float(np.abs(drift).max())
+    if largest > LARGEST_DRIFT:
+        yield Doubt(
+            "horizontal impulse", "all plates", largest, LARGEST_DRIFT, "body weights",
+            f"on average the plates push the body by {100 * drift[0]:.1f} % of its weight forward "
+            f"and {100 * drift[1]:.1f} % to the left more than its motion shows (at most "
+            f"{100 * LARGEST_DRIFT:.0f} %): a horizontal channel is not zeroed",
+        )  # fmt: skip
+
+
+def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[Doubt]:
+    """A swing that is too short or too long for a leg of this person, as a wrong frame rate makes
+    it; needs no forces.
+    """
+    times = [
+        after.time - before.time
+        for side in SIDES
+        for mine in [[event for event in events if event.side == side]]
+        for before, after in pairwise(mine)
+        if (before.kind, after.kind) == ("toe_off", "heel_strike")
+    ]
+    if not times:
+        return
+    swing = float(np.median(times))
+    relative = swing / np.sqrt(LEG_SHARE * height_m / STANDARD_GRAVITY)
+    if not _within(relative, SWING_TIMES):
+        short = relative < SWING_TIMES[0]
+        yield Doubt(
+            "swing time", "both feet", relative, SWING_TIMES[not short], "1",
+            f"a swing takes {swing:.2f} s, too {'short' if short else 'long'} for a person of "
+            f"{height_m:.2f} m who walks: the frame rate of the file looks too "
+            f"{'high' if short else 'low'}. Check it in the recording program",
+        )  # fmt: skip
+
+
+def _rate_doubt(ratio: float) -> Doubt:
+    factor = float(np.sqrt(ratio)) if ratio > 0.0 else float("nan")
+    return Doubt(
+        "frame rate", "markers and plates", ratio, RATE_RATIOS[0][ratio > 1.0], "1",
+        f"the markers' vertical acceleration is {ratio:.2f} times that of the forces, which "
+        f"gravity fixes ({RATE_RATIOS[0][0]:g} to {RATE_RATIOS[0][1]:g} elsewhere): the frame rate "
+        f"of the file looks {factor:.1f} times the true one. Check it in the recording program",
+        certain=not _within(ratio, RATE_RATIOS[1]),
+    )  # fmt: skip
+
+
+def _ends(stance: Stance) -> tuple[int, int]:
+    return stance.begin, stance.end
+
+
+def _within(value: float, limits: tuple[float, float]) -> bool:
+    return limits[0] <= value <= limits[1]
+
+
+def _against(shown: Array, needed: Array) -> tuple[float, float]:
+    """Factor of `shown` that explains `needed` best, and their correlation."""
+    if shown.std() == 0.0 or needed.std() == 0.0:
+        return 1.0, 0.0
+    factor = float((shown * needed).sum() / (shown * shown).sum())
+    return factor, float(np.corrcoef(shown, needed)[0, 1])
