@@ -17,7 +17,7 @@ import numpy as np
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.opensim.motion import read_motion
+from gaitval.mocap.mot import read_storage
 from gaitval.session.read import marker_columns
 from gaitval.session.session import Import
 from gaitval.session.trial import Trial, valid_cycles
@@ -25,6 +25,8 @@ from gaitval.session.trial import Trial, valid_cycles
 JOINTS: Final = {"Hip": "hip_flexion", "Knee": "knee_angle", "Ankle": "ankle_angle"}
 FEWEST: Final = 20
 """Frames below which two curves are not compared."""
+END_SECONDS: Final = 0.1
+"""s at both ends of a trial in which filters settle."""
 
 
 def against_plug_in_gait(found: Import, files: list[Path]) -> list[dict[str, Any]]:
@@ -62,17 +64,20 @@ def against_plug_in_gait(found: Import, files: list[Path]) -> list[dict[str, Any
 
 
 def against_opensim(found: Import, motion: Path) -> list[dict[str, Any]]:
-    """Differences of the sagittal angles of the first trial from an OpenSim motion file's; rows as
-    `against_plug_in_gait`.
+    """Differences of the sagittal angles of the first trial from an OpenSim motion file's, over all
+    frames; rows as `against_plug_in_gait`.
     """
     walk = found.trials[0]
-    time, theirs = read_motion(motion)
+    table = read_storage(motion)
+    factor = 1.0 if table.in_degrees else 180.0 / np.pi
+    time, own = table.time, walk.recording.time
+    inside = (time > own[0] + END_SECONDS) & (time < own[-1] - END_SECONDS)
     rows = []
     for joint, name, side in _legs():
         column = COORDINATES.index(name)
-        ours = np.interp(time, walk.recording.time, walk.positions[:, column])
-        inside = np.interp(time, walk.recording.time, _inside(walk, side, False)) == 1.0
-        rows += _row("angle", joint, side, np.degrees(ours - theirs[:, column]), inside, {})
+        ours = np.degrees(np.interp(time, own, walk.positions[:, column]))
+        seen = np.interp(time, own, walk.kinematics.determined[:, column]) == 1.0
+        rows += _row("angle", joint, side, ours - factor * table.column(name), inside & seen, {})
     return rows
 
 

@@ -37,6 +37,15 @@ PAGE = STORE.with_suffix(".md")
 COMMAND = "python scripts/public_recordings.py --from FOLDER"
 OPTIONS = ("marker_set", "axes", "knee_width", "ankle_width", "elbow_width", "kinematics_only")
 
+PEER_WORDS = """
+Sagittal, over the gait cycles. Plug-in Gait filters neither forces nor moments; its curves are
+low-passed here as ours are. Its moments are positive for extensors. It puts the hip centre by Davis
+1991 (about 1 cm in front of ours, Harrington 2007) and the knee centre by the thigh marker (about
+1 cm behind ours, from the fit of a hinge), so its knee is 2 to 6° straighter and its hip moments
+differ. The zero of an angle is therefore taken from standing, where the peer has results there,
+else from the mean over the cycles.
+"""
+
 
 def listed() -> list[dict[str, Any]]:
     """The recordings of the list, each with what its laboratory's table says of all of them."""
@@ -181,8 +190,8 @@ def page(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
     lines = [
         "# Public recordings of other laboratories",
         "",
-        "Written by `scripts/public_recordings.py`, which also says how to get the recordings. None",
-        "is kept here: address, commit and hash are in `scripts/public_recordings.toml` and",
+        "Written by `scripts/public_recordings.py`, which says how to get the recordings. None is",
+        "kept here: address, commit and hash are in `scripts/public_recordings.toml` and",
         "`public.json`.",
         "",
         "| recording | laboratory | became | |",
@@ -196,7 +205,7 @@ def page(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
             lines.append(
                 f"| {each['name']} | {each['laboratory']} | {result['became']}{mark} | {why} |"
             )
-    lines += ["", "## Against the results that came with them", "", *_peer_words(), ""]
+    lines += ["", "## Against the results that came with them", PEER_WORDS]
     lines += [
         "| | joint | legs and trials | RMS, mean ± SD | largest | without taking out the zero |",
         "|---|---|---|---|---|---|",
@@ -235,17 +244,6 @@ def _by_joint(peer: Sequence[Mapping[str, Any]], kind: str, key: str, form: str)
         for joint in ("Hip", "Knee", "Ankle")
     ]
     return ", ".join(form.format(np.mean(each)) if each else "–" for each in values)
-
-
-def _peer_words() -> list[str]:
-    return [
-        "Sagittal, over the gait cycles. Plug-in Gait filters neither forces nor moments; its curves",
-        "are low-passed here as ours are. Its moments are positive for extensors. It puts the hip",
-        "centre by Davis 1991 (about 1 cm in front of ours, Harrington 2007) and the knee centre by",
-        "the thigh marker (about 1 cm behind ours, from the fit of a hinge), so its knee is 2 to 6°",
-        "straighter and its hip moments differ. The zero of an angle is therefore taken from standing,",
-        "where the peer has results there, else from the mean over the cycles.",
-    ]
 
 
 def main() -> None:

@@ -1,23 +1,14 @@
-"""Commands of recorded data: the built-in subjects, an import, and published data sets."""
+"""Commands of recorded data: the built-in subjects, and an import."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
-from rich.progress import (
-    BarColumn,
-    DownloadColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeRemainingColumn,
-    TransferSpeedColumn,
-)
 from rich.table import Table
 
 from gaitval.cli import display
-from gaitval.cli.app import ConfigOption, SetOption, app, command
+from gaitval.cli.app import ConfigOption, SetOption, command
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -429,79 +420,3 @@ def curves(
         person = Person(mass, height, leg_length, sex, age, tape or (), citation, licence)
         path = new_subject(files, out, person, **trial)
     display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
-
-
-data_app = typer.Typer(
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    help="List and download published data sets.",
-)
-app.add_typer(data_app, name="data")
-
-FolderOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--folder", help="Folder of the data; by default the user's cache.", show_default=False
-    ),
-]
-
-
-@data_app.command(
-    "list",
-    help="List the data sets that can be fetched, and which parts are on this machine."
-    "\n\n\b\nExamples:\n  gaitval data list",
-)
-def data_list(folder: FolderOption = None) -> None:
-    """List the data sets."""
-    from gaitval.datasets.archive import datasets
-
-    for state in datasets(folder):
-        dataset = state.dataset
-        missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
-        display.output.print(f"[bold]{dataset.name}[/]  {dataset.title}", highlight=False)
-        display.output.print(
-            f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
-            f"  {dataset.citation}\n  {state.folder}: {missing}",
-            highlight=False,
-            markup=False,
-        )
-
-
-@data_app.command(
-    "fetch",
-    help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
-    "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
-)
-def data_fetch(
-    name: Annotated[str, typer.Argument(help="Name of the data set, see `gaitval data list`.")],
-    folder: FolderOption = None,
-) -> None:
-    """Download a data set."""
-    from gaitval.datasets.archive import fetch
-
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        DownloadColumn(),
-        TransferSpeedColumn(),
-        TimeRemainingColumn(),
-        console=display.messages,
-    )
-    tasks: dict[str, TaskID] = {}
-
-    def show(file: str, done: int, total: int | None) -> None:
-        if file not in tasks:
-            tasks[file] = bar.add_task(file, total=total)
-        bar.update(tasks[file], completed=done, total=total)
-
-    with bar:
-        files = fetch(name, folder, on_progress=show)
-    for file in files:
-        how = "downloaded" if file.downloaded else "was here"
-        if file.resumed_from:
-            how += f", continued from {file.resumed_from / 1e6:.0f} MB"
-        display.output.print(
-            f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
-            highlight=False,
-            soft_wrap=True,
-        )

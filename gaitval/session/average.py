@@ -15,6 +15,7 @@ from gaitval.gait.cycles import (
     Part,
     average,
 )
+from gaitval.gait.doubts import Doubt
 from gaitval.gait.record import ANGLE_NAMES, RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_angles
@@ -93,40 +94,48 @@ def left_open(name: str, curve: Array) -> bool:
     return name not in REQUIRED_ANGLES and abs(curve[-1] - curve[0]) > LARGEST_DRIFT["angle"]
 
 
-def about_means(
+def doubts_of_means(
     angles: Mapping[str, AverageCurve], forces: Mapping[Side, AverageCurve]
-) -> list[str]:
+) -> tuple[Doubt, ...]:
     """What a user should know of the mean curves: a side that is mirrored, angles that drift."""
-    said = []
+    found = []
     hidden = unseen_side(angles)
     if hidden is not None:
-        said.append(
-            f"no trial shows a whole cycle of the {hidden} leg: the subject's {hidden} curves are "
-            "the other side's, mirrored. A further --trial that shows it mends this"
+        found.append(
+            Doubt(
+                *("one side", f"{hidden} leg", 0.0, 1.0, "cycles"),
+                f"no trial shows a whole cycle of it: the subject's {hidden} curves are the other "
+                "side's, mirrored. A further --trial that shows it mends this",
+            )
         )
     elif len(forces) == 1:
         (shown,) = forces
         other = "left" if shown == "right" else "right"
-        said.append(
-            f"the plates show no whole cycle of the {other} foot alone: the subject's {other} "
-            f"moments and forces are those of the {shown} side, mirrored. A further --trial in "
-            f"which the {other} foot lands on a plate of its own mends this"
+        found.append(
+            Doubt(
+                *("one side", f"{other} foot", 0.0, 1.0, "cycles"),
+                f"the plates show no whole cycle of it alone: the subject's {other} moments and "
+                f"forces are those of the {shown} side, mirrored. A further --trial in which it "
+                "lands on a plate of its own mends this",
+            )
         )
-    gaps = {
-        name: float(np.degrees(curve.mean[-1] - curve.mean[0]))
-        for name, curve in angles.items()
-        if name in ANGLE_NAMES and abs(curve.mean[-1] - curve.mean[0]) > USUAL_DRIFT
-    }
-    if gaps:
-        said.append(
-            "the walk is less steady than 99 % of people's: from one heel strike to the next "
-            + ", ".join(f"{name} drifts by {gap:.1f}°" for name, gap in gaps.items())
-            + ". The drift is taken away evenly over the cycle; more cycles make it smaller"
+    for name, curve in angles.items():
+        gap = float(curve.mean[-1] - curve.mean[0])
+        if name not in ANGLE_NAMES or abs(gap) <= USUAL_DRIFT:
+            continue
+        what = (
+            "left out of the subject, for it does not close"
+            if left_open(name, curve.mean)
+            else "taken away evenly over the cycle; more cycles make it smaller"
         )
-    lost = [name for name, curve in angles.items() if left_open(name, curve.mean)]
-    if lost:
-        said.append(f"left out of the subject, for they do not close: {', '.join(lost)}")
-    return said
+        found.append(
+            Doubt(
+                *("drift", name, np.degrees(abs(gap)), np.degrees(USUAL_DRIFT), "deg"),
+                f"drifts by {np.degrees(gap):.1f}° from one heel strike to the next, more than 99 "
+                f"% of people's single strides; {what}",
+            )
+        )
+    return tuple(found)
 
 
 def mean_kinetics(

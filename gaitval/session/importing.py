@@ -111,20 +111,48 @@ def import_files(
         progress.decisions.append((step, message))
         tell(step, message)
 
+    request = _request(Path(static), trials, out, (mass, height, sex), options, noted)
+    try:
+        found = work_out(request, configuration.processing, tell, progress)
+    except GaitvalError as error:
+        page = write_refusal(out, request, progress, error)
+        raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
+            *error.goes_on
+        ) from None
+    files = tuple(write_import(out, found, configuration))
+    halves = options.get("halves")
+    try:
+        subject = _subject(found, options) if halves is None else _of_halves(found, halves, options)
+    except GaitvalError as error:
+        raise type(error)(
+            f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
+        ).with_way_on(*error.goes_on) from None
+    return Imported(found, subject, files, write_subject(out, subject))
+
+
+def _request(
+    static: Path,
+    trials: Sequence[str | Path],
+    out: Path,
+    person_given: tuple[float | None, float | None, str],
+    options: Options,
+    tell: Tell,
+) -> Request:
+    """What is to be worked out; mass (kg) and height (m) that are not given come from the files."""
     person = person_of_session(
-        [Path(path) for path in (static, *trials)],
-        mass_kg=mass,
-        height_m=height,
-        sex=sex,
+        [static, *map(Path, trials)],
+        mass_kg=person_given[0],
+        height_m=person_given[1],
+        sex=person_given[2],
         widths={
             "knee": options.get("knee_width"),
             "ankle": options.get("ankle_width"),
             "elbow": options.get("elbow_width"),
         },
-        tell=noted,
+        tell=tell,
     )
-    request = Request(
-        static=Path(static),
+    return Request(
+        static=static,
         trials=tuple(map(Path, trials)),
         forces=tuple(map(Path, options.get("forces") or ())),
         identifier=_identifier(out),
@@ -142,22 +170,6 @@ def import_files(
         no_plate=tuple(options.get("no_plate") or ()),
         consistent=options.get("consistent", False),
     )
-    try:
-        found = work_out(request, configuration.processing, tell, progress)
-    except GaitvalError as error:
-        page = write_refusal(out, request, progress, error)
-        raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
-            *error.goes_on
-        ) from None
-    files = tuple(write_import(out, found, configuration))
-    halves = options.get("halves")
-    try:
-        subject = _subject(found, options) if halves is None else _of_halves(found, halves, options)
-    except GaitvalError as error:
-        raise type(error)(
-            f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
-        ).with_way_on(*error.goes_on) from None
-    return Imported(found, subject, files, write_subject(out, subject))
 
 
 def _subject(found: Import, options: Options) -> Subject:

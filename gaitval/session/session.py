@@ -15,7 +15,7 @@ from gaitval.gait.cycles import (
     AverageCurve,
 )
 from gaitval.gait.doubts import Doubt, refuse_certain
-from gaitval.session.average import about_means, check_mass, mean_angles, mean_kinetics
+from gaitval.session.average import check_mass, doubts_of_means, mean_angles, mean_kinetics
 from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
@@ -34,6 +34,7 @@ class Import:
     forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
     weight_ratio : mean vertical force over whole gait cycles, as a fraction of body weight; None if
         no cycle of both feet is shown whole.
+    of_means : what is doubtful in the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
     """
@@ -49,12 +50,14 @@ class Import:
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
     functional: tuple[FunctionalJoint, ...] = ()
+    of_means: tuple[Doubt, ...] = ()
 
     @property
     def doubts(self) -> tuple[tuple[str, Doubt], ...]:
         """What is doubtful: the trial, and the doubt."""
         of_trials = ((walk.name, doubt) for walk in self.trials for doubt in walk.doubts)
-        return *self.session.doubts, *of_trials
+        of_means = (("all trials", doubt) for doubt in self.of_means)
+        return *self.session.doubts, *of_trials, *of_means
 
 
 @dataclass
@@ -119,8 +122,9 @@ def work_out(
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
-    for message in about_means(angles, forces):
-        noted("cycles", message)
+    of_means = doubts_of_means(angles, forces)
+    for doubt in of_means:
+        noted("doubts", str(doubt))
     return Import(
         request=request,
         processing=processing,
@@ -132,5 +136,6 @@ def work_out(
         forces=forces,
         weight_ratio=weight_ratio,
         decisions=tuple(known.decisions),
+        of_means=of_means,
         functional=functional,
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
@@ -87,15 +87,6 @@ def summary_of(found: Import) -> page.RecordingSummary:
     errors = marker_errors(first.kinematics)
     limits = {verdict.tolerance.id: verdict.tolerance.value for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
-    forces = {
-        f"{name}_{side[0]}": (sign * force.mean[:, axis], force.deviation[:, axis])
-        for side, force in found.forces.items()
-        for name, axis, sign in (
-            ("forward", 0, 1.0),
-            ("medial", 1, 1.0 if side == "right" else -1.0),
-            ("vertical", 2, 1.0),
-        )
-    }
     dynamics = first.moments
     return page.RecordingSummary(
         identifier=request.identifier,
@@ -108,12 +99,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         force_rate=first.recording.force_rate,
         walking_speed=speed(found),
         cycles={side: len(all_cycles(found, side, kinetics=False)) for side in SIDES},
-        stance_fraction={
-            side: float(
-                np.nanmean(np.concatenate([w.gait[side].stance_fraction for w in found.trials]))
-            )
-            for side in SIDES
-        },
+        stance_fraction={side: _stance_fraction(found, side) for side in SIDES},
         inputs=input_files(found),
         decisions=[
             page.Decision(step, message) for step, message in found.decisions if step in _DECIDED
@@ -139,7 +125,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ],
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
         moments={name: (c.mean, c.deviation) for name, c in found.moments.items()},
-        forces=forces,
+        forces=_force_curves(found),
         residuals=None
         if dynamics is None
         else page.ResidualCurves(
@@ -164,6 +150,25 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ],
         versions=versions(),
     )
+
+
+def _force_curves(found: Import) -> dict[str, tuple[Array, Array]]:
+    """Mean and deviation of each component of the ground reaction; medial is + on both sides."""
+    return {
+        f"{name}_{side[0]}": (sign * force.mean[:, axis], force.deviation[:, axis])
+        for side, force in found.forces.items()
+        for name, axis, sign in (
+            ("forward", 0, 1.0),
+            ("medial", 1, 1.0 if side == "right" else -1.0),
+            ("vertical", 2, 1.0),
+        )
+    }
+
+
+def _stance_fraction(found: Import, side: Side) -> float:
+    """Mean stance fraction of a side; NaN if no trial shows a whole cycle of it."""
+    values = np.concatenate([walk.gait[side].stance_fraction for walk in found.trials])
+    return float(np.mean(values[np.isfinite(values)])) if np.isfinite(values).any() else np.nan
 
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")

@@ -15,7 +15,7 @@ from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES
 from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.session.average import LARGEST_DRIFT, about_means
+from gaitval.session.average import LARGEST_DRIFT, doubts_of_means
 from gaitval.session.one_side import completed_sides
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
@@ -63,8 +63,8 @@ def test_a_side_that_is_not_seen_is_the_other_ones_mirror_image(found, side, tmp
     assert f"the {hidden} moments and forces were not recorded" in subject.described
     write_subject(tmp_path, subject)
     assert load_subject(str(tmp_path / "subject.toml")).gait.mirrored == subject.gait.mirrored
-    (message,) = about_means(part.angles, part.forces)
-    assert f"no trial shows a whole cycle of the {hidden} leg" in message
+    (doubt,) = doubts_of_means(part.angles, part.forces)
+    assert str(doubt).startswith(f"{hidden} leg: no trial shows a whole cycle of it")
 
 
 def test_plates_that_show_one_foot_give_the_other_one_its_forces(found):
@@ -77,8 +77,8 @@ def test_plates_that_show_one_foot_give_the_other_one_its_forces(found):
     assert both.mirrored == {"kinetics": "right"}
     np.testing.assert_array_equal(both.forces["right"], both.forces["left"] * [1, -1, 1])
     np.testing.assert_array_equal(both.angles["knee_angle_r"], found.angles["knee_angle_r"].mean)
-    (message,) = about_means(part.angles, part.forces)
-    assert "the subject's right moments and forces are those of the left side" in message
+    (doubt,) = doubts_of_means(part.angles, part.forces)
+    assert "the subject's right moments and forces are those of the left side" in doubt.message
 
 
 def drifting(found, name, degrees):
@@ -89,10 +89,11 @@ def drifting(found, name, degrees):
 
 
 def test_a_curve_that_does_not_close_is_closed_and_told(found):
-    assert about_means(found.angles, found.forces) == []
+    assert doubts_of_means(found.angles, found.forces) == ()
     part = drifting(found, "knee_angle_l", 7.0)
-    (message,) = about_means(part.angles, part.forces)
-    assert "knee_angle_l drifts by 7." in message or "knee_angle_l drifts by 6." in message
+    (doubt,) = doubts_of_means(part.angles, part.forces)
+    assert doubt.where == "knee_angle_l"
+    assert doubt.value == pytest.approx(7.0, abs=0.5)
     phase = np.linspace(0.0, 1.0, 101)
     before, after = (
         subject_of(one).gait.angles["knee_angle_l"].periodic()(phase) for one in (found, part)
@@ -108,7 +109,8 @@ def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
     subject = subject_of(part)
     assert "foot_progression_l" not in subject.gait.angles
     assert "foot_progression_r" in subject.gait.angles
-    assert "do not close: foot_progression_l" in about_means(part.angles, part.forces)[-1]
+    (doubt,) = doubts_of_means(part.angles, part.forces)
+    assert "left out of the subject" in doubt.message
 
 
 def test_the_force_of_a_landing_beside_the_plates_is_that_of_the_landing_on_them():
