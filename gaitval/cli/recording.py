@@ -59,8 +59,37 @@ def subjects(
 
 
 StaticOption = Annotated[
-    Path,
-    typer.Option("--static", metavar="FILE", help="Standing trial: C3D, TRC.", show_default=False),
+    Path | None,
+    typer.Option(
+        "--static",
+        metavar="FILE",
+        help="Standing trial: C3D, TRC. Left out, a standing pose is put together from the walk.",
+        show_default=False,
+    ),
+]
+StaticTimeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--static-time",
+        metavar="BEGIN:END",
+        help="Part of the standing trial that counts, s.",
+        show_default=False,
+    ),
+]
+FloorOption = Annotated[
+    float,
+    typer.Option(
+        "--floor",
+        metavar="M",
+        help="Height of what the person stands on in the standing trial, m above the origin.",
+    ),
+]
+FeetOption = Annotated[
+    bool,
+    typer.Option(
+        "--feet-not-flat",
+        help="The person stands on toes or heels: put the feet flat for scaling.",
+    ),
 ]
 TrialOption = Annotated[
     list[Path],
@@ -215,13 +244,16 @@ SexOption = Annotated[
     name="import",
 )
 def import_command(
-    static: StaticOption,
     trial: TrialOption,
     sex: SexOption,
     out: OutOption,
+    static: StaticOption = None,
     mass: MassOption = None,
     height: HeightOption = None,
     forces: ForcesOption = None,
+    static_time: StaticTimeOption = None,
+    floor: FloorOption = 0.0,
+    feet_not_flat: FeetOption = False,
     marker_set: MarkerSetOption = None,
     axes: AxesOption = None,
     knee_width: KneeWidthOption = None,
@@ -251,6 +283,7 @@ def import_command(
     from gaitval.session.halves import HALVES
     from gaitval.session.importing import import_files
     from gaitval.session.request import HIP_CENTRES
+    from gaitval.session.standing import parsed_window
     from gaitval.session.write import FOLDER
 
     with display.live_view() as live:
@@ -264,6 +297,9 @@ def import_command(
             configuration=load_configuration(config, settings=settings or ()),
             tell=lambda step, text: live.say(f"{step}: {text}"),
             forces=forces,
+            static_time=None if static_time is None else parsed_window(static_time),
+            floor=floor,
+            feet_flat=not feet_not_flat,
             marker_set=marker_set,
             axes=axes,
             knee_width=_width("--knee-width", knee_width),

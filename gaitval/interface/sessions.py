@@ -105,7 +105,7 @@ class Session(Result):
 
 
 def import_session(
-    static: str | Path,
+    static: str | Path | None,
     trials: str | Path | Sequence[str | Path],
     *,
     mass: float | None = None,
@@ -125,7 +125,7 @@ def import_session(
 
     Parameters
     ----------
-    static : the standing trial: C3D, TRC.
+    static : the standing trial: C3D, TRC; None puts a standing pose together from the walk.
     trials : the walking trials: C3D, TRC, WBDS mkr.txt; their cycles are pooled.
     mass, height : kg, m; left out if a C3D file knows them.
     sex : "F" or "M"; selects the segment tables.
@@ -134,8 +134,8 @@ def import_session(
     settings : "section.key=value", as for `--set`.
     tell : called with each decision: the step, and a sentence.
     options : see `gaitval.session.importing.Options`: forces, marker_set, axes, knee_width,
-        ankle_width, elbow_width, functional, hip_centre, age, citation, licence, consistent,
-        kinematics_only, no_plate, halves.
+        ankle_width, elbow_width, static_time, floor, feet_flat, functional, hip_centre, age,
+        citation, licence, consistent, kinematics_only, no_plate, halves.
 
     Returns
     -------

@@ -45,7 +45,7 @@ class Person(BaseModel):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
     sex: str
-    static: Path
+    static: Path | None = None
     trials: Annotated[tuple[Path, ...], Field(min_length=1)]
     forces: tuple[Path, ...] = ()
     mass: float | None = None
@@ -62,6 +62,9 @@ class Person(BaseModel):
     licence: str = "not stated"
     consistent: bool = False
     kinematics_only: bool = False
+    static_time: tuple[float, float] | None = None
+    floor: float = 0.0
+    feet_flat: bool = True
     no_plate: tuple[str, ...] = ()
     halves: Halves | None = None
 
@@ -143,7 +146,7 @@ def _person(file: Path, number: int, table: Any) -> Person:
     here = file.parent
     return person.model_copy(
         update={
-            "static": here / person.static,
+            "static": None if person.static is None else here / person.static,
             "trials": tuple(here / each for each in person.trials),
             "forces": tuple(here / each for each in person.forces),
             "functional": tuple(here / each for each in person.functional),

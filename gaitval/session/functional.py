@@ -36,10 +36,10 @@ from gaitval.session.read import (
     about_file,
     marker_columns,
     named,
-    standing_places,
     trajectories,
 )
 from gaitval.session.request import Request, Tell, silent
+from gaitval.session.standing import standing_places
 
 REGRESSION_ERROR: Final = 0.0079
 """m, each way, of the hip centre by Harrington's regression: 12.3 ± 5.9 mm in space from that in 67

@@ -36,6 +36,9 @@ class Options(TypedDict, total=False):
     licence : of the recording.
     consistent : make the smallest change of motion and masses that lowers the residuals.
     kinematics_only : use no forces; moments and forces of the subject's walk are predicted then.
+    static_time : part of the standing trial, s.
+    floor : height of what the person stands on in the standing trial, m.
+    feet_flat : whether the feet are flat on the floor in standing.
     no_plate : names of force plates to leave out, as the doubts name them.
     halves : make two trials of the cycles, "odd-even" or "first-last"; the second is not told to
         the subject's walk, which is compared with it.
@@ -54,6 +57,9 @@ class Options(TypedDict, total=False):
     licence: str
     consistent: bool
     kinematics_only: bool
+    static_time: tuple[float, float] | None
+    floor: float
+    feet_flat: bool
     no_plate: Sequence[str] | None
     halves: Halves | None
 
@@ -75,7 +81,7 @@ class Imported:
 
 
 def import_files(
-    static: str | Path,
+    static: str | Path | None,
     trials: Sequence[str | Path],
     out: Path,
     *,
@@ -92,7 +98,7 @@ def import_files(
 
     Parameters
     ----------
-    static : file of the standing trial.
+    static : file of the standing trial; None puts a standing pose together from the first walk.
     trials : files of the walking trials, whose cycles are pooled.
     out : the folder; the subject is named after it.
     mass, height, sex : kg, m, and "F" or "M"; a mass or height of None is taken from the files.
@@ -111,7 +117,14 @@ def import_files(
         progress.decisions.append((step, message))
         tell(step, message)
 
-    request = _request(Path(static), trials, out, (mass, height, sex), options, noted)
+    request = _request(
+        Path(trials[0] if static is None else static),
+        trials,
+        out,
+        (mass, height, sex),
+        options,
+        noted,
+    )
     try:
         found = work_out(request, configuration.processing, tell, progress)
     except GaitvalError as error:
@@ -140,7 +153,7 @@ def _request(
 ) -> Request:
     """What is to be worked out; mass (kg) and height (m) that are not given come from the files."""
     person = person_of_session(
-        [static, *map(Path, trials)],
+        list(dict.fromkeys([static, *map(Path, trials)])),
         mass_kg=person_given[0],
         height_m=person_given[1],
         sex=person_given[2],
@@ -167,6 +180,9 @@ def _request(
         without_forces=options.get("kinematics_only", False),
         functional=tuple(map(Path, options.get("functional") or ())),
         hip_centre=options.get("hip_centre", "regression"),
+        static_time=options.get("static_time"),
+        floor_m=options.get("floor", 0.0),
+        feet_flat=options.get("feet_flat", True),
         no_plate=tuple(options.get("no_plate") or ()),
         consistent=options.get("consistent", False),
     )

@@ -21,7 +21,7 @@ class Request:
 
     Attributes
     ----------
-    static : file of the standing trial.
+    static : file of the standing trial; the first of `trials` if there is none.
     trials : files of the walking trials, of the same session.
     forces : file of the ground reaction of each trial, if the trial's own file has none; as many as
         `trials`, or none.
@@ -36,6 +36,9 @@ class Request:
         knee axes are found; a walking trial may be one.
     hip_centre : "functional" uses those hip centres whose error is small.
     no_plate : names of force plates that are left out of every trial.
+    static_time : part of the standing trial, s; all of it when None.
+    floor_m : height of what the person stands on in the standing trial, m.
+    feet_flat : whether the feet are flat on the floor in standing.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
     """
@@ -56,7 +59,15 @@ class Request:
     functional: tuple[Path, ...] = ()
     hip_centre: HipCentre = "regression"
     no_plate: tuple[str, ...] = ()
+    static_time: tuple[float, float] | None = None
+    floor_m: float = 0.0
+    feet_flat: bool = True
     consistent: bool = False
+
+    @property
+    def stands_in_walk(self) -> bool:
+        """Whether there is no standing trial, and the pose is put together from the walk."""
+        return self.static == self.trials[0]
 
     @property
     def widths(self) -> Widths:

@@ -19,8 +19,9 @@ from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
 from gaitval.scaling.scaling import ScaledBody, build_body
-from gaitval.session.read import Session, about_file, marker_columns, standing_places
+from gaitval.session.read import Session, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
+from gaitval.session.standing import standing_places
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
 def input_files(found: Import) -> list[page.InputFile]:
     """The files that were given, with their hashes."""
     request = found.request
-    files = [("static", request.static)]
+    files = [] if request.stands_in_walk else [("static", request.static)]
     files += [("trial", path) for path in request.trials]
     files += [("forces", path) for path in request.forces]
     files += [("functional", path) for path in request.functional]
