@@ -39,11 +39,11 @@ def plain_name(name: str) -> str:
 
 
 def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[Likeness]:
-    """Unknown names that may be missing markers, at most one for each.
+    """Unknown names that may be missing markers, at most one for each, in the markers' order.
 
-    A pair needs a likeness of `LEAST_LIKENESS`, the same side, the same of medial and lateral,
-    front and back, upper and lower, radial and ulnar, the same numbers; and each of the two must
-    be the other's only best.
+    A pair needs a likeness of `LEAST_LIKENESS`, the same side, the same numbers, not the opposite
+    of medial and lateral, front and back, upper and lower, radial and ulnar; and each of the two
+    must be the other's only best.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[
     unknown = tuple(unknown)
     pairs = [
         Likeness(name, marker, ratio)
-        for name in unknown
         for marker, spellings in missing.items()
+        for name in unknown
         for ratio in [max((_likeness(name, spelling) for spelling in spellings), default=0.0)]
         if ratio >= LEAST_LIKENESS
     ]
@@ -73,7 +73,7 @@ def _only_best(pair: Likeness, pairs: list[Likeness]) -> bool:
 def _likeness(name: str, spelling: str) -> float:
     """Likeness of two names without their side; 0 if they say different places."""
     (side, stem), (known_side, known_stem) = _side_and_stem(name), _side_and_stem(spelling)
-    if side != known_side or _places(stem) != _places(known_stem):
+    if side != known_side or not _same_place(stem, known_stem):
         return 0.0
     if min(len(stem), len(known_stem)) < SHORTEST_STEM:
         return 0.0
@@ -94,11 +94,20 @@ def _side_and_stem(name: str) -> tuple[str, str]:
     return (first[0][0], plain[first.end() :]) if first else ("", plain)
 
 
-def _places(stem: str) -> tuple[object, ...]:
-    """What a name says of the place: which of each pair of opposites, and its numbers."""
-    # A marker on the outer side often has no word for it (R.Knee), so lateral counts as unsaid.
-    medial = bool(re.search(_OPPOSITES[0][0], stem))
-    said = tuple(
-        (bool(re.search(one, stem)), bool(re.search(other, stem))) for one, other in _OPPOSITES[1:]
+def _same_place(stem: str, other: str) -> bool:
+    """Whether two names do not say different places; lateral and front may go unsaid, medial not.
+
+    A marker on the outer side often has no word for it (R.Knee), so what is not called medial is
+    lateral.
+    """
+    numbers = r"\d+"
+    if re.findall(numbers, stem) != re.findall(numbers, other):
+        return False
+    medial = _OPPOSITES[0][0]
+    if bool(re.search(medial, stem)) != bool(re.search(medial, other)):
+        return False
+    return not any(
+        (re.search(one, stem) and re.search(opposite, other))
+        or (re.search(opposite, stem) and re.search(one, other))
+        for one, opposite in _OPPOSITES
     )
-    return medial, *said, tuple(re.findall(r"\d+", stem))

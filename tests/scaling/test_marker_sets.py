@@ -298,6 +298,14 @@ def test_a_wrong_partner_is_not_suggested(unknown, missing):
     assert alike([unknown], {missing: (missing,)}) == []
 
 
+@pytest.mark.parametrize(
+    ("unknown", "missing"),
+    [("R.AIS", "R.ASIS"), ("L_Ankl", "L.Ankle"), ("r_knee_med", "R.Knee.Medial")],
+)
+def test_a_slip_of_the_keyboard_is_suggested(unknown, missing):
+    assert [one.marker for one in alike([unknown], {missing: (missing,)})] == [missing]
+
+
 def test_a_partner_is_the_only_best_of_both():
     found = alike(["RANKL"], {"R.Ankle": ("R.Ankle",), "R.Ankles": ("R.Ankles",)})
     assert [(one.name, one.marker) for one in found] == [("RANKL", "R.Ankle")]
