@@ -1,8 +1,9 @@
 """Check that a walking trial names its markers as the standing trial does."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Final
+from typing import Final, NoReturn
 
 import numpy as np
 
@@ -27,10 +28,34 @@ the right side of WBDS01 T01 the ratio is at most 0.62; without an exchange it i
 and 2.3 in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
 
 
-def check_exchanged(
-    model: BodyModel, markers: Sequence[ModelMarker], measured: Array, *, names: tuple[str, str]
-) -> None:
-    """Refuse a walking trial in which two markers have each other's names.
+@dataclass(frozen=True)
+class Exchange:
+    """Two markers that have each other's names in a walking or a standing trial.
+
+    Attributes
+    ----------
+    first, second : their names.
+    own, crossed : m, sum of both distances from their own places on the body, and from each
+        other's; medians over frames.
+    """
+
+    first: str
+    second: str
+    own: float
+    crossed: float
+
+    def __str__(self) -> str:
+        return (
+            f"according to the standing trial they are {1000 * self.own:.0f} mm off their places "
+            "on the body (sum of both, median), but with the names exchanged only "
+            f"{1000 * self.crossed:.0f} mm"
+        )
+
+
+def find_exchanged(
+    model: BodyModel, markers: Sequence[ModelMarker], measured: Array
+) -> Exchange | None:
+    """The clearest pair of markers that have each other's names; None if there is none.
 
     The standing trial gives each marker its place on the model. After inverse kinematics two
     exchanged markers are then far from their own places and near each other's.
@@ -39,37 +64,38 @@ def check_exchanged(
     ----------
     markers : M markers, placed on the model by the standing trial.
     measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
-    names : of the standing and the walking trial, for the message.
-
-    Raises
-    ------
-    RecordError : two markers are exchanged; the message names the clearest pair.
     """
     frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
     shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)
     measured = measured[frames][shown >= 3]
     if not len(measured):
-        return
+        return None
     pose = inverse_kinematics(model, markers, measured).positions
     expected = marker_positions(model, markers, pose)
     # (T, M, M): of each measured marker from the place of each marker
     distance = np.linalg.norm(measured[:, :, None] - expected[:, None], axis=3)
-    worst = (EXCHANGED, -1, -1, 0.0, 0.0)
+    clearest, found = EXCHANGED, None
     for i, j in combinations(range(len(markers)), 2):
         both = np.isfinite(distance[:, i, i] + distance[:, j, j])
         if not both.any():
             continue
         own = float(np.median((distance[:, i, i] + distance[:, j, j])[both]))
         crossed = float(np.median((distance[:, i, j] + distance[:, j, i])[both]))
-        if own > SMALLEST_DISTANCE and crossed < worst[0] * own:
-            worst = (crossed / own, i, j, own, crossed)
-    _, i, j, own, crossed = worst
-    if i >= 0:
-        first, second = markers[i].name, markers[j].name
-        raise RecordError(
-            f"{names[1]}: the markers {first} and {second} have each other's names here or in "
-            f"{names[0]}: according to the standing trial they are {1000 * own:.0f} mm off their "
-            "places on the body (sum of both, median), but with the names exchanged only "
-            f"{1000 * crossed:.0f} mm. Look at both trials in the recording program, correct the "
-            "labels and export again."
-        )
+        if own > SMALLEST_DISTANCE and crossed < clearest * own:
+            clearest = crossed / own
+            found = Exchange(markers[i].name, markers[j].name, own, crossed)
+    return found
+
+
+def refuse_exchange(exchange: Exchange, names: tuple[str, str]) -> NoReturn:
+    """Refuse a walking trial in which two markers have each other's names.
+
+    Parameters
+    ----------
+    names : of the standing and the walking trial, for the message.
+    """
+    raise RecordError(
+        f"{names[1]}: the markers {exchange.first} and {exchange.second} have each other's names "
+        f"here or in {names[0]}: {exchange}. Look at both trials in the recording program, correct "
+        "the labels and export again."
+    )

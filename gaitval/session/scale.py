@@ -8,8 +8,9 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
+from gaitval.gait.doubts import Doubt
 from gaitval.gait.filters import low_pass
-from gaitval.inverse.marker_labels import check_exchanged
+from gaitval.inverse.marker_labels import find_exchanged, refuse_exchange
 from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, FittedLength, ModelFit, fit_model
 from gaitval.mocap.recording import Recording
@@ -37,6 +38,8 @@ class FittedBody:
     fit : the joint fit.
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
+    walking : the walking trials with the labels of the standing one.
+    doubts : about the labels of each walking trial.
     """
 
     chosen: Measurements
@@ -46,6 +49,8 @@ class FittedBody:
     fit: ModelFit
     factors: tuple[MeasurementFactor, ...]
     paired: tuple[BodyModel, MarkerPlacement]
+    walking: tuple[Recording, ...]
+    doubts: tuple[tuple[Doubt, ...], ...]
 
     @property
     def model(self) -> BodyModel:
@@ -76,9 +81,11 @@ def scale_body(
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
         )
-    for walking in session.walking:
-        _check_labels(scaled.model, placement, walking, request.static)
-    first = session.walking[0]
+    checked = [
+        _with_right_labels(scaled.model, placement, session, walking, str(request.static), tell)
+        for walking in session.walking
+    ]
+    first = checked[0][0]
     names = [marker.name for marker in placement.markers]
     stood = marker_columns(session.standing, names, session.standing.markers)
     stood[:, [name in placement.moved for name in names]] = np.nan
@@ -121,6 +128,8 @@ def scale_body(
         placement=placement,
         fit=fit,
         factors=factors,
+        walking=tuple(walking for walking, _ in checked),
+        doubts=tuple(tuple(doubts) for _, doubts in checked),
         paired=(
             paired.model,
             place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
@@ -128,16 +137,49 @@ def scale_body(
     )
 
 
-def _check_labels(
-    model: BodyModel, placement: MarkerPlacement, walking: Recording, static: Path
-) -> None:
-    markers = [
-        marker
-        for marker in placement.markers
-        if marker.name in walking.names and marker.name not in placement.moved
-    ]
-    measured = marker_columns(walking, [marker.name for marker in markers], walking.markers)
-    check_exchanged(model, markers, measured, names=(str(static), walking.source))
+def _with_right_labels(
+    model: BodyModel,
+    placement: MarkerPlacement,
+    session: Session,
+    walking: Recording,
+    static: str,
+    tell: Tell,
+) -> tuple[Recording, list[Doubt]]:
+    """A walking trial in which no two markers have each other's names.
+
+    Two tracking markers of one segment are exchanged back, and this is told: which of them is which
+    matters to nothing but their own places. Others are refused.
+    """
+    doubts: list[Doubt] = []
+    while True:
+        markers = [
+            marker
+            for marker in placement.markers
+            if marker.name in walking.names and marker.name not in placement.moved
+        ]
+        measured = marker_columns(walking, [marker.name for marker in markers], walking.markers)
+        exchange = find_exchanged(model, markers, measured)
+        if exchange is None:
+            return walking, doubts
+        first, second = (
+            session.marker_set.markers[name] for name in (exchange.first, exchange.second)
+        )
+        tracking = first.role == second.role == "tracking" and first.segment == second.segment
+        if not tracking or len(doubts) == len(markers):
+            refuse_exchange(exchange, (static, walking.source))
+        doubts.append(
+            Doubt(
+                "exchanged markers", f"{exchange.first} and {exchange.second}",
+                exchange.own, exchange.crossed, "m",
+                f"have each other's names in walking or in standing: {exchange}. Exchanged back, "
+                "for both only track one segment; look at the labels",
+            )
+        )  # fmt: skip
+        tell("doubts", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
+        swap = {exchange.first: exchange.second, exchange.second: exchange.first}
+        walking = walking.with_markers(
+            [swap.get(name, name) for name in walking.names], walking.markers
+        )
 
 
 def _taken(length: FittedLength) -> bool:

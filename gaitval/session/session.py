@@ -6,7 +6,7 @@ dynamics; gait cycles. `gaitval.session.write` writes the results.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import Side
@@ -103,6 +103,18 @@ def work_out(
         session,
         noted,
         hip_centres=chosen_hips(request, functional, noted),
+    )
+    session = known.session = replace(
+        session,
+        walking=body.walking,
+        doubts=(
+            *session.doubts,
+            *(
+                (trial.name, doubt)
+                for trial, doubts in zip(request.trials, body.doubts, strict=True)
+                for doubt in doubts
+            ),
+        ),
     )
     walks: list[Trial] = []
     last = RecordError("no walking trial")
