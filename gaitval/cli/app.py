@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -31,7 +32,7 @@ that it reads has changed, and resumes after Ctrl-C or a kill. A single stage ke
 settings of its run folder; `subject` starts from the defaults.
 
 Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot be used,
-130 interrupted.
+70 a fault of gaitval, 130 interrupted.
 """
 
 
@@ -156,8 +157,24 @@ def _root(
     """Options of `gaitval` itself."""
 
 
+def _end_in_order() -> None:
+    """Let a signal that ends the process end it as Ctrl-C does, so that nothing is left behind:
+    processes, half-written files, folders of temporary files.
+    """
+
+    def end(number: int, _: object) -> None:
+        display.messages.print("ended from outside; the same command resumes", style="yellow")
+        raise SystemExit(128 + number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        kind = getattr(signal, name, None)
+        if kind is not None and signal.getsignal(kind) == signal.SIG_DFL:
+            signal.signal(kind, end)
+
+
 def main() -> None:
     """Entry point of the `gaitval` command."""
+    _end_in_order()
     try:
         app()
     except Exception as error:

@@ -9,6 +9,7 @@ from typing import TypedDict, Unpack
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
+from gaitval.folder_lock import held
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
 from gaitval.session.person import person_of_session
@@ -127,6 +128,14 @@ def import_files(
         without_forces=options.get("kinematics_only", False),
         consistent=options.get("consistent", False),
     )
+    with held(Path(out)):
+        return _import(Path(out), request, configuration, tell, options)
+
+
+def _import(
+    out: Path, request: Request, configuration: Configuration, tell: Tell, options: Options
+) -> Imported:
+    """Work out a request and write what was found, in a folder that is locked."""
     progress = Progress()
     try:
         found = work_out(request, configuration.processing, tell, progress)

@@ -6,7 +6,13 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
+from gaitval.metrics.regression import (
+    LONG_MEASURES,
+    check_same_measures,
+    compare,
+    lost,
+    write_junit,
+)
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import validate
 
@@ -124,6 +130,15 @@ def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
     assert "consecutive_cycles" not in {row.measure for row in rows}
 
 
+def test_a_baseline_with_fewer_measures_is_refused_unless_asked_for(metrics):
+    fewer = copy.deepcopy(metrics)
+    del fewer["measures"][0]
+    with pytest.raises(ArtefactError, match="lacks 1 of the") as refused:
+        check_same_measures(compare(fewer, metrics))
+    assert refused.value.goes_on == ("--fewer 'WHY'",)
+    check_same_measures(compare(metrics, metrics))
+
+
 def test_another_subject_is_refused(metrics):
     other = copy.deepcopy(metrics)
     other["subject"]["identifier"] = "S01"
@@ -139,9 +154,11 @@ def test_a_damaged_baseline_is_refused(metrics):
 def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
     worse = _changed(metrics, "angle_rmse", "knee_angle_r", 1.0)
     rows = compare(metrics, worse)
-    write_junit(rows, tmp_path / "junit.xml")
+    write_junit(rows, tmp_path / "junit.xml", about={"inputs": "numpy 1, now 2"})
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
     assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")
+    (told,) = suite.iter("property")
+    assert (told.get("name"), told.get("value")) == ("inputs", "numpy 1, now 2")
     cases = suite.findall("testcase")
     assert len(cases) == len(rows)
     (failed,) = [case for case in cases if case.find("failure") is not None]

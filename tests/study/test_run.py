@@ -21,8 +21,18 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import run as study
-from gaitval.study.baseline import STORED_FILES, TIMES, processors, store_baseline
+from gaitval.study.baseline import (
+    STORED_FILES,
+    TIMES,
+    WALKING,
+    by_folder,
+    installed_code,
+    processors,
+    store_baseline,
+)
 from gaitval.study.run import finished_rounds, plan, run_one, run_subject
+from gaitval.study.seal import SEAL, read_seal
+from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
     identify_stage,
@@ -591,7 +601,18 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     run_subject(run)
     store_baseline(run.folder, tmp_path / "baseline")
     stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
-    assert sorted(stored) == sorted([*STORED_FILES, TIMES])
+    assert sorted(stored) == sorted([*STORED_FILES, TIMES, SEAL])
+    assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
+
+
+def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Opener) -> None:
+    run = opened()
+    stages = {stage.name: stage for stage in plan(run, 1)}
+    ran_with = by_folder(code_of(stages[name].run) for name in WALKING)
+    assert ran_with == installed_code()
+    assert {"gaitval/study", "gaitval/simulation", "gaitval/metrics"} <= set(ran_with)
+    changed = by_folder({**code_of(stages[name].run), "gaitval/x/y.py": "0"} for name in WALKING)
+    assert set(changed) - set(ran_with) == {"gaitval/x"}
 
 
 def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
