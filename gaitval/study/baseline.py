@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval.artefacts import file_hash, read_json, value_hash, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.folder_lock import held
@@ -66,12 +66,28 @@ def store_baseline(folder: Path, target: Path) -> None:
             f"{folder}: {', '.join(missing)} missing, so this is not a finished run. Run `gaitval "
             "subject` for it first."
         )
+    records = read_json(folder / RECORDS)
+    _check_unchanged(folder, records)
     copy_files(folder, target, STORED_FILES)
     path = target / TIMES
     earlier = read_json(path) if path.exists() else {}
     write_json(path, {**earlier, start_kind(folder): _times(folder)})
-    records = read_json(folder / RECORDS)
     seal(target, code=by_folder(records[name]["code"] for name in WALKING if name in records))
+
+
+def _check_unchanged(folder: Path, records: Mapping[str, Any]) -> None:
+    """Refuse files that are not as the stages of a run wrote them."""
+    written = {
+        name: found
+        for record in records.values()
+        for name, found in (record.get("outputs") or {}).items()
+    }
+    for name in STORED_FILES:
+        if name in written and file_hash(folder / name) != written[name]:
+            raise ArtefactError(
+                f"{folder / name}: not as the run wrote it. Run `gaitval subject` for it again, "
+                "which mends what was changed."
+            )
 
 
 def seal_again(baseline: Path) -> None:

@@ -223,8 +223,27 @@ def run_stage(
 
 def _records(folder: Path) -> dict[str, Any]:
     path = folder / RECORDS
-    records: dict[str, Any] = read_json(path) if path.exists() else {}
+    records: dict[str, Any] = _table(path, Mapping) if path.exists() else {}
     return records
+
+
+def _table(path: Path, kind: type[Any]) -> dict[str, Any]:
+    """A file of our own records: a table by stage, whose values are of a kind."""
+    values = read_json(path)
+    if not isinstance(values, dict) or not all(isinstance(each, kind) for each in values.values()):
+        raise ArtefactError(
+            f"{path}: not the records of a run folder; it was edited. Delete it and run the same "
+            "command again."
+        )
+    return values
+
+
+def _stages(path: Path) -> dict[str, Any]:
+    """Times of the stages in `provenance.json`; none if there is no such file."""
+    stages = _table(path, object).get("stages", {}) if path.exists() else {}
+    if not isinstance(stages, dict):
+        raise ArtefactError(f"{path}: stages is no table; it was edited. Delete the file.")
+    return stages
 
 
 def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
@@ -246,7 +265,7 @@ def open_run(
             folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
         )
         path = folder / "provenance.json"
-        stages = read_json(path)["stages"] if path.exists() else {}
+        stages = _stages(path)
         write_json(
             path,
             {

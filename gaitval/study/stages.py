@@ -43,8 +43,11 @@ def scale_stage(run: Run) -> Stage:
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
+        from gaitval.prediction.unusual import remarks_on_body
         from gaitval.scaling.scaling import scale_subject
 
+        for remark in remarks_on_body(run.subject):
+            run.observer.say(remark)
         body = scale_subject(run.subject)
         write_urdf(body.model, run.folder / "model.urdf")
         with replacing(run.folder / "scaling.csv") as temporary:
@@ -57,9 +60,13 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model → reference motion."""
 
     def build() -> None:
+        from gaitval.datasets.subject_file import builtin_subjects
         from gaitval.model.urdf import read_urdf
+        from gaitval.prediction.unusual import remarks_on_gait
         from gaitval.reference.dynamic_fit import consistent_reference
 
+        for remark in remarks_on_gait(run.subject, builtin_subjects()):
+            run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
         told = run.told()
         contact = run.configuration.contact
