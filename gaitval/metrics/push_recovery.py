@@ -248,6 +248,15 @@ def required_pushes(settings: PushSettings) -> list[Push]:
     ]
 
 
+def _shown(settings: PushSettings) -> list[Push]:
+    """The pushes whose traces are kept: ahead and to the left, at every phase."""
+    return [
+        Push(phase, direction, settings.force)
+        for direction in (0.0, 0.5 * math.pi)
+        for phase in settings.phases
+    ]
+
+
 def without_drift(task: WalkingTask) -> WalkingTask:
     """The task in which displacement does not end a rollout, because it is not a fall."""
     configuration = task.configuration
@@ -314,16 +323,7 @@ def push_recovery(
         )
         traces = journal.results(
             partial(pool.each, _trace),
-            trials(
-                task,
-                policy,
-                mu,
-                [
-                    Push(phase, direction, settings.force)
-                    for direction in (0.0, 0.5 * math.pi)
-                    for phase in settings.phases
-                ],
-            ),
+            trials(task, policy, mu, _shown(settings)),
             write=_trace_values,
             read=_trace_from,
         )

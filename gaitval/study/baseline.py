@@ -121,7 +121,7 @@ def installed_code() -> dict[str, str]:
     return by_folder(code_of(stage) for stage in stages)
 
 
-def _walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
+def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
     return (
         scale_stage(run),
         reference_stage(run),
@@ -266,7 +266,7 @@ def changed_inputs(baseline: Path, now: Mapping[str, Any]) -> list[str]:
 
 def _walked(run: Run, baseline: Path, *, quick: bool) -> dict[str, Any]:
     copy_files(baseline, run.folder, STORED_FILES[2:-1])
-    for stage in _walking_stages(run, witness=not quick):
+    for stage in walking_stages(run, witness=not quick):
         run_stage(stage, run.folder, observer=run.observer)
     if quick:
         return metrics_of(run, pushes=None)
