@@ -47,6 +47,9 @@ _NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
 
+DEPTH = 50
+"""Most levels of tables and lists in a file that is read; ours have seven."""
+
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
@@ -59,7 +62,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        told = _why_unwritable(error)
+        told = why_unwritable(error)
         if told is None:
             raise
         raise ArtefactError(
@@ -68,7 +71,7 @@ def writing(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _why_unwritable(error: Exception) -> str | None:
+def why_unwritable(error: Exception) -> str | None:
     """What a disk has against a file, and the mend; None for any other error."""
     # Libraries that write in another language tell the system's error in words only.
     number = error.errno if isinstance(error, OSError) else None
@@ -137,7 +140,9 @@ def read_json(path: Path) -> Any:
     """
     try:
         text = _text(path, ArtefactError, "Run the stage that writes it first")
-        return json.loads(text, parse_int=_integer)
+        value = json.loads(text, parse_int=_integer)
+        _check_depth(value)
+        return value
     except (ValueError, RecursionError) as error:
         raise ArtefactError(
             f"{path}: cannot be read as JSON ({_told(error)}); it is truncated or was edited. "
@@ -172,12 +177,22 @@ def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str,
     """Values of TOML `text`; the message of a refusal names `origin`."""
     try:
         values = tomllib.loads(text)
+        _check_depth(values)
         for value in _leaves(values):
             if isinstance(value, int) and abs(value) >= 10**DIGITS:
                 raise ValueError(f"an integer has more than {DIGITS} digits")
         return values
     except (ValueError, RecursionError) as error:
         raise refusal(f"{origin}: not valid TOML: {_told(error)}. Correct that line.") from None
+
+
+def _check_depth(value: Any, levels: int = DEPTH) -> None:
+    """Raise RecursionError for a value that others could not walk through."""
+    if isinstance(value, dict | list):
+        if levels == 0:
+            raise RecursionError
+        for each in value.values() if isinstance(value, dict) else value:
+            _check_depth(each, levels - 1)
 
 
 def _leaves(value: Any) -> Iterator[Any]:

@@ -74,9 +74,19 @@ def test_json_refuses_what_json_has_not(tmp_path: Path) -> None:
     "content",
     [
         *(b"", b'{"x": 1', b"\xff\xfe", b"[" * 100_000, b"9" * 400, b"9" * 5000),
+        b"[" * 60 + b"]" * 60,
         b'{"x": ' * 100_000,
     ],
-    ids=["empty", "cut", "not text", "deep", "400 digits", "5000 digits", "deep tables"],
+    ids=[
+        "empty",
+        "cut",
+        "not text",
+        "deep",
+        "400 digits",
+        "5000 digits",
+        "60 levels",
+        "deep tables",
+    ],
 )
 def test_damaged_json_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.json").write_bytes(content)

@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from gaitval import __version__
+from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
 from gaitval.errors import GaitvalError
 
@@ -54,6 +55,16 @@ class _Commands(TyperGroup):
                     markup=False, highlight=False, soft_wrap=True,
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
+        except OSError as error:
+            told = why_unwritable(error)
+            if told is None:
+                raise
+            display.messages.print(
+                f"{error.filename or 'a file of the run, or a temporary one'}: cannot be written: "
+                f"{told}, or give another folder with --out. Finished work is kept.",
+                style="red", markup=False, highlight=False, soft_wrap=True,
+            )  # fmt: skip
+            raise typer.Exit(GaitvalError.exit_code) from None
         except KeyboardInterrupt:
             display.messages.print("interrupted; the same command resumes", style="yellow")
             raise typer.Exit(STOPPED) from None
@@ -105,7 +116,7 @@ SetOption = Annotated[
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
-RoundOption = Annotated[int, typer.Option("--round", min=1, help="Round of Algorithm 1.")]
+RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
@@ -182,7 +193,7 @@ def main() -> None:
             traceback.print_exc()
         display.messages.print(
             f"internal error: {type(error).__name__}: {error}\n"
-            "This is a fault of gaitval or of this machine (disk full, out of memory?), not of "
+            "This is a fault of gaitval or of this machine (out of memory?), not of "
             "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
             "happens; finished work is kept.",
             style="red",

@@ -122,6 +122,7 @@ def installed_code() -> dict[str, str]:
 
 
 def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
+    """The stages from a stored policy to its walks."""
     return (
         scale_stage(run),
         reference_stage(run),

@@ -1,6 +1,7 @@
 """The command line: help that teaches, errors without a traceback, exit codes, progress."""
 
 import ast
+import errno
 import io
 import re
 import subprocess
@@ -298,6 +299,29 @@ def test_a_fault_of_ours_shows_no_traceback(
     assert "ZeroDivisionError: in the middle" in plain_messages.getvalue()
     captured = capsys.readouterr()
     assert "Traceback" not in captured.out + captured.err
+
+
+def test_a_full_disk_is_no_fault_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+) -> None:
+    """Where a library writes its own files, and says only what the system said."""
+
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "events"))
+
+    monkeypatch.setattr("gaitval.study.run.run_subject", fail)
+    result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert f"{tmp_path / 'events'}: cannot be written: there is no space left" in (
+        plain_messages.getvalue()
+    )
+
+
+@pytest.mark.parametrize("round_number", ["0", "1001", "9" * 400])
+def test_a_round_that_no_run_reaches_is_wrong_usage(tmp_path: Path, round_number: str) -> None:
+    """Every stage before it would be planned, which fills the memory."""
+    out = ("--out", str(tmp_path / "run"))
+    assert gaitval("train", "5", "--round", round_number, *out).exit_code == 2
 
 
 def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
