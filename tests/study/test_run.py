@@ -197,6 +197,21 @@ def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: boo
     assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
 
 
+def test_a_workspace_of_no_further_use_is_removed_when_the_stage_is_finished(folder: Path) -> None:
+    stage = replace(counting(folder, until=3, stop_at=-1), workspace="unfinished/count")
+
+    def count() -> None:
+        write_text(folder / "unfinished" / "count" / "0", "")
+        write_text(folder / "unfinished" / "other" / "0", "")
+        write_text(folder / "count.txt", "3")
+
+    run_stage(replace(stage, run=count), folder)
+    assert (folder / "unfinished" / "count").exists()
+    run_stage(replace(stage, run=count, emptied=True), folder, force=True)
+    assert not (folder / "unfinished" / "count").exists()
+    assert (folder / "unfinished" / "other").exists()
+
+
 KILLED = """
 import os, sys
 from pathlib import Path
@@ -612,7 +627,7 @@ def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Open
     ran_with = by_folder(code_of(stages[name].run) for name in WALKING)
     assert ran_with == installed_code()
     assert {"gaitval/study", "gaitval/simulation", "gaitval/metrics"} <= set(ran_with)
-    changed = by_folder({**code_of(stages[name].run), "gaitval/x/y.py": "0"} for name in WALKING)
+    changed = by_folder({**code_of(stages[name].run), "gaitval/x/y": "0"} for name in WALKING)
     assert set(changed) - set(ran_with) == {"gaitval/x"}
 
 
