@@ -63,12 +63,21 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except Exception as error:
         told = why_unwritable(error)
-        if told is None:
+        if told is None or _of_another(error, Path(path)):
             raise
         raise ArtefactError(
             f"{path}: cannot be written: {told}, or give another folder with --out; then run the "
             "same command again. What was there before is unchanged."
         ) from None
+
+
+def _of_another(error: Exception, path: Path) -> bool:
+    """Whether an error names a file that is neither in the folder of `path` nor above it."""
+    name = getattr(error, "filename", None)
+    if not isinstance(name, str | os.PathLike):
+        return False
+    named = Path(name)
+    return named.parent != path.parent and named not in (path, *path.parents)
 
 
 def why_unwritable(error: Exception) -> str | None:

@@ -89,9 +89,12 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _true_is_no_number(cls, value: Any, info: Any) -> Any:
+    def _on_or_off(cls, value: Any, info: Any) -> Any:
         if isinstance(value, bool) and cls.model_fields[info.field_name].annotation is not bool:
-            raise ValueError(f"{str(value).lower()} is no number; give a number")
+            raise ValueError(
+                f"{str(value).lower()} is for settings that are on or off; give a value like "
+                f"the default, {cls.model_fields[info.field_name].default!r}"
+            )
         return value
 
 

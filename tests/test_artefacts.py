@@ -196,6 +196,17 @@ def test_a_device_that_is_full_is_told_as_such(tmp_path: Path) -> None:
         fill()
 
 
+def test_a_file_that_may_not_be_read_is_not_taken_for_the_one_that_is_written(
+    tmp_path: Path,
+) -> None:
+    def fail() -> None:
+        with replacing(tmp_path / "a.txt"):
+            raise PermissionError(errno.EACCES, "Permission denied", "/somewhere/else.txt")
+
+    with pytest.raises(PermissionError, match=r"else\.txt"):
+        fail()
+
+
 def test_a_fault_that_is_not_the_disks_stays_what_it_is(tmp_path: Path) -> None:
     def fail() -> None:
         with replacing(tmp_path / "a.txt"):

@@ -81,7 +81,7 @@ def test_a_bad_setting_is_named_with_the_value_seen(setting: str, message: str) 
         (f"training.samples={'9' * 400}", "more than 300 digits", "Correct that line"),
         (f"seed={'9' * 5000}", "more than 300 digits", "Correct that line"),
         ("seed=18446744073709551616", "less than or equal to 4294967294", "The default is 0"),
-        ("seed=true", "true is no number", "give a number"),
+        ("seed=true", "true is for settings that are on or off", "like the default, 0"),
         (f"seed={'[' * 100_000}", "too deep in each other", "Correct that line"),
         ("a.b.c=1", "3 names with dots", "training.samples=500000"),
         ("noise.angle=1e300", "less than or equal to 1000000000", "The default is 0.014"),
