@@ -125,6 +125,7 @@ def test_a_check_that_is_ended_leaves_nothing(tmp_path):
         ["scripts/accuracy_tables.py", "--check"],
         ["scripts/ablation.py", "table", "--check"],
         ["scripts/paper_recipe.py", "--check"],
+        ["scripts/margins.py", "table", "--check"],
     ],
 )
 def test_tables_say_what_the_stored_figures_say(command):
