@@ -1,10 +1,12 @@
-"""Write the files of a run, each whole or not at all, with hashes and provenance."""
+"""Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
+import errno
 import hashlib
 import json
 import os
 import platform
 import tempfile
+import tomllib
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
@@ -14,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitval import __version__
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, GaitvalError
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from numpy.typing import NDArray
@@ -36,23 +38,95 @@ LIBRARIES = (
 )
 
 
+PARTIAL = ".partial-"
+"""How the name of a file begins that is still being written (`replacing`)."""
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
+
+DIGITS = 300
+"""Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
+
+DEPTH = 50
+"""Most levels of tables and lists in a file that is read; ours have seven."""
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Say which file could not be written because of the disk or its permissions, and what to do.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
+    try:
+        yield
+    except Exception as error:
+        told = why_unwritable(error)
+        if told is None or _of_another(error, Path(path)):
+            raise
+        raise ArtefactError(
+            f"{path}: cannot be written: {told}, or give another folder with --out; then run the "
+            "same command again. What was there before is unchanged."
+        ) from None
+
+
+def _of_another(error: Exception, path: Path) -> bool:
+    """Whether an error names a file that is neither in the folder of `path` nor above it."""
+    name = getattr(error, "filename", None)
+    if not isinstance(name, str | os.PathLike):
+        return False
+    named = Path(name)
+    return named.parent != path.parent and named not in (path, *path.parents)
+
+
+def why_unwritable(error: Exception) -> str | None:
+    """What a disk has against a file, and the mend; None for any other error."""
+    # Libraries that write in another language tell the system's error in words only.
+    number = error.errno if isinstance(error, OSError) else None
+    for kinds, told in (
+        (_NO_ROOM, "there is no space left for it. Free some space"),
+        (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
+    ):
+        if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
+            return told
+    return None
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces it when the block ends without an error.
 
-    A reader, or a run after a kill, sees the old file or the new one, never half a file.
+    A reader, or a run after a kill, sees the old file or the new one, never half a file. What a
+    kill leaves is removed by `remove_partial`.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            dir=path.parent, prefix=f"{PARTIAL}{path.stem}-", suffix=path.suffix
+        )
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            temporary.chmod(0o644)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove what a killed process left of files that it was writing; call it with the folder
+    locked, because another process may be writing.
+    """
+    for depth in ("", "*/", "*/*/", "*/*/*/"):
+        for left in folder.glob(f"{depth}{PARTIAL}*"):
+            left.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -67,16 +141,106 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file of a run folder; raises `ArtefactError` if it is missing or damaged."""
+    """Read a JSON file of a run folder.
+
+    Raises
+    ------
+    ArtefactError : it is missing, a folder, may not be read, or is damaged.
+    """
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        text = _text(path, ArtefactError, "Run the stage that writes it first")
+        value = json.loads(text, parse_int=_integer)
+        _check_depth(value)
+        return value
+    except (ValueError, RecursionError) as error:
         raise ArtefactError(
-            f"{path}: cannot be read as JSON ({error}); it is truncated or was edited. Delete it "
-            "and run its stage again."
+            f"{path}: cannot be read as JSON ({_told(error)}); it is truncated or was edited. "
+            "Delete it and run its stage again."
         ) from None
+
+
+def read_toml(
+    path: Path, refusal: type[GaitvalError], mend: str = "Check the path"
+) -> dict[str, Any]:
+    """Read a TOML file that a person wrote; a byte order mark at its beginning is accepted.
+
+    Parameters
+    ----------
+    refusal : the error that is raised.
+    mend : what to do if the file is missing.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`: missing, a folder, may not be read, or not valid.
+    """
+    try:
+        text = _text(path, refusal, mend)
+    except UnicodeDecodeError:
+        raise refusal(
+            f"{path}: not UTF-8 text, so not valid TOML. Save the file as UTF-8."
+        ) from None
+    return parse_toml(text, str(path), refusal)
+
+
+def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str, Any]:
+    """Values of TOML `text`; the message of a refusal names `origin`."""
+    try:
+        values = tomllib.loads(text)
+        _check_depth(values)
+        for value in _leaves(values):
+            if isinstance(value, int) and abs(value) >= 10**DIGITS:
+                raise ValueError(f"an integer has more than {DIGITS} digits")
+        return values
+    except (ValueError, RecursionError) as error:
+        raise refusal(f"{origin}: not valid TOML: {_told(error)}. Correct that line.") from None
+
+
+def _check_depth(value: Any, levels: int = DEPTH) -> None:
+    """Raise RecursionError for a value that others could not walk through."""
+    if isinstance(value, dict | list):
+        if levels == 0:
+            raise RecursionError
+        for each in value.values() if isinstance(value, dict) else value:
+            _check_depth(each, levels - 1)
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, dict | list):
+        for each in value.values() if isinstance(value, dict) else value:
+            yield from _leaves(each)
+    else:
+        yield value
+
+
+def _text(path: Path, refusal: type[GaitvalError], mend: str) -> str:
+    """The UTF-8 text of a file, without a byte order mark; raises UnicodeDecodeError."""
+    path = Path(path)
+    try:
+        if path.exists() and not path.is_file():
+            what = "a folder" if path.is_dir() else "a pipe or a device"
+            raise refusal(f"{path}: is {what}, but a file is read here. Give the file itself.")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise refusal(f"{path}: no such file. {mend}.") from None
+    except OSError as error:
+        raise refusal(
+            f"{path}: cannot be read ({error.strerror}). Change its permissions, or give another."
+        ) from None
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > DIGITS:
+        raise ValueError(f"an integer has {len(digits)} digits")
+    return int(digits)
+
+
+def _told(error: Exception) -> str:
+    """What is wrong with a text, in words for whoever wrote it."""
+    if isinstance(error, RecursionError):
+        return "lists or tables lie too deep in each other"
+    if "integer string conversion" in str(error):
+        return f"an integer has more than {DIGITS} digits"
+    return str(error)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
@@ -103,6 +267,8 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
     except FileNotFoundError:
         raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
     except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        if Path(path).is_dir():
+            raise ArtefactError(f"{path}: is a folder, but a file is read here.") from None
         raise ArtefactError(
             f"{path}: cannot be read as npz ({error}); it is truncated. Delete it and run its "
             "stage again."

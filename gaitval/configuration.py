@@ -7,26 +7,95 @@
 500000
 """
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
+from gaitval.artefacts import parse_toml, read_toml
 from gaitval.errors import ConfigurationError
 
 NAMED = Path(__file__).parent / "configurations"
 """Configurations that can be given by name: `paper`."""
 
-Positive = Annotated[float, Field(gt=0)]
+LARGEST = 1e9
+"""No number is larger, nor its inverse: the largest constant is the modulus of the contact, 3e6 Pa,
+and squares and sums of what is larger leave what a float resolves."""
+LARGEST_SEED = 2**32 - 2
+"""NumPy's and cma's random numbers take 32 bits; the search's seed is one more than the run's."""
+ROLLOUT_SAMPLES = 1_000_000
+"""Most samples between updates, of all environments: each takes 1.3 kB of shared memory."""
+REPEATS = 1_000_000
+"""No count of rounds, cycles or directions is larger: it would run for years, or fill the memory
+before the first walk."""
+
+
+def _not_vanishing(value: float) -> float:
+    if 0 < value < 1 / LARGEST:
+        raise ValueError(f"{value:g} is all but zero; give at least {1 / LARGEST:g}")
+    return value
+
+
+Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_vanishing)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
+Phase = Annotated[float, Field(ge=0, lt=1)]
+Samples = Annotated[int, Field(ge=0, le=10**12)]
+"""Of a training; at 10,000 a second 10**12 take three years."""
+Rate = Annotated[float, Field(gt=0, le=1)]
+LogDeviation = Annotated[float, Field(ge=-10, le=2)]
+"""Logarithm of an action's standard deviation: beyond, actions are all but certain, or all but
+random and clipped."""
+
+
+def _each_once(phases: tuple[float, ...]) -> tuple[float, ...]:
+    if len(set(phases)) < len(phases):
+        raise ValueError(f"{list(phases)} has a phase twice; give each once")
+    return phases
+
+
+def _ascending(limits: tuple[float, float]) -> tuple[float, float]:
+    if limits[0] > limits[1]:
+        raise ValueError(
+            f"{list(limits)} goes down; give the lower one first: {list(reversed(limits))}"
+        )
+    return limits
+
+
+Phases = Annotated[
+    tuple[Phase, ...], Field(min_length=1, max_length=100), AfterValidator(_each_once)
+]
+"""Phases of the right gait cycle, from 0 to below 1, each once."""
+PositiveRange = Annotated[tuple[Positive, Positive], AfterValidator(_ascending)]
+NotNegativeRange = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_ascending)]
+FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ascending)]
 
 
 class Section(BaseModel):
-    """A group of constants: frozen, unknown keys refused."""
+    """A group of constants: frozen, unknown keys, infinity and NaN refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
+    )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _on_or_off(cls, value: Any, info: Any) -> Any:
+        if isinstance(value, bool) and cls.model_fields[info.field_name].annotation is not bool:
+            raise ValueError(
+                f"{str(value).lower()} is for settings that are on or off; give a value like "
+                f"the default, {cls.model_fields[info.field_name].default!r}"
+            )
+        return value
 
 
 class RecordSettings(Section):
@@ -39,7 +108,7 @@ class RecordSettings(Section):
     holdout: str = ""
     """Name of a trial that the run is not told and is compared with; the walk is then predicted
     from the person's other trials. Empty: the subject's own trial, which is told."""
-    speed: float = Field(0.0, ge=0)
+    speed: NotNegative = 0.0
     """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
 
 
@@ -57,7 +126,7 @@ class ContactSettings(Section):
     """Hunt-Crossley dissipation c, s/m."""
     dynamic_to_static: Positive = 1.0
     """Dynamic / static friction; the static coefficient is the body parameter sigma."""
-    viscous_friction: float = Field(0.5, ge=0)
+    viscous_friction: NotNegative = 0.5
     """Viscous friction coefficient, s/m."""
     transition_velocity: Positive = 0.2
     """Slip velocity at which friction is fully developed, m/s."""
@@ -90,9 +159,9 @@ class EnvironmentSettings(Section):
     mirror: bool = True
     """Around the left heel strike observations and actions are mirrored, so the policy learns one
     step for both legs (extended observation only; the reference keeps its sides)."""
-    physics_step: Positive = 0.002
-    """s."""
-    steps_per_action: int = Field(5, ge=1)
+    physics_step: float = Field(0.002, ge=1e-5, le=0.05)
+    """s; a longer one than 0.05 has not the 10 Hz that are compared."""
+    steps_per_action: int = Field(5, ge=1, le=1000)
     """Physics steps for one action."""
     action_scale: Positive = 0.2
     """Offset of a joint target for an action of 1, rad."""
@@ -106,10 +175,10 @@ class EnvironmentSettings(Section):
     is what it does at each phase when the body is exactly on the reference, where nothing needs to
     be done; it is learned under noise, pushes and other bodies, and moves the walk away from the
     reference. 0: the policy as trained."""
-    pace_scale: float = Field(0.125, ge=0)
+    pace_scale: NotNegative = 0.125
     """Change of pace for an action of 1: the policy may move through the recorded cycle faster or
     slower than the record, to step in time after a push. 0: the pace is the record's."""
-    episode_seconds: Positive = 9.0
+    episode_seconds: float = Field(9.0, gt=0, le=3600)
     """Length of a training episode, s."""
     height_tolerance: Positive = 0.2
     """A walker has fallen when the pelvis is this far from its reference height, m, ..."""
@@ -117,18 +186,18 @@ class EnvironmentSettings(Section):
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference place along the walkway or beside it, m."""
-    initial_noise: float = Field(0.02, ge=0)
+    initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
     """Fraction of training episodes with pushes."""
-    push_interval: tuple[Positive, Positive] = (1.5, 2.5)
+    push_interval: PositiveRange = (1.5, 2.5)
     """Gait cycles from one push in an episode to the next, shortest and longest."""
-    push_force: float = Field(800.0, ge=0)
+    push_force: NotNegative = 800.0
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N) ..."""
-    push_focus: float = Field(450.0, ge=0)
+    push_focus: NotNegative = 450.0
     """... but every other push is drawn from 0 to this, N: beyond it a sideways push makes a slow
     walker fall whatever it does, and teaches nothing."""
-    push_seconds: Positive = 0.05
+    push_seconds: float = Field(0.05, gt=0, le=10)
     """Duration of a push, s (the paper's 50 ms). A push acts during whole actions; the last one
     with less force if the duration is not a multiple of an action's, so the impulse is exact."""
 
@@ -156,52 +225,52 @@ class RewardSettings(Section):
     contribute.
     """
 
-    joint_positions: float = Field(5.0, ge=0)
+    joint_positions: NotNegative = 5.0
     joint_positions_sharpness: Positive = 20.0
     """1/rad², on the sum over the 25 coordinates."""
-    joint_velocities: float = Field(1.0, ge=0)
+    joint_velocities: NotNegative = 1.0
     joint_velocities_sharpness: Positive = 0.05
     """s²/rad²."""
-    centre_of_mass: float = Field(2.0, ge=0)
+    centre_of_mass: NotNegative = 2.0
     centre_of_mass_sharpness: Positive = 40.0
     """1/m²."""
-    pelvis_rotation: float = Field(2.0, ge=0)
+    pelvis_rotation: NotNegative = 2.0
     pelvis_rotation_sharpness: Positive = 40.0
     """1/rad²."""
-    end_effectors: float = Field(2.0, ge=0)
+    end_effectors: NotNegative = 2.0
     end_effectors_sharpness: Positive = 100.0
     """1/m², on the sum over feet and hands."""
-    ground_reaction: float = Field(6.0, ge=0)
+    ground_reaction: NotNegative = 6.0
     ground_reaction_sharpness: Positive = 40.0
     """1/(body weight)², on the sum over both feet of the mean force during the action; fore-aft
     counts twice and sideways three times, because these forces are a fifth and a tenth of the
     vertical one."""
-    joint_moments: float = Field(3.0, ge=0)
+    joint_moments: NotNegative = 3.0
     joint_moments_sharpness: Positive = 4.0
     """1/(Nm/kg)², on the sum over the 25 coordinates of the difference from the reference's
     moments."""
-    pace: float = Field(1.0, ge=0)
+    pace: NotNegative = 1.0
     pace_sharpness: Positive = 400.0
     """On the squared difference from the record's pace, 1."""
-    action_change: float = Field(2.0, ge=0)
+    action_change: NotNegative = 2.0
     action_change_sharpness: Positive = 8.0
     """On the mean squared change of the action, in its units, from one to the next."""
-    torque: float = Field(0.005, ge=0)
+    torque: NotNegative = 0.005
     """Cost of the mean squared normalised servo torque: |tau|²/(mass)², per (Nm/kg)²."""
 
 
 class RandomisationSettings(Section):
     """Bounds of the 14 body parameters mu: randomised in training, bounds in identification."""
 
-    damping: tuple[float, float] = (0.0, 2.0)
+    damping: NotNegativeRange = (0.0, 2.0)
     """Passive joint damping beta, Nms/rad. PredSim uses 0.1; 2 is its toe joint."""
-    friction: tuple[float, float] = (0.6, 1.0)
+    friction: PositiveRange = (0.6, 1.0)
     """Foot-ground friction sigma (shoe on treadmill belt); PredSim uses 0.8."""
-    foot_length: tuple[float, float] = (0.95, 1.05)
+    foot_length: PositiveRange = (0.95, 1.05)
     """Factor on the scaled length. Marker-based lengths are accurate to about 1 cm."""
-    shank_length: tuple[float, float] = (0.97, 1.03)
-    thigh_length: tuple[float, float] = (0.97, 1.03)
-    joint_offset: float = Field(0.01, ge=0)
+    shank_length: PositiveRange = (0.97, 1.03)
+    thigh_length: PositiveRange = (0.97, 1.03)
+    joint_offset: NotNegative = 0.01
     """Each coordinate of the hip, knee and ankle offset is within this, m (Harrington's hip
     regression has an error of about 1 cm)."""
 
@@ -209,52 +278,52 @@ class RandomisationSettings(Section):
 class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: int = Field(6_000_000, ge=1)
+    samples: Annotated[Samples, Field(ge=1)] = 6_000_000
     """Environment steps of the first training."""
-    transfer_samples: int = Field(2_000_000, ge=0)
+    transfer_samples: Samples = 2_000_000
     """Environment steps of the first training when it starts from the general policy."""
-    range_samples: int = Field(2_000_000, ge=0)
+    range_samples: Samples = 2_000_000
     """Environment steps of the training of one policy for several speeds (`predict`), when it
     starts from the general policy."""
-    refinement_samples: int = Field(800_000, ge=0)
+    refinement_samples: Samples = 800_000
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
-    workers: int = Field(2, ge=1)
+    workers: int = Field(2, ge=1, le=1024)
     """Processes; each runs its share of the environments."""
-    environments: int = Field(32, ge=1)
+    environments: int = Field(32, ge=1, le=ROLLOUT_SAMPLES)
     """Environments over all workers."""
-    rollout_steps: int = Field(128, ge=1)
+    rollout_steps: int = Field(128, ge=1, le=ROLLOUT_SAMPLES)
     """Steps of each environment between updates."""
-    batch_size: int = Field(512, ge=2)
-    epochs: int = Field(6, ge=1)
+    batch_size: int = Field(512, ge=2, le=ROLLOUT_SAMPLES)
+    epochs: int = Field(6, ge=1, le=1000)
     discount: Fraction = 0.995
     gae_lambda: Fraction = 0.98
-    learning_rate: Positive = 3e-4
-    final_learning_rate: Positive = 5e-5
+    learning_rate: Rate = 3e-4
+    final_learning_rate: Rate = 5e-5
     """The rate falls linearly to this over `samples`."""
-    clip_range: Positive = 0.2
+    clip_range: Rate = 0.2
     target_kl: Positive = 0.03
-    warm_learning_rate_factor: Positive = 0.6
+    warm_learning_rate_factor: Rate = 0.6
     """Fraction of `learning_rate` that a warm start begins with."""
-    initial_log_std: float = -1.0
+    initial_log_std: LogDeviation = -1.0
     """Logarithm of the standard deviation of actions: kept through the first `exploration_hold` of
     the training, then lowered linearly to `final_log_std`, because large noise hides small
     errors."""
-    final_log_std: float = -1.8
+    final_log_std: LogDeviation = -1.8
     exploration_hold: Fraction = 0.2
-    difficulty_ramp: tuple[Fraction, Fraction] = (0.25, 0.7)
+    difficulty_ramp: FractionRange = (0.25, 0.7)
     """Fractions of the training between which the randomisation of mu and pushes grows from nothing
     to its full range."""
     tolerance_shares: tuple[Positive, Positive] = (0.5, 1.0)
     """Fractions of the tolerances of `environment` (which define a fall) at which a training
     episode ends: before the ramp, when samples of a walker about to fall teach little, and after
     it, when pushes teach recovery."""
-    hidden_units: int = Field(128, ge=1)
-    """Units in each of the two hidden layers (the paper's 128)."""
+    hidden_units: int = Field(128, ge=1, le=4096)
+    """Units in each of the two hidden layers (the paper's 128); 4096 take half a gigabyte."""
     device: Literal["auto", "cpu", "cuda"] = "cpu"
     """Where the network learns; the environments run on the CPU. `auto`: CUDA if an update takes
     less time there. CUDA rounds differently from the CPU, and walking amplifies rounding errors, so
     with `cuda`, or with `auto` on a machine with CUDA, the same seed gives another policy."""
-    checkpoint_samples: int = Field(200_000, ge=1)
+    checkpoint_samples: Annotated[Samples, Field(ge=1)] = 200_000
     """Samples between checkpoints, in whole rollouts; a kill loses no more. All episodes restart at
     each checkpoint, so that a training resumed from it gives the same policy bit for bit."""
 
@@ -267,16 +336,16 @@ class IdentificationSettings(Section):
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are found
     too (`gaitval.model.extended`), and reported; the walker's stay as they are."""
-    population: int = Field(8, ge=4)
+    population: int = Field(8, ge=4, le=10_000)
     """The paper's 8."""
-    generations: int = Field(400, ge=1)
+    generations: int = Field(400, ge=1, le=REPEATS)
     """At most; the search ends when it has converged."""
     initial_sigma: Positive = 0.5
     """Initial step, in standard deviations of the prior."""
     tolerance: Positive = 0.03
     """The search has converged when its distribution is narrower than this in every parameter, in
     standard deviations of the prior."""
-    rounds: int = Field(2, ge=1)
+    rounds: int = Field(2, ge=1, le=1000)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 1.4
     """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's
@@ -319,9 +388,9 @@ class CorrectionSettings(Section):
     reference (`correct`).
     """
 
-    rounds: int = Field(1, ge=0)
+    rounds: int = Field(1, ge=0, le=1000)
     """How often the effect of each change is measured; 0: no correction."""
-    range_rounds: int = Field(2, ge=0)
+    range_rounds: int = Field(2, ge=0, le=1000)
     """The same for a policy of several speeds (`gaitval predict`), which is further from each of
     its references."""
     harmonics: int = Field(6, ge=0, le=8)
@@ -334,15 +403,15 @@ class CorrectionSettings(Section):
 class ValidationSettings(Section):
     """How the simulated walk is compared with the record."""
 
-    start_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+    start_phases: Phases = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
     """Each rollout starts at one of these phases. The first one is compared; in none may the walker
     fall."""
-    cycles: int = Field(24, ge=2)
+    cycles: int = Field(24, ge=2, le=10_000)
     """Gait cycles of each foot that are compared, the first ones after the settling ones."""
-    consecutive_cycles: int = Field(102, ge=2)
+    consecutive_cycles: int = Field(102, ge=2, le=10_000)
     """Planned gait cycles of each rollout after the settling ones. The first and last heel strikes
     may be outside, so about one cycle less is counted."""
-    settling_cycles: int = Field(3, ge=0)
+    settling_cycles: int = Field(3, ge=0, le=10_000)
     """Cycles left out at the start of each rollout."""
     filter_frequency: Positive = 10.0
     """Cut-off of the zero-lag fourth-order Butterworth filter on simulated forces and moments, Hz;
@@ -355,20 +424,20 @@ class PushSettings(Section):
     `environment.push_seconds`.
     """
 
-    phases: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    phases: Phases = (0.0, 0.25, 0.5, 0.75)
     """Phases of the right gait cycle at which a push begins."""
-    directions: int = Field(12, ge=1)
+    directions: int = Field(12, ge=1, le=360)
     """Number of directions, evenly spaced around the circle, the first one straight ahead."""
-    step: Positive = 100.0
+    step: float = Field(100.0, ge=0.1, le=10_000)
     """Pushes grow by this until the walker falls, N, ..."""
-    resolution: Positive = 25.0
+    resolution: float = Field(25.0, ge=0.1, le=10_000)
     """... and from the last one survived by this, N."""
-    largest: Positive = 1200.0
+    largest: float = Field(1200.0, gt=0, le=10_000)
     """Largest push tested, N."""
-    force: Positive = 300.0
+    force: float = Field(300.0, gt=0, le=10_000)
     """The push that must be survived in every direction within 90 degrees of straight ahead, N;
     convention, within the paper's 0-800 N."""
-    cycles: Positive = 5.0
+    cycles: float = Field(5.0, gt=0, le=1000)
     """Gait cycles without a fall after which a push counts as survived; convention: by then a
     walker that recovers walks as before."""
 
@@ -398,7 +467,7 @@ class ProcessingSettings(Section):
 class Configuration(Section):
     """All sections, and the seed of all random numbers."""
 
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, le=LARGEST_SEED)
     record: RecordSettings = RecordSettings()
     contact: ContactSettings = ContactSettings()
     servo: ServoSettings = ServoSettings()
@@ -412,6 +481,29 @@ class Configuration(Section):
     validation: ValidationSettings = ValidationSettings()
     pushes: PushSettings = PushSettings()
     processing: ProcessingSettings = ProcessingSettings()
+
+    @model_validator(mode="after")
+    def _fit_each_other(self) -> "Configuration":
+        training, validation = self.training, self.validation
+        samples = training.environments * training.rollout_steps
+        if samples > ROLLOUT_SAMPLES:
+            raise ValueError(
+                f"training.environments {training.environments} x training.rollout_steps "
+                f"{training.rollout_steps} are {samples:,} samples between updates, more than "
+                f"{ROLLOUT_SAMPLES:,} and than memory holds; make one of them smaller"
+            )
+        if validation.consecutive_cycles < validation.cycles:
+            raise ValueError(
+                f"validation.consecutive_cycles {validation.consecutive_cycles} are fewer than the "
+                f"{validation.cycles} that are compared; give at least validation.cycles"
+            )
+        nyquist = 0.5 / self.environment.physics_step
+        if validation.filter_frequency >= nyquist:
+            raise ValueError(
+                f"validation.filter_frequency {validation.filter_frequency:g} Hz is not below half "
+                f"the {2 * nyquist:g} Hz of the simulation, so no filter has it; give a lower one"
+            )
+        return self
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -430,11 +522,20 @@ def _setting(text: str) -> dict[str, Any]:
             f"--set {text}: not of the form section.key=value, for example "
             "--set training.samples=500000."
         )
+    value, parts = value.strip(), name.strip().split(".")
+    if len(parts) > 2:
+        raise ConfigurationError(
+            f"--set {text:.80}: {len(parts)} names with dots between them, but a setting has a "
+            "section and a key at most: training.samples=500000."
+        )
     try:
-        parsed = tomllib.loads(f"value = {value.strip()}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    for part in reversed(name.strip().split(".")):
+        parsed: Any = parse_toml(f"value = {value}", f"--set {text:.80}", ConfigurationError)
+        parsed = parsed["value"]
+    except ConfigurationError:
+        if value[:1] in "[{" or value.lstrip("+-").isdigit():
+            raise
+        parsed = value
+    for part in reversed(parts):
         parsed = {part: parsed}
     assert isinstance(parsed, dict)
     return parsed
@@ -446,22 +547,39 @@ def _names(section: type[BaseModel]) -> str:
 
 def _explain(error: ValidationError, origin: str) -> str:
     lines = []
-    for problem in error.errors():
+    problems = error.errors()
+    for problem in problems:
         place = [str(part) for part in problem["loc"]]
+        where = ".".join(place)
         if problem["type"] == "extra_forbidden":
             known: type[BaseModel] = Configuration
             for part in place[:-1]:
                 annotation = known.model_fields[part].annotation
                 assert isinstance(annotation, type)
                 known = annotation
-            lines.append(f"{'.'.join(place)}: unknown; the known ones are {_names(known)}.")
-        elif (
-            problem["type"] == "value_error"
-        ):  # about several values together; the message names them
-            lines.append(f"{'.'.join(place)}: {problem['ctx']['error']}.")
+            lines.append(f"{where}: unknown; the known ones are {_names(known)}.")
+        elif problem["type"] == "value_error":  # in our words, which say how to mend it
+            lines.append(f"{where}: {problem['ctx']['error']}.".removeprefix(": "))
+        elif any(
+            len(other["loc"]) > len(place) and other["loc"][: len(place)] == problem["loc"]
+            for other in problems
+        ):
+            continue  # a list is too short only because a number in it is refused
         else:
-            lines.append(f"{'.'.join(place)}: {problem['msg']}, but it is {problem['input']!r}.")
+            seen = f"{problem['input']!r:.80}"
+            lines.append(f"{where}: {problem['msg']}, but it is {seen}.{_default(place)}")
     return f"{origin}: " + "\n".join(lines)
+
+
+def _default(place: Sequence[str]) -> str:
+    """What a setting is if it is not given, as a sentence after a blank; none for a section."""
+    value: Any = Configuration()
+    for part in place[:2]:
+        value = getattr(value, part, None)
+    if value is None or isinstance(value, BaseModel):
+        return ""
+    shown = list(value) if isinstance(value, tuple) else value
+    return f" The default is {shown!r}."
 
 
 def load_configuration(
@@ -483,19 +601,14 @@ def load_configuration(
     values: dict[str, Any] = {}
     if path is not None:
         named = NAMED / f"{path}.toml"
-        try:
-            file = named if named.is_file() and not Path(path).is_file() else Path(path)
-            values = tomllib.loads(file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        file = named if named.is_file() and not Path(path).is_file() else Path(path)
+        if not file.exists():
             names = ", ".join(sorted(file.stem for file in NAMED.glob("*.toml")))
             raise ConfigurationError(
                 f"{path}: no such configuration file, and not the name of a built-in one "
                 f"({names}). Check the path."
-            ) from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ConfigurationError(
-                f"{path}: not valid TOML ({error}). Correct that line."
-            ) from None
+            )
+        values = read_toml(file, ConfigurationError)
     for text in settings:
         values = _merge(values, _setting(text))
     try:

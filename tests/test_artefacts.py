@@ -1,5 +1,6 @@
 """Files are written whole or not at all; damaged ones are refused with a way to mend."""
 
+import errno
 import json
 import subprocess
 import sys
@@ -7,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors import SafetensorError
 
 from gaitval.artefacts import (
     file_hash,
     read_arrays,
     read_json,
+    remove_partial,
     replacing,
     value_hash,
     versions,
@@ -67,7 +70,24 @@ def test_json_refuses_what_json_has_not(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("content", [b"", b'{"x": 1', b"\xff\xfe"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(b"", b'{"x": 1', b"\xff\xfe", b"[" * 100_000, b"9" * 400, b"9" * 5000),
+        b"[" * 60 + b"]" * 60,
+        b'{"x": ' * 100_000,
+    ],
+    ids=[
+        "empty",
+        "cut",
+        "not text",
+        "deep",
+        "400 digits",
+        "5000 digits",
+        "60 levels",
+        "deep tables",
+    ],
+)
 def test_damaged_json_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.json").write_bytes(content)
     with pytest.raises(ArtefactError, match=r"a\.json: cannot be read.*Delete it"):
@@ -126,3 +146,93 @@ def test_versions_name_what_results_depend_on() -> None:
     found = versions()
     assert {"gaitval", "python", "dartpy", "torch", "numpy", "cma"} <= set(found)
     json.dumps(found)
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match="is a folder, but a file is read here"):
+        read_json(tmp_path)
+    with pytest.raises(ArtefactError, match="is a folder, but a file is read here"):
+        read_arrays(tmp_path, ("q",))
+
+
+NO_SPACE = OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("error", "why"),
+    [
+        (NO_SPACE, "no space left for it. Free some space"),
+        (OSError(errno.EROFS, "Read-only file system"), "its folder may not be written to"),
+        (OSError(errno.EACCES, "Permission denied"), "its folder may not be written to"),
+        (SafetensorError("I/O error: No space left on device (os error 28)"), "no space left"),
+    ],
+)
+def test_a_disk_that_cannot_be_written_names_the_file_and_keeps_the_old(
+    tmp_path: Path, error: Exception, why: str
+) -> None:
+    path = tmp_path / "a.txt"
+    write_text(path, "old")
+
+    def fail() -> None:
+        with replacing(path):
+            raise error
+
+    with pytest.raises(ArtefactError, match=why) as refused:
+        fail()
+    assert str(path) in str(refused.value)
+    assert "--out" in str(refused.value)
+    assert refused.value.exit_code == 2
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is always full")
+def test_a_device_that_is_full_is_told_as_such(tmp_path: Path) -> None:
+    def fill() -> None:
+        with replacing(tmp_path / "a.txt"), Path("/dev/full").open("w") as full:
+            full.write("text")
+
+    with pytest.raises(ArtefactError, match=r"a\.txt: cannot be written: there is no space left"):
+        fill()
+
+
+def test_a_file_that_may_not_be_read_is_not_taken_for_the_one_that_is_written(
+    tmp_path: Path,
+) -> None:
+    def fail() -> None:
+        with replacing(tmp_path / "a.txt"):
+            raise PermissionError(errno.EACCES, "Permission denied", "/somewhere/else.txt")
+
+    with pytest.raises(PermissionError, match=r"else\.txt"):
+        fail()
+
+
+def test_a_fault_that_is_not_the_disks_stays_what_it_is(tmp_path: Path) -> None:
+    def fail() -> None:
+        with replacing(tmp_path / "a.txt"):
+            raise OSError(errno.EINVAL, "Invalid argument")
+
+    with pytest.raises(OSError, match="Invalid argument"):
+        fail()
+
+
+KILLED_WHILE_WRITING = """
+import os, sys
+from pathlib import Path
+from gaitval.artefacts import replacing
+
+with replacing(Path(sys.argv[1]) / "report.pdf") as temporary:
+    temporary.write_text("half")
+    os._exit(9)
+"""
+
+
+def test_what_a_kill_leaves_is_removed_and_nothing_else(tmp_path: Path) -> None:
+    folder = tmp_path / "rounds" / "1"
+    folder.mkdir(parents=True)
+    (folder / "report.pdf").write_text("old")
+    (folder / ".hidden").write_text("theirs")
+    subprocess.run([sys.executable, "-c", KILLED_WHILE_WRITING, str(folder)], check=False)
+    assert len(list(folder.iterdir())) == 3
+    remove_partial(tmp_path)
+    assert sorted(path.name for path in folder.iterdir()) == [".hidden", "report.pdf"]

@@ -1,5 +1,6 @@
 """One documented configuration, overridden by a file and by settings; bad values are explained."""
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -59,6 +60,70 @@ def test_a_bad_setting_is_named_with_the_value_seen(setting: str, message: str) 
         load_configuration(settings=[setting])
     assert f"--set {setting}" in str(raised.value)
     assert raised.value.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("setting", "why", "mend"),
+    [
+        ("validation.start_phases=[]", "at least 1 item", "The default is [0.0, 0.125"),
+        ("validation.start_phases=[nan]", "finite number, but it is nan", "The default is [0.0"),
+        ("validation.start_phases=[0.5, 0.5]", "has a phase twice", "give each once"),
+        ("pushes.phases=[7.0]", "less than 1, but it is 7.0", "The default is [0.0, 0.25"),
+        ("randomisation.damping=[2.0, 0.0]", "[2.0, 0.0] goes down", "lower one first: [0.0, 2.0]"),
+        ("randomisation.friction=[0.6, inf]", "finite number, but it is inf", "is [0.6, 1.0]"),
+        ("randomisation.friction=[-1.0, 0.5]", "greater than 0, but it is -1.0", "is [0.6, 1.0]"),
+        ("environment.push_interval=[2.5, 1.5]", "goes down", "lower one first: [1.5, 2.5]"),
+        ("training.difficulty_ramp=[0.7, 0.2]", "goes down", "lower one first: [0.2, 0.7]"),
+        ("training.learning_rate=inf", "finite number, but it is inf", "The default is 0.0003"),
+        ("training.hidden_units=1000000000", "less than or equal to 4096", "The default is 128"),
+        ("training.initial_log_std=1000", "less than or equal to 2", "The default is -1.0"),
+        ("training.environments=100000", "12,800,000 samples between updates", "smaller"),
+        (f"training.samples={'9' * 400}", "more than 300 digits", "Correct that line"),
+        (f"seed={'9' * 5000}", "more than 300 digits", "Correct that line"),
+        ("seed=18446744073709551616", "less than or equal to 4294967294", "The default is 0"),
+        ("seed=true", "true is for settings that are on or off", "like the default, 0"),
+        (f"seed={'[' * 100_000}", "too deep in each other", "Correct that line"),
+        ("a.b.c=1", "3 names with dots", "training.samples=500000"),
+        ("noise.angle=1e300", "less than or equal to 1000000000", "The default is 0.014"),
+        ("noise.angle=1e-300", "all but zero", "give at least 1e-09"),
+        ("pushes.step=1e-9", "greater than or equal to 0.1", "The default is 100.0"),
+        ("validation.consecutive_cycles=3", "fewer than the 24", "give at least"),
+        ("validation.filter_frequency=300", "not below half the 500 Hz", "give a lower one"),
+    ],
+)
+def test_a_setting_that_cannot_work_is_refused_before_any_work(
+    setting: str, why: str, mend: str
+) -> None:
+    """Seen, where, why, and how to mend it; each of these once ended a finished training."""
+    with pytest.raises(ConfigurationError) as raised:
+        load_configuration(settings=[setting])
+    message = str(raised.value)
+    assert setting.split("=")[0] in message
+    assert why in message
+    assert mend in message
+    assert len(message) < 6000
+    if "phases=[nan]" in setting:
+        assert "at least 1 item" not in message  # there is one item; it is another one's fault
+
+
+@pytest.mark.parametrize("setting", ["randomisation.damping=[1.0, 1.0]", "seed=4294967294"])
+def test_the_ends_of_a_range_are_within_it(setting: str) -> None:
+    load_configuration(settings=[setting])
+
+
+def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
+    file = tmp_path / "run.toml"
+    file.write_bytes(b"\xef\xbb\xbfseed = 4\n")
+    assert load_configuration(file).seed == 4
+
+
+def test_a_folder_or_a_pipe_is_not_read_as_a_file(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"is a folder, but a file is read.*Give the file"):
+        load_configuration(tmp_path)
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe")
+        with pytest.raises(ConfigurationError, match="is a pipe or a device"):
+            load_configuration(tmp_path / "pipe")
 
 
 def test_all_problems_of_a_file_are_told_at_once(tmp_path: Path) -> None:

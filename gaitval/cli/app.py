@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -12,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from gaitval import __version__
+from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
 from gaitval.errors import GaitvalError
 
@@ -31,7 +33,7 @@ that it reads has changed, and resumes after Ctrl-C or a kill. A single stage ke
 settings of its run folder; `subject` starts from the defaults.
 
 Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot be used,
-130 interrupted.
+70 a fault of gaitval, 130 interrupted.
 """
 
 
@@ -53,6 +55,16 @@ class _Commands(TyperGroup):
                     markup=False, highlight=False, soft_wrap=True,
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
+        except OSError as error:
+            told = why_unwritable(error)
+            if told is None:
+                raise
+            display.messages.print(
+                f"{error.filename or 'a file of the run, or a temporary one'}: cannot be written: "
+                f"{told}, or give another folder with --out. Finished work is kept.",
+                style="red", markup=False, highlight=False, soft_wrap=True,
+            )  # fmt: skip
+            raise typer.Exit(GaitvalError.exit_code) from None
         except KeyboardInterrupt:
             display.messages.print("interrupted; the same command resumes", style="yellow")
             raise typer.Exit(STOPPED) from None
@@ -104,7 +116,7 @@ SetOption = Annotated[
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
-RoundOption = Annotated[int, typer.Option("--round", min=1, help="Round of Algorithm 1.")]
+RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
@@ -156,8 +168,24 @@ def _root(
     """Options of `gaitval` itself."""
 
 
+def _end_in_order() -> None:
+    """Let a signal that ends the process end it as Ctrl-C does, so that nothing is left behind:
+    processes, half-written files, folders of temporary files.
+    """
+
+    def end(number: int, _: object) -> None:
+        display.messages.print("ended from outside; the same command resumes", style="yellow")
+        raise SystemExit(128 + number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        kind = getattr(signal, name, None)
+        if kind is not None and signal.getsignal(kind) == signal.SIG_DFL:
+            signal.signal(kind, end)
+
+
 def main() -> None:
     """Entry point of the `gaitval` command."""
+    _end_in_order()
     try:
         app()
     except Exception as error:
@@ -165,7 +193,7 @@ def main() -> None:
             traceback.print_exc()
         display.messages.print(
             f"internal error: {type(error).__name__}: {error}\n"
-            "This is a fault of gaitval or of this machine (disk full, out of memory?), not of "
+            "This is a fault of gaitval or of this machine (out of memory?), not of "
             "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
             "happens; finished work is kept.",
             style="red",

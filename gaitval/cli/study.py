@@ -386,17 +386,30 @@ def baseline(
             "--to", help="Folder for it; by default RUN FOLDER/baseline.", show_default=False
         ),
     ] = None,
+    seal: Annotated[
+        bool,
+        typer.Option(
+            "--seal",
+            help="Store nothing: seal the baseline that is there as it is, after a change that is "
+            "meant, or if an earlier gaitval wrote it.",
+        ),
+    ] = False,
 ) -> None:
     """Store the policy, mu and metrics of a finished run, for `gaitval check`.
 
-    Commit the folder that this writes. It is small, and holds all that `check` needs.
+    Commit the folder that this writes. It is small, and holds all that `check` needs, with a seal
+    from which `check` knows whether it is as it was stored.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.study.baseline import store_baseline
+    from gaitval.study.baseline import seal_again, store_baseline
 
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier
     target = target or folder / "baseline"
+    if seal:
+        seal_again(target)
+        display.output.print(f"Sealed {target}", highlight=False)
+        return
     store_baseline(folder, target)
     display.output.print(f"Stored {target}", highlight=False)
 
@@ -423,32 +436,57 @@ def check(
         bool,
         typer.Option("--quick", help="Compare the curves only: seconds; no long walks, no pushes."),
     ] = False,
+    fewer: Annotated[
+        str | None,
+        typer.Option(
+            "--fewer",
+            metavar="WHY",
+            help="Compare with a baseline that lacks measures of this gaitval, and say why.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Simulate a stored policy again, and fail if accuracy was lost.
 
     Simulates and validates with the installed code and libraries, and compares every measure
-    with the stored one. Exit code 1 and a table of what moved if a measure got worse by
-    more than its margin; otherwise 0.
+    with the stored one. There are two verdicts: whether the walk depends on the same as then
+    (code, libraries, record), and whether its figures are the same. Exit code 1 and a table of
+    what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
+    stored; otherwise 0.
     """
-    from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
-    from gaitval.study.baseline import stored_metrics, walk_again
+    from gaitval.metrics.regression import (
+        LONG_MEASURES,
+        check_same_measures,
+        compare,
+        lost,
+        write_junit,
+    )
+    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
 
     if baseline.is_dir():
         baseline /= "metrics.json"
-    stored = stored_metrics(baseline)
+    stored = stored_metrics(baseline, fewer=fewer is not None)
     with display.live_view() as live:
         now = walk_again(baseline.parent, live, quick=quick)
-        rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
+    rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
+    if fewer is None:
+        check_same_measures(rows)
+    changed = changed_inputs(baseline.parent, now)
+    inputs = "; ".join(changed) or "the same as when the baseline was stored"
     if junit is not None:
-        write_junit(rows, junit)
+        about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
+        write_junit(rows, junit, about=about)
+    display.output.print(
+        f"Inputs: {'changed: ' if changed else ''}{inputs}", highlight=False, markup=False
+    )
     display.print_moved(rows)
     failures = lost(rows)
     if failures:
         raise ToleranceError(
-            f"{len(failures)} of {len(rows)} measures are worse than in {baseline} by more than "
-            "their margin (table above). If the change is intended, store a new baseline with "
-            "`gaitval baseline SUBJECT`."
+            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
+            "more than their margin (table above). If the change is intended, store a new baseline "
+            "with `gaitval baseline SUBJECT`."
         )
     display.output.print(
-        f"{len(rows)} measures within their margins of {baseline}", highlight=False
+        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
     )

@@ -126,7 +126,7 @@ class Forces(StoredPart):
 class Gait(StoredPart):
     """Mean gait curves in the convention of `GaitRecord`."""
 
-    samples: Annotated[int, Strict(), Field(gt=0)]
+    samples: Annotated[int, Strict(), Field(gt=0, le=10**9)]
     """Samples of a gait cycle in the source, first and last included."""
     angles: Annotated[dict[str, Curve], AfterValidator(_angles_complete)]
     moments: Annotated[dict[str, Curve], AfterValidator(_moments_complete)] = Field(

@@ -1,11 +1,11 @@
 """Read subjects: from a TOML file, or one of the ten that are built in."""
 
 import re
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Final
 
+from gaitval.artefacts import parse_toml, read_toml
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import SubjectError
 
@@ -32,23 +32,12 @@ def parse_subject(text: str, where: str) -> Subject:
     SubjectError
         Invalid TOML, or the problems that `make_subject` lists.
     """
-    try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SubjectError(f"{where}: not valid TOML: {error}. Correct that line.") from None
-    return make_subject(values, where)
+    return make_subject(parse_toml(text, where, SubjectError), where)
 
 
 def _read_file(path: Path) -> Subject:
-    if path.is_dir():
-        raise SubjectError(f"{path}: is a folder. Give the subject's .toml file in it.")
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise SubjectError(f"{path}: no such file. Check the path of the subject file.") from None
-    except UnicodeDecodeError:
-        raise SubjectError(f"{path}: not UTF-8 text. Save the file as UTF-8 TOML.") from None
-    return parse_subject(text, str(path))
+    mend = "Check the path of the subject file"
+    return make_subject(read_toml(path, SubjectError, mend), str(path))
 
 
 def _read_builtin(identifier: str) -> Subject:

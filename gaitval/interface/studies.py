@@ -13,13 +13,14 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets import subject as stored
 from gaitval.errors import ArtefactError
+from gaitval.folder_lock import held
 from gaitval.interface.result import Result, of_kind, sourced_frame
 from gaitval.interface.subjects import FORCE, MOMENT, Subject, load_subject
 from gaitval.metrics.record_results import RecordedCurves
 from gaitval.metrics.results import MeanCurve, MeanCurves, Metrics, metrics_from
 from gaitval.reporting import report
 from gaitval.study.run import run_one, run_subject
-from gaitval.study.stage import RECORDS, Observer, held, open_run
+from gaitval.study.stage import RECORDS, Observer, open_run
 
 METRICS = "metrics.json"
 KINDS = (("angles", ""), ("moments", MOMENT), ("forces", FORCE))

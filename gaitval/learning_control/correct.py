@@ -19,11 +19,13 @@ a motion that differs from the reference by about a degree.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.journal import Journal
 from gaitval.metrics.comparison import (
     JOINT_ANGLES,
     JOINT_MOMENTS,
@@ -96,6 +98,16 @@ class Walked:
     def left_out(self) -> float:
         """RMS error of the curves that are not fitted, degrees."""
         return float(np.sqrt(np.mean([v**2 for key, v in self.rmse.items() if not fitted(*key)])))
+
+    def as_list(self) -> list[Any]:
+        """For a `Journal`; `from_list` gives the same numbers bit for bit."""
+        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()], self.scatter]
+
+    @classmethod
+    def from_list(cls, values: Sequence[Any]) -> "Walked":
+        """What `as_list` gave."""
+        deviations, rmse, scatter = values
+        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse}, scatter)
 
 
 Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
@@ -298,6 +310,7 @@ def correct(
     mu: Array,
     *,
     rounds: int | None = None,
+    journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Result:
     """Find the change of the reference with which a policy walks most like the reference.
@@ -311,6 +324,8 @@ def correct(
     ----------
     mu : (14,) body parameters.
     rounds : how often slopes are measured, instead of `correction.rounds`.
+    journal : keeps every walk; one that an interrupted call has left is gone on with, to the same
+        result.
     on_progress : called after each round with `rounds`, `total` and `error`.
     """
     settings = task.configuration.correction
@@ -325,11 +340,16 @@ def correct(
     def allowed(point: Array) -> bool:
         return _correction(point).largest() <= settings.largest
 
+    journal = journal or Journal()
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
 
         def walk_from(phase: float, points: Sequence[Array]) -> list[Walked | None]:
-            cases = [Case(policy, mu, _correction(each), phase) for each in points]
-            return pool.map(beside_reference, cases)
+            return journal.results(
+                partial(pool.each, beside_reference),
+                [Case(policy, mu, _correction(each), phase) for each in points],
+                write=lambda walked: None if walked is None else walked.as_list(),
+                read=lambda values: None if values is None else Walked.from_list(values),
+            )
 
         found = search(
             lambda points: walk_from(start, points),

@@ -15,8 +15,9 @@ first in steps of `step` up to the first fall, then from the last push survived 
 """
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
+from gaitval.journal import Journal
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout, score_rollout
 from gaitval.policy.storage import Policy
@@ -211,6 +213,17 @@ def _trace(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
 
 
+def _trace_values(trace: Trace) -> dict[str, Any]:
+    """For a `Journal`, with all digits."""
+    numbers = {"cycles": trace.cycles.tolist(), "velocity": trace.velocity.tolist()}
+    return {"push": asdict(trace.push), **numbers, "fell": trace.fell}
+
+
+def _trace_from(values: Mapping[str, Any]) -> Trace:
+    cycles, velocity = np.array(values["cycles"]), np.array(values["velocity"])
+    return Trace(Push(**values["push"]), cycles, velocity.reshape(-1, 3), values["fell"])
+
+
 def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[PushTrial]:
     """The rollouts that test the pushes on a walker."""
     settling = task.configuration.validation.settling_cycles
@@ -235,6 +248,15 @@ def required_pushes(settings: PushSettings) -> list[Push]:
     ]
 
 
+def _shown(settings: PushSettings) -> list[Push]:
+    """The pushes whose traces are kept: ahead and to the left, at every phase."""
+    return [
+        Push(phase, direction, settings.force)
+        for direction in (0.0, 0.5 * math.pi)
+        for phase in settings.phases
+    ]
+
+
 def without_drift(task: WalkingTask) -> WalkingTask:
     """The task in which displacement does not end a rollout, because it is not a fall."""
     configuration = task.configuration
@@ -249,6 +271,7 @@ def push_recovery(
     policy: Policy,
     mu: Array,
     *,
+    journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> tuple[PushRecovery, list[Trace]]:
     """Push a walker at the phases and in the directions set by `pushes` in the configuration.
@@ -259,6 +282,8 @@ def push_recovery(
     Parameters
     ----------
     mu : (14,) body parameters.
+    journal : keeps every push; one that an interrupted call has left is gone on with, to the same
+        result.
     on_progress : called with `pushes` (finished phases and directions) and `total`.
 
     Returns
@@ -278,11 +303,13 @@ def push_recovery(
         if on_progress is not None:
             on_progress({"pushes": done, "total": total})
 
+    journal = journal or Journal()
     workers = configuration.training.workers
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
-            return pool.map(survives, trials(task, policy, mu, pushes))
+            cases = trials(task, policy, mu, pushes)
+            return journal.results(partial(pool.each, survives), cases, write=bool, read=bool)
 
         stood = survived(required_pushes(settings))
         largest = largest_survived(
@@ -294,18 +321,11 @@ def push_recovery(
             ceiling=settings.largest,
             on_progress=progress,
         )
-        traces = pool.map(
-            _trace,
-            trials(
-                task,
-                policy,
-                mu,
-                [
-                    Push(phase, direction, settings.force)
-                    for direction in (0.0, 0.5 * math.pi)
-                    for phase in settings.phases
-                ],
-            ),
+        traces = journal.results(
+            partial(pool.each, _trace),
+            trials(task, policy, mu, _shown(settings)),
+            write=_trace_values,
+            read=_trace_from,
         )
     recovery = PushRecovery(
         seconds=configuration.environment.push_seconds,

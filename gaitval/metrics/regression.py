@@ -101,13 +101,29 @@ def compare(
     ]
 
 
+def check_same_measures(rows: Sequence[Row]) -> None:
+    """Raise ArtefactError if the baseline lacks a measure that the current run has."""
+    missing = [f"{row.measure} of {row.target}" for row in rows if row.baseline is None]
+    if missing:
+        raise ArtefactError(
+            f"the baseline lacks {len(missing)} of the {len(rows)} measures of this gaitval, the "
+            f"first is {missing[0]}: a loss there would pass. Store it again with `gaitval "
+            "baseline SUBJECT`."
+        ).with_way_on("--fewer 'WHY'")
+
+
 def lost(rows: Sequence[Row]) -> list[Row]:
     """The rows that lost accuracy; the check fails if there are any."""
     return [row for row in rows if row.change == "lost"]
 
 
-def write_junit(rows: Sequence[Row], path: Path) -> None:
-    """Write JUnit XML with one test case per measure; lost ones are failures."""
+def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
+    """Write JUnit XML with one test case per measure; lost ones are failures.
+
+    Parameters
+    ----------
+    about : what else is to be known, as the properties of the suite.
+    """
     suite = ElementTree.Element(
         "testsuite",
         name="gaitval.regression",
@@ -116,6 +132,9 @@ def write_junit(rows: Sequence[Row], path: Path) -> None:
         errors="0",
         skipped="0",
     )
+    properties = ElementTree.SubElement(suite, "properties")
+    for name, value in about.items():
+        ElementTree.SubElement(properties, "property", name=name, value=value)
     for row in rows:
         case = ElementTree.SubElement(
             suite, "testcase", classname=f"gaitval.{row.measure}", name=row.target

@@ -6,14 +6,18 @@ with the record: for the rest only the distance is reported, and the trajectory 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.artefacts import write_arrays
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError
+from gaitval.journal import Journal
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
@@ -123,7 +127,10 @@ class _Start:
     compared: bool
 
 
-def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Rollout | None]:
+_Walk = tuple[Endurance, Rollout | None]
+
+
+def _walk(environment: WalkingEnvironment, start: _Start) -> _Walk:
     configuration = environment.task.configuration
     rollout = record_rollout(
         environment, start.policy, mu=start.mu, start_phase=start.phase, cycles=start.cycles
@@ -133,7 +140,13 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Ro
 
 
 def roll_out_from(
-    pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
+    pool: RolloutPool,
+    policy: Policy,
+    mu: Array,
+    phases: Sequence[float],
+    *,
+    cycles: int,
+    workspace: Path | None = None,
 ) -> Rollouts:
     """Rollouts of the deterministic policy from each start phase; the first one is compared.
 
@@ -142,13 +155,30 @@ def roll_out_from(
     mu : (14,) body parameters.
     phases : of the right gait cycle.
     cycles : planned length of each rollout in gait cycles of the reference.
+    workspace : a folder for finished rollouts; those that an interrupted call has left there are
+        taken over, to the same result.
     """
-    walks = pool.map(
-        _walk,
+    kept = Path(workspace) / "compared.npz" if workspace else None
+
+    def write(walk: _Walk) -> dict[str, Any]:
+        went, compared = walk
+        if compared is not None and kept is not None:
+            write_arrays(kept, asdict(compared))
+        return went.as_dict()
+
+    def read(values: Mapping[str, Any]) -> _Walk:
+        went = Endurance.from_dict(values)
+        first = went.start_phase == phases[0] and kept is not None
+        return went, Rollout.load(kept) if first and kept is not None else None
+
+    walks = Journal(workspace / "walks.jsonl" if workspace else None).results(
+        partial(pool.each, _walk),
         [
             _Start(policy, mu, phase, cycles, compared=number == 0)
             for number, phase in enumerate(phases)
         ],
+        write=write,
+        read=read,
     )
     compared = walks[0][1]
     assert compared is not None

@@ -6,13 +6,13 @@ shared memory. An environment gives the same result in any process.
 """
 
 import contextlib
+import ctypes
 import math
 import multiprocessing as mp
 import os
 import traceback
 from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection
-from multiprocessing.shared_memory import SharedMemory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,11 +21,15 @@ from numpy.typing import NDArray
 from gaitval.configuration import EnvironmentSettings
 from gaitval.policy.environment import WalkingEnvironment, action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
+from gaitval.policy.parent import end_with_parent
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
 _Shapes = dict[str, tuple[tuple[int, ...], type]]
+_Memory = ctypes.Array[ctypes.c_byte]
+"""Shared memory of `multiprocessing`. It has no name in the file system, so that it is gone when
+the last process that uses it ends, even if that is killed."""
 
 
 class RolloutBuffer(NamedTuple):
@@ -71,11 +75,12 @@ def _bytes(shapes: _Shapes) -> int:
     return sum(4 * math.prod(shape) for shape, _ in shapes.values())
 
 
-def _views(memory: SharedMemory, shapes: _Shapes) -> RolloutBuffer:
+def _views(memory: _Memory, shapes: _Shapes) -> RolloutBuffer:
     """The arrays in shared memory, four bytes for every number."""
     arrays, offset = {}, 0
+    numbers = np.frombuffer(memoryview(memory), np.uint8)
     for name, (shape, kind) in shapes.items():
-        arrays[name] = np.ndarray(shape, kind, buffer=memory.buf, offset=offset)
+        arrays[name] = np.ndarray(shape, kind, buffer=numbers, offset=offset)
         offset += 4 * math.prod(shape)
     return RolloutBuffer(**arrays)
 
@@ -123,7 +128,7 @@ def _work(
     tasks: Sequence[WalkingTask],
     share: range,
     shapes: _Shapes,
-    memory_name: str,
+    memory: _Memory,
     pipe: Connection,
 ) -> None:
     """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed),
@@ -131,7 +136,7 @@ def _work(
 
     Answers None, or the traceback of an error.
     """
-    memory = SharedMemory(memory_name)
+    end_with_parent()
     experience = _views(memory, shapes)
     try:
         environments = {i: WalkingEnvironment(tasks[i % len(tasks)]) for i in share}
@@ -152,9 +157,6 @@ def _work(
         pass  # the trainer closed its end or was interrupted, which it reports itself
     except Exception:
         pipe.send(traceback.format_exc())
-    finally:
-        del experience
-        memory.close()
 
 
 class WalkingWorkers:
@@ -167,15 +169,15 @@ class WalkingWorkers:
         self, tasks: Sequence[WalkingTask], *, count: int, workers: int, steps: int
     ) -> None:
         shapes = _shapes(steps, count, tasks[0].configuration.environment)
-        self._memory = SharedMemory(create=True, size=_bytes(shapes))
-        self._experience = _views(self._memory, shapes)
         context = mp.get_context("spawn")
+        memory: _Memory = context.RawArray(ctypes.c_byte, _bytes(shapes))
+        self._experience = _views(memory, shapes)
         self._pipes: list[Connection] = []
         self._processes = []
         for share in np.array_split(np.arange(count), min(workers, count)):
             ours, theirs = context.Pipe()
             mine = range(int(share[0]), int(share[-1]) + 1)
-            arguments = (tasks, mine, shapes, self._memory.name, theirs)
+            arguments = (tasks, mine, shapes, memory, theirs)
             process = context.Process(target=_work, args=arguments, daemon=True)
             with _one_thread():
                 process.start()
@@ -233,7 +235,7 @@ class WalkingWorkers:
         return self._experience
 
     def close(self) -> None:
-        """End the workers and free the shared memory."""
+        """End the workers."""
         for pipe in self._pipes:
             pipe.close()
         for process in self._processes:
@@ -241,6 +243,3 @@ class WalkingWorkers:
             if process.is_alive():
                 process.kill()
                 process.join()
-        del self._experience
-        self._memory.close()
-        self._memory.unlink()

@@ -1,7 +1,7 @@
 """Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored."""
 
 import multiprocessing as mp
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -12,6 +12,7 @@ from gaitval.arrays import Array
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import forward, whole_body_centre_of_mass
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.parent import end_with_parent
 from gaitval.policy.storage import Policy
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Engine, Trajectory, WalkingTask
@@ -158,6 +159,7 @@ _environment: WalkingEnvironment | None = None
 
 def _begin(task: WalkingTask, engine: Engine) -> None:
     global _environment  # one environment per worker process, because it is slow to build
+    end_with_parent()
     _environment = WalkingEnvironment(task, engine=engine)
 
 
@@ -188,10 +190,18 @@ class RolloutPool:
         self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
     ) -> list[Result]:
         """`function(environment, item)` of every item, in order; must be a module's function."""
+        return list(self.each(function, items))
+
+    def each(
+        self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
+    ) -> Iterator[Result]:
+        """As `map`, each result as soon as it and those before it are there."""
         if self._executor is None:
             assert self._alone is not None
-            return [function(self._alone, item) for item in items]
-        return list(self._executor.map(_call, [(function, item) for item in items]))
+            for item in items:
+                yield function(self._alone, item)
+        else:
+            yield from self._executor.map(_call, [(function, item) for item in items])
 
 
 def _workers(task: WalkingTask, count: int, engine: Engine) -> ProcessPoolExecutor:

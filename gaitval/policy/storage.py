@@ -146,7 +146,16 @@ def load_start(
 
 def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Path) -> None:
     """Refuse a policy whose numbers mean something other than `environment` says."""
-    trained = policy.about.get("configuration", {}).get("environment", {})
+    from gaitval.policy.environment import action_size
+
+    trained: Any = policy.about
+    for table in ("configuration", "environment"):
+        trained = trained.get(table, {})
+        if not isinstance(trained, Mapping):
+            raise PolicyError(
+                f"{folder / 'policy.json'}: {table} is {trained!r:.80}, not a table of settings; "
+                "the file was edited. Train the policy again."
+            )
     for name in MEANING:
         seen, wanted = trained.get(name), getattr(environment, name)
         if seen != wanted:
@@ -164,6 +173,38 @@ def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Pat
             "trained with another observation, or by another version of gaitval. Train a policy "
             "with --scratch."
         )
+    actions, wanted_actions = len(policy.tensors[NETWORK[5]]), action_size(environment)
+    if actions != wanted_actions:
+        raise PolicyError(
+            f"{folder}: this policy chooses {actions} numbers, but a walker here takes "
+            f"{wanted_actions} (a joint each, and the pace). It was made for another body or "
+            "another version of gaitval. Train a policy with --scratch."
+        )
+
+
+def _check_shapes(tensors: Mapping[str, NDArray[Any]], path: Path) -> None:
+    """Refuse tensors that do not fit each other, or are no real numbers."""
+    for name, value in tensors.items():
+        if value.dtype not in (np.float32, np.float64):
+            raise PolicyError(
+                f"{path}: {name} is of type {value.dtype}, but a policy has float32 or float64. "
+                "Train it again."
+            )
+    first, last = tensors[NETWORK[0]].shape, tensors[NETWORK[4]].shape
+    units, size = first if len(first) == 2 else (0, 0)
+    wanted = ((units, size), (units,), (units, units), (units,), (*last[:1], units), last[:1])
+    for name, shape in zip((*NETWORK, *NORMALISATION), (*wanted, (size,), (size,)), strict=True):
+        seen = tensors[name].shape
+        if seen != shape or not seen or 0 in seen:
+            raise PolicyError(
+                f"{path}: {name} has the shape {seen}, which does not fit a network of {size} "
+                f"observations and {units} hidden units: {shape}. It is damaged or of another "
+                "program. Train the policy again."
+            )
+    if not all(np.isfinite(value).all() for value in tensors.values()):
+        raise PolicyError(f"{path}: some of its numbers are not finite. Train it again.")
+    if (tensors["observation_variance"] < 0).any():
+        raise PolicyError(f"{path}: observation_variance is negative. Train it again.")
 
 
 def _read(folder: Path) -> Policy:
@@ -181,7 +222,7 @@ def _read(folder: Path) -> Policy:
         )
     try:
         tensors = load_file(path)
-    except (safetensors.SafetensorError, OSError) as error:
+    except (safetensors.SafetensorError, OSError, KeyError, TypeError, ValueError) as error:
         raise PolicyError(
             f"{path}: cannot be read as safetensors ({error}); it is truncated or damaged. Train "
             "the policy again."
@@ -189,6 +230,5 @@ def _read(folder: Path) -> Policy:
     missing = [name for name in (*NETWORK, *NORMALISATION) if name not in tensors]
     if missing:
         raise PolicyError(f"{path}: the tensors {', '.join(missing)} are missing. Train it again.")
-    if not all(np.isfinite(value).all() for value in tensors.values()):
-        raise PolicyError(f"{path}: some of its numbers are not finite. Train it again.")
+    _check_shapes(tensors, path)
     return Policy(tensors, about)

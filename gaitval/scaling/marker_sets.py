@@ -6,7 +6,6 @@ anything before a colon ("Subject:RASI").
 """
 
 import difflib
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,6 +15,7 @@ from typing import Annotated, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from gaitval.artefacts import parse_toml
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
@@ -232,7 +232,7 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
             "file."
         )
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise RecordError(
             f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "
@@ -345,9 +345,7 @@ def _builtin(name: str) -> MarkerSet:
 
 def _parsed(text: str, name: str) -> MarkerSet:
     try:
-        parsed = _File.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise RecordError(f"{name}: not valid TOML: {error}. Correct that line.") from None
+        parsed = _File.model_validate(parse_toml(text, name, RecordError))
     except ValidationError as error:
         problems = [_problem(item["loc"], item["type"], item["msg"]) for item in error.errors()]
     else:

@@ -9,6 +9,7 @@ from typing import TypedDict, Unpack
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
+from gaitval.folder_lock import held
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
 from gaitval.session.person import person_of_session
@@ -117,14 +118,21 @@ def import_files(
         progress.decisions.append((step, message))
         tell(step, message)
 
-    request = _request(
-        Path(trials[0] if static is None else static),
-        trials,
-        out,
-        (mass, height, sex),
-        options,
-        noted,
-    )
+    stood = Path(trials[0] if static is None else static)
+    request = _request(stood, trials, out, (mass, height, sex), options, noted)
+    with held(Path(out)):
+        return _import(Path(out), request, configuration, tell, progress, options)
+
+
+def _import(
+    out: Path,
+    request: Request,
+    configuration: Configuration,
+    tell: Tell,
+    progress: Progress,
+    options: Options,
+) -> Imported:
+    """Work out a request and write what was found, in a folder that is locked."""
     try:
         found = work_out(request, configuration.processing, tell, progress)
     except GaitvalError as error:

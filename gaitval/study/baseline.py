@@ -1,16 +1,23 @@
 """Store the results of a finished run, and simulate its policy again to compare."""
 
 import os
+import shutil
+import stat
 import tempfile
-from functools import partial
+import time
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from gaitval.artefacts import read_json, write_json
+from gaitval.artefacts import file_hash, read_json, value_hash, write_json
 from gaitval.configuration import load_configuration
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, GaitvalError
+from gaitval.folder_lock import held
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
-from gaitval.study.stage import Observer, open_run, run_stage
+from gaitval.study.seal import changes, check_seal, read_seal, seal
+from gaitval.study.sources import code_of
+from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
     identified_reference_stage,
     metrics_of,
@@ -21,13 +28,17 @@ from gaitval.study.stages import (
     validate_stage,
 )
 
+METRICS = "metrics.json"
+TEMPORARY = "gaitval-check-"
+"""How the names of folders begin in which a check walks."""
+
 STORED_FILES = (
     "subject.toml",
     "configuration.toml",
     *(f"policy/{name}" for name in POLICY_FILES),
     "identification.json",
     "correction.json",
-    "metrics.json",
+    METRICS,
 )
 """What a baseline keeps of a run folder; enough to simulate the policy again."""
 
@@ -36,8 +47,16 @@ TIMES = "times.json"
 """Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""
 
 
+WALKING = ("scale", "reference", "simulate", "push", "validate")
+"""Stages of a run that `check` runs again, in this order."""
+
+_ABANDONED = 60.0
+"""Seconds after which a folder of a check that nobody has locked is nobody's."""
+
+
 def store_baseline(folder: Path, target: Path) -> None:
-    """Store the policy, mu and metrics of a finished run, for `check` and to start trainings from.
+    """Store the policy, mu and metrics of a finished run, for `check` and to start trainings from,
+    and seal them.
 
     Its wall times go into `TIMES`, beside those of runs with another start.
     """
@@ -47,10 +66,69 @@ def store_baseline(folder: Path, target: Path) -> None:
             f"{folder}: {', '.join(missing)} missing, so this is not a finished run. Run `gaitval "
             "subject` for it first."
         )
+    records = read_json(folder / RECORDS)
+    _check_unchanged(folder, records)
     copy_files(folder, target, STORED_FILES)
     path = target / TIMES
     earlier = read_json(path) if path.exists() else {}
     write_json(path, {**earlier, start_kind(folder): _times(folder)})
+    seal(target, code=by_folder(records[name]["code"] for name in WALKING if name in records))
+
+
+def _check_unchanged(folder: Path, records: Mapping[str, Any]) -> None:
+    """Refuse files that are not as the stages of a run wrote them."""
+    written = {
+        name: found
+        for record in records.values()
+        for name, found in (record.get("outputs") or {}).items()
+    }
+    for name in STORED_FILES:
+        if name in written and file_hash(folder / name) != written[name]:
+            raise ArtefactError(
+                f"{folder / name}: not as the run wrote it. Run `gaitval subject` for it again, "
+                "which mends what was changed."
+            )
+
+
+def seal_again(baseline: Path) -> None:
+    """Seal a stored baseline that was changed on purpose, or that an earlier gaitval wrote.
+
+    Raises
+    ------
+    ArtefactError : it cannot be believed even then: incomplete, or in contradiction to itself.
+    """
+    believed(baseline / METRICS)
+    try:
+        code = read_seal(baseline).code
+    except ArtefactError:
+        code = None
+    seal(baseline, code=code)
+
+
+def by_folder(codes: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    """One hash for each folder of the package, from the hashes of files (`sources.code_of`)."""
+    folders: dict[str, dict[str, list[str]]] = {}
+    for code in codes:  # of a file with several stages each uses its part
+        for name, found in code.items():
+            files = folders.setdefault("/".join(name.split("/")[:2]), {})
+            files.setdefault(name, []).append(found)
+    return {name: value_hash(files) for name, files in sorted(folders.items())}
+
+
+def installed_code() -> dict[str, str]:
+    """The code of the installed gaitval that walks and measures, by folder."""
+    stages = (scale_stage, reference_stage, simulate_stage, push_stage, validate_stage)
+    return by_folder(code_of(stage) for stage in stages)
+
+
+def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
+    """The stages from a stored policy to its walks."""
+    return (
+        scale_stage(run),
+        reference_stage(run),
+        identified_reference_stage(run),
+        simulate_stage(run, witness=witness),
+    )
 
 
 def _times(folder: Path) -> dict[str, Any]:
@@ -78,24 +156,48 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def stored_metrics(file: Path) -> dict[str, Any]:
+def stored_metrics(file: Path, *, fewer: bool = False) -> dict[str, Any]:
+    """The metrics of a stored baseline, if they can be believed and are as they were stored.
+
+    Parameters
+    ----------
+    fewer : measures may be missing that the installed gaitval has.
+
+    Raises
+    ------
+    ArtefactError : see `believed`, `seal.check_seal`.
+    """
+    metrics = believed(file, fewer=fewer)
+    check_seal(file.parent)
+    return metrics
+
+
+def believed(file: Path, *, fewer: bool = False) -> dict[str, Any]:
     """The metrics of a stored baseline, if they can be believed.
 
     Raises
     ------
     ArtefactError : not readable, incomplete, in contradiction to themselves, or of another
         configuration, subject or record than those stored beside them.
+    PolicyError : the policy cannot be used.
     """
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.metrics.results import identification_from
     from gaitval.metrics.stored import MEND, believe
     from gaitval.metrics.validation import provenance_of
+    from gaitval.policy.storage import load_policy
+    from gaitval.reference.adjustment import Adjustment
 
     metrics: dict[str, Any] = read_json(file)
-    believe(metrics, str(file))
+    believe(metrics, str(file), fewer=fewer)
     folder = file.parent
     _check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")
     subject = load_subject(str(folder / "subject.toml"))
+    load_policy(folder / "policy", environment=configuration.environment)
+    mu, correction = folder / "identification.json", folder / "correction.json"
+    identification_from(read_json(mu), str(mu))
+    Adjustment.from_dict(read_json(correction), str(correction))
     beside = provenance_of(subject, configuration, metrics["record"])
     for name, what in (
         ("configuration", "configuration.toml has other settings than"),
@@ -142,21 +244,51 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
         configuration = configuration.model_copy(
             update={"validation": settings.model_copy(update=short)}
         )
-    with (
-        tempfile.TemporaryDirectory(prefix="gaitval-check-") as temporary,
-        open_run(subject, configuration, Path(temporary), observer) as run,
-    ):
-        copy_files(baseline, run.folder, STORED_FILES[2:-1])
-        for stage in (
-            scale_stage,
-            reference_stage,
-            identified_reference_stage,
-            partial(simulate_stage, witness=not quick),
-        ):
-            run_stage(stage(run), run.folder, observer=observer)
-        if quick:
-            return metrics_of(run, pushes=None)
-        for stage in (push_stage, validate_stage):
-            run_stage(stage(run), run.folder, observer=observer)
-        metrics: dict[str, Any] = read_json(run.folder / "metrics.json")
+    remove_abandoned()
+    with tempfile.TemporaryDirectory(prefix=TEMPORARY) as temporary:
+        folder = Path(temporary)
+        try:
+            with open_run(subject, configuration, folder, observer) as run:
+                return _walked(run, baseline, quick=quick)
+        except GaitvalError as error:
+            told = str(error).replace(temporary, str(baseline))  # theirs, not a copy of ours
+            raise type(error)(told).with_way_on(*error.goes_on) from None
+
+
+def changed_inputs(baseline: Path, now: Mapping[str, Any]) -> list[str]:
+    """What a new walk of a stored policy depends on and has changed since, a phrase each.
+
+    Parameters
+    ----------
+    now : metrics of the new walk.
+    """
+    return changes(read_seal(baseline), read_json(baseline / METRICS), now, installed_code())
+
+
+def _walked(run: Run, baseline: Path, *, quick: bool) -> dict[str, Any]:
+    copy_files(baseline, run.folder, STORED_FILES[2:-1])
+    for stage in walking_stages(run, witness=not quick):
+        run_stage(stage, run.folder, observer=run.observer)
+    if quick:
+        return metrics_of(run, pushes=None)
+    for stage in (push_stage(run), validate_stage(run)):
+        run_stage(stage, run.folder, observer=run.observer)
+    metrics: dict[str, Any] = read_json(run.folder / METRICS)
     return metrics
+
+
+def remove_abandoned(folder: Path | None = None) -> None:
+    """Remove what killed checks have left among the temporary files of this user.
+
+    A running check holds the lock of its folder, also where several containers share one folder
+    for temporary files and the number of a process says nothing.
+    """
+    where = Path(tempfile.gettempdir()) if folder is None else folder
+    user = os.getuid() if hasattr(os, "getuid") else None
+    for left in where.glob(f"{TEMPORARY}*"):
+        with suppress(OSError, ArtefactError):
+            about = left.lstat()
+            old = time.time() - about.st_mtime > _ABANDONED
+            if stat.S_ISDIR(about.st_mode) and old and user in (None, about.st_uid):
+                with held(left):
+                    shutil.rmtree(left)

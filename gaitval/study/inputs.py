@@ -49,6 +49,8 @@ IDENTIFIED = "identified.npz"
 """The reference motion of the identified body."""
 WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
+UNFINISHED = {name: f"unfinished/{name}" for name in ("correct", "simulate", "push")}
+"""Where an unfinished stage keeps the walks that it has done."""
 WALKS = "rollouts/walks.json"
 """How far the rollout from each start phase went."""
 

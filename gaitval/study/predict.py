@@ -13,9 +13,11 @@ import numpy as np
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ConfigurationError
+from gaitval.journal import Journal
 from gaitval.study.inputs import (
     POLICY_FILES,
     ROLLOUTS,
+    UNFINISHED,
     WALKS,
     copy_files,
     corrected_task,
@@ -157,7 +159,14 @@ def predicted_correction_stage(run: Run) -> Stage:
         run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
         task = with_centring(task, share)
         rounds = run.configuration.correction.range_rounds
-        result = correct(task, policy, mu, rounds=rounds, on_progress=run.observer.progress)
+        result = correct(
+            task,
+            policy,
+            mu,
+            rounds=rounds,
+            journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
+            on_progress=run.observer.progress,
+        )
         write_json(run.folder / "centring.json", {"centring": share})
         write_json(run.folder / "correction.json", result.as_dict())
 
@@ -172,6 +181,8 @@ def predicted_correction_stage(run: Run) -> Stage:
                 mode="json", exclude={"consecutive_cycles"}
             ),
         },
+        workspace=UNFINISHED["correct"],
+        emptied=True,
     )
 
 
@@ -198,6 +209,7 @@ def predicted_walk_stage(run: Run) -> Stage:
                 mu,
                 validation.start_phases,
                 cycles=validation.settling_cycles + validation.consecutive_cycles,
+                workspace=run.folder / UNFINISHED["simulate"],
             )
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
@@ -225,6 +237,8 @@ def predicted_walk_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
         },
+        workspace=UNFINISHED["simulate"],
+        emptied=True,
     )
 
 

@@ -1,21 +1,27 @@
 """What a stage is: its files, its fingerprint, and the records of a run folder."""
 
-import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import filelock
 import tomli_w
 
 from gaitval import __version__
-from gaitval.artefacts import file_hash, read_json, value_hash, versions, write_json, write_text
+from gaitval.artefacts import (
+    file_hash,
+    read_json,
+    value_hash,
+    versions,
+    write_json,
+    write_text,
+)
 from gaitval.errors import ArtefactError
+from gaitval.folder_lock import held
 from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
@@ -65,6 +71,7 @@ class Stage:
         configuration.
     workspace : a folder with what an unfinished run resumes from; emptied before a run with other
         inputs or other code, which must not resume from it.
+    emptied : the workspace is of no use once the stage is finished, and is removed then.
     """
 
     name: str
@@ -73,6 +80,7 @@ class Stage:
     outputs: tuple[str, ...]
     values: Mapping[str, Any] = field(default_factory=dict)
     workspace: str | None = None
+    emptied: bool = False
 
     def command(self, subject: str) -> str:
         """The command line that runs this stage for `subject`."""
@@ -205,14 +213,37 @@ def run_stage(
             "inputs": inputs,
         },
     )
+    if stage.workspace and stage.emptied:
+        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+        with suppress(OSError):  # other stages may have theirs beside it
+            (folder / stage.workspace).parent.rmdir()
     observer.finished(stage.name, seconds)
     return True
 
 
 def _records(folder: Path) -> dict[str, Any]:
     path = folder / RECORDS
-    records: dict[str, Any] = read_json(path) if path.exists() else {}
+    records: dict[str, Any] = _table(path, Mapping) if path.exists() else {}
     return records
+
+
+def _table(path: Path, kind: type[Any]) -> dict[str, Any]:
+    """A file of our own records: a table by stage, whose values are of a kind."""
+    values = read_json(path)
+    if not isinstance(values, dict) or not all(isinstance(each, kind) for each in values.values()):
+        raise ArtefactError(
+            f"{path}: not the records of a run folder; it was edited. Delete it and run the same "
+            "command again."
+        )
+    return values
+
+
+def _stages(path: Path) -> dict[str, Any]:
+    """Times of the stages in `provenance.json`; none if there is no such file."""
+    stages = _table(path, object).get("stages", {}) if path.exists() else {}
+    if not isinstance(stages, dict):
+        raise ArtefactError(f"{path}: stages is no table; it was edited. Delete the file.")
+    return stages
 
 
 def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
@@ -224,53 +255,17 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[None]:
-    """Lock the folder for this process, until the block or the process ends."""
-    # The process is named in a separate file, because Windows lets nobody read a locked file.
-    lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
-    try:
-        lock.acquire(blocking=False)
-    except filelock.Timeout:
-        process = f" (process {holder.read_text()})" if holder.exists() else ""
-        raise ArtefactError(
-            f"{folder}: another gaitval{process} is running in this folder. Wait for it to end, "
-            "or give this run its own folder with --out."
-        ) from None
-    except OSError as error:
-        raise ArtefactError(
-            f"{folder / '.lock'}: cannot be locked ({error.strerror}); it must be a plain file "
-            "that you may write to. Delete it, or give another folder with --out."
-        ) from None
-    try:
-        write_text(holder, str(os.getpid()))
-        yield
-    finally:
-        holder.unlink(missing_ok=True)
-        lock.release()
-
-
-@contextmanager
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """A run folder, locked for this process, with the subject and configuration stored."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        raise ArtefactError(
-            f"{folder}: is a file, or lies below one. Give a folder with --out."
-        ) from None
-    except PermissionError as error:
-        raise ArtefactError(
-            f"{error.filename}: no permission to write. Give another folder with --out."
-        ) from None
     with held(folder):
         write_text(folder / "subject.toml", subject.to_toml())
         write_text(
             folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
         )
         path = folder / "provenance.json"
-        stages = read_json(path)["stages"] if path.exists() else {}
+        stages = _stages(path)
         write_json(
             path,
             {

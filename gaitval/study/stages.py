@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitval.artefacts import read_json, replacing, write_json
+from gaitval.journal import Journal
 from gaitval.study.inputs import (
     IDENTIFIED,
     POLICY_FILES,
     ROLLOUTS,
+    UNFINISHED,
     WALKS,
     WITNESS,
     body_parameters,
@@ -41,8 +43,11 @@ def scale_stage(run: Run) -> Stage:
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
+        from gaitval.prediction.unusual import remarks_on_body
         from gaitval.scaling.scaling import scale_subject
 
+        for remark in remarks_on_body(run.subject):
+            run.observer.say(remark)
         body = scale_subject(run.subject)
         write_urdf(body.model, run.folder / "model.urdf")
         with replacing(run.folder / "scaling.csv") as temporary:
@@ -55,9 +60,13 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model → reference motion."""
 
     def build() -> None:
+        from gaitval.datasets.subject_file import builtin_subjects
         from gaitval.model.urdf import read_urdf
+        from gaitval.prediction.unusual import remarks_on_gait
         from gaitval.reference.dynamic_fit import consistent_reference
 
+        for remark in remarks_on_gait(run.subject, builtin_subjects()):
+            run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
         told = run.told()
         contact = run.configuration.contact
@@ -387,6 +396,7 @@ def correct_stage(run: Run) -> Stage:
             identified_task(run, mu),
             stored_policy(run, run.folder / "policy"),
             mu,
+            journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
         write_json(run.folder / "correction.json", result.as_dict())
@@ -409,6 +419,8 @@ def correct_stage(run: Run) -> Stage:
             # How far other walks go does not change the cycles that are compared.
             "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         },
+        workspace=UNFINISHED["correct"],
+        emptied=True,
     )
 
 
@@ -446,7 +458,12 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
             mu = body_parameters(run.folder / "identification.json", which)
             with RolloutPool(task, workers=min(workers, len(phases)), engine="dart") as pool:
                 walks = roll_out_from(
-                    pool, policy, mu, phases, cycles=validation.settling_cycles + cycles
+                    pool,
+                    policy,
+                    mu,
+                    phases,
+                    cycles=validation.settling_cycles + cycles,
+                    workspace=run.folder / UNFINISHED["simulate"] / which,
                 )
             walks.compared.save(run.folder / ROLLOUTS[which])
             starts[which] = [went.as_dict() for went in walks.starts]
@@ -483,6 +500,8 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
         },
+        workspace=UNFINISHED["simulate"],
+        emptied=True,
     )
 
 
@@ -497,6 +516,7 @@ def push_stage(run: Run) -> Stage:
             corrected_task(run),
             stored_policy(run, run.folder / "policy"),
             body_parameters(run.folder / "identification.json"),
+            journal=Journal(run.folder / UNFINISHED["push"] / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
         write_json(
@@ -520,6 +540,8 @@ def push_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS, "pushes"),
             "settling_cycles": validation.settling_cycles,
         },
+        workspace=UNFINISHED["push"],
+        emptied=True,
     )
 
 

@@ -1,11 +1,13 @@
 """The command line: help that teaches, errors without a traceback, exit codes, progress."""
 
 import ast
+import errno
 import io
 import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -299,6 +301,29 @@ def test_a_fault_of_ours_shows_no_traceback(
     assert "Traceback" not in captured.out + captured.err
 
 
+def test_a_full_disk_is_no_fault_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+) -> None:
+    """Where a library writes its own files, and says only what the system said."""
+
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "events"))
+
+    monkeypatch.setattr("gaitval.study.run.run_subject", fail)
+    result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert f"{tmp_path / 'events'}: cannot be written: there is no space left" in (
+        plain_messages.getvalue()
+    )
+
+
+@pytest.mark.parametrize("round_number", ["0", "1001", "9" * 400])
+def test_a_round_that_no_run_reaches_is_wrong_usage(tmp_path: Path, round_number: str) -> None:
+    """Every stage before it would be planned, which fills the memory."""
+    out = ("--out", str(tmp_path / "run"))
+    assert gaitval("train", "5", "--round", round_number, *out).exit_code == 2
+
+
 def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -330,7 +355,10 @@ def row(change: regression.Outcome, current: float | None) -> regression.Row:
 
 @pytest.fixture
 def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("gaitval.study.baseline.stored_metrics", read_json)
+    monkeypatch.setattr(
+        "gaitval.study.baseline.stored_metrics", lambda file, *, fewer: read_json(file)
+    )
+    monkeypatch.setattr("gaitval.study.baseline.changed_inputs", lambda *_: [])
     for name in STORED_FILES:
         write_json(tmp_path / "baseline" / name, {})
     return tmp_path / "baseline" / "metrics.json"
@@ -360,6 +388,34 @@ def test_check_passes_where_nothing_was_lost(
 def asserted(options: dict[str, object], **expected: object) -> dict[str, object]:
     assert options == expected
     return {}
+
+
+def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """What was changed is told, and fails nothing: the figures say whether it matters."""
+    changed = ["numpy 2.1.0, now 2.2.0", "the code in gaitval/policy"]
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.study.baseline.changed_inputs", lambda *_: changed)
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("kept", 4.1)])
+    junit = tmp_path / "accuracy.xml"
+    result = gaitval("check", "--baseline", str(stored), "--junit", str(junit))
+    assert result.exit_code == 0
+    output = " ".join(result.output.split())
+    assert "Inputs: changed: numpy 2.1.0, now 2.2.0; the code in gaitval/policy" in output
+    assert "Figures: 1 measures within their margins" in output
+    assert "numpy 2.1.0, now 2.2.0" in junit.read_text()
+
+
+def test_a_baseline_with_fewer_measures_needs_a_reason(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+) -> None:
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: {})
+    new = replace(row("improved", 4.1), baseline=None)
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: [new])
+    assert gaitval("check", "--baseline", str(stored)).exit_code == 2
+    assert "lacks 1 of the 1 measures of this gaitval" in plain_messages.getvalue()
+    assert gaitval("check", "--baseline", str(stored), "--fewer", "old").exit_code == 0
 
 
 def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(

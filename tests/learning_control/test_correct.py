@@ -13,6 +13,7 @@ from simulation_fixtures import changed
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
+from gaitval.journal import Journal
 from gaitval.learning_control.correct import (
     Case,
     Walked,
@@ -294,6 +295,59 @@ def test_it_ends_when_nothing_helps():
 def test_it_is_refused_where_it_does_harm(after, other, reason):
     found = harm(walked([1.0]), after, walked([1.1], left_out=0.55), other)
     assert found is None if reason is None else re.search(reason, found)
+
+
+# ---- Going on after a kill. ----
+
+
+class LinearPool:
+    """In the place of a walker: deviations that follow from the changes, and nothing else."""
+
+    walked = 0
+    stop = None
+
+    def __init__(self, *_, **__):
+        random = np.random.default_rng(3)
+        self.answer = random.standard_normal((20, 14))
+        self.offset = random.standard_normal(20)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def each(self, _, cases):
+        for case in cases:
+            if LinearPool.walked == LinearPool.stop:
+                raise KeyboardInterrupt
+            LinearPool.walked += 1
+            change = np.array([*case.correction.harmonics.ravel(), case.correction.height])
+            off = self.offset + 30.0 * self.answer @ change + 0.01 * case.start_phase
+            errors = {("angles", "knee_angle_r"): rms(off), ("angles", "pelvis_tilt_r"): 0.5}
+            yield Walked(off, errors, 0.05) if abs(off[0]) < 5.0 else None
+
+
+@pytest.mark.parametrize("stop", [0, 1, 7, 15, 22, 33])
+def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
+    quick, walker, tmp_path, monkeypatch, stop
+):
+    """Before the first walk, while the slopes are measured, in a step, and in the last walks."""
+    monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", LinearPool)
+    monkeypatch.setattr(LinearPool, "walked", 0)
+    whole = correct(quick, *walker)
+    needed = LinearPool.walked
+    assert needed > stop
+    assert whole.correction.harmonics.any()
+    path = tmp_path / "walks.jsonl"
+    monkeypatch.setattr(LinearPool, "walked", 0)
+    monkeypatch.setattr(LinearPool, "stop", stop)
+    with pytest.raises(KeyboardInterrupt):
+        correct(quick, *walker, journal=Journal(path))
+    monkeypatch.setattr(LinearPool, "stop", None)
+    again = correct(quick, *walker, journal=Journal(path))
+    assert LinearPool.walked == needed  # none twice
+    assert again.as_dict() == whole.as_dict()
 
 
 # ---- A walk. ----

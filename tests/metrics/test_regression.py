@@ -6,7 +6,13 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.regression import LONG_MEASURES, compare, lost, write_junit
+from gaitval.metrics.regression import (
+    LONG_MEASURES,
+    check_same_measures,
+    compare,
+    lost,
+    write_junit,
+)
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import validate
 
@@ -59,47 +65,48 @@ def test_a_run_against_itself_loses_nothing(metrics):
     assert {row.change for row in rows} == {"kept"}
 
 
-MARGINS = (
-    ("angle_rmse", "knee_angle_r", 0.29, 0.31),
-    ("moment_rmse", "hip_flexion_l", 0.019, 0.021),
-    ("force_rmse", "vertical_r", 0.99, 1.01),
-    ("angle_skill", "knee_angle_r", -0.19, -0.21),
-    ("moment_skill", "hip_flexion_l", -0.19, -0.21),
-    ("force_skill", "vertical_r", -0.39, -0.41),
-    ("unfiltered_force_rmse", "vertical_l", 0.99, 1.01),
-    ("force_ringing", "walk", 0.49, 0.51),
-    ("shoulder_moment_rms", "right", 0.99, 1.01),
-    ("shoulder_moment_peak", "left", 2.99, 3.01),
-    ("arm_work_share", "walk", 2.99, 3.01),
-    ("trunk_motion", "mean tilt", 0.29, 0.31),
-    ("lumbar_moment_peak", "walk", 0.099, 0.101),
-    ("step_width", "walk", 0.29, 0.31),
-    ("power_burst_error", "A2_r", 0.29, 0.31),
-    ("joint_work_error", "hip_flexion_l", 0.019, 0.021),
-    ("centre_of_mass_rmse", "up", 1.99, 2.01),
-    ("loading_peak_error", "right", 1.99, 2.01),
-    ("pressure_arm_rmse", "left", 2.99, 3.01),
-    ("speed_error", "walk", 0.99, 1.01),
-    ("stance_fraction_error", "left", 0.49, 0.51),
-    ("step_length_error", "right", 0.49, 0.51),
-    ("stride_time_error", "walk", 0.99, 1.01),
-    ("epsilon", "walk", 0.029, 0.031),
-    ("consecutive_cycles", "start phase 0", 0.0, -1.0),
-    ("falls", "walk", 0.0, 1.0),
-    ("push_survival", "phase 0.5", -14.9, -15.1),
-)
-"""Of each measure, a change for the worse that its margin allows and one that it does not."""
+TARGETS = {
+    "angle_rmse": "knee_angle_r",
+    "moment_rmse": "hip_flexion_l",
+    "force_rmse": "vertical_r",
+    "angle_skill": "knee_angle_r",
+    "moment_skill": "hip_flexion_l",
+    "force_skill": "vertical_r",
+    "unfiltered_force_rmse": "vertical_l",
+    "force_ringing": "walk",
+    "shoulder_moment_rms": "right",
+    "shoulder_moment_peak": "left",
+    "arm_work_share": "walk",
+    "trunk_motion": "mean tilt",
+    "lumbar_moment_peak": "walk",
+    "step_width": "walk",
+    "power_burst_error": "A2_r",
+    "joint_work_error": "hip_flexion_l",
+    "centre_of_mass_rmse": "up",
+    "loading_peak_error": "right",
+    "pressure_arm_rmse": "left",
+    "speed_error": "walk",
+    "stance_fraction_error": "left",
+    "step_length_error": "right",
+    "stride_time_error": "walk",
+    "epsilon": "walk",
+    "consecutive_cycles": "start phase 0",
+    "falls": "walk",
+    "push_survival": "phase 0.5",
+}
+"""Of each measure, a target."""
 
 
 def test_every_margin_is_tried():
-    tried = [row[0] for row in MARGINS]
-    assert sorted(tried) == sorted(margin.measure for margin in load_registry().margin)
+    assert sorted(TARGETS) == sorted(margin.measure for margin in load_registry().margin)
 
 
-@pytest.mark.parametrize(("measure", "target", "within", "beyond"), MARGINS)
-def test_a_loss_beyond_the_margin_fails_and_its_reverse_is_a_gain(
-    metrics, measure, target, within, beyond
-):
+@pytest.mark.parametrize("margin", load_registry().margin, ids=lambda margin: margin.measure)
+def test_a_loss_beyond_the_margin_fails_and_its_reverse_is_a_gain(metrics, margin):
+    """A change for the worse that the margin allows, and one that it does not."""
+    measure, target = margin.measure, TARGETS[margin.measure]
+    sign = 1.0 if margin.better == "lower" else -1.0
+    within, beyond = sign * 0.99 * margin.value, sign * (1.01 * margin.value or 1.0)
     kept = compare(metrics, _changed(metrics, measure, target, within))
     assert lost(kept) == []
     worse = _changed(metrics, measure, target, beyond)
@@ -124,6 +131,15 @@ def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
     assert "consecutive_cycles" not in {row.measure for row in rows}
 
 
+def test_a_baseline_with_fewer_measures_is_refused_unless_asked_for(metrics):
+    fewer = copy.deepcopy(metrics)
+    del fewer["measures"][0]
+    with pytest.raises(ArtefactError, match="lacks 1 of the") as refused:
+        check_same_measures(compare(fewer, metrics))
+    assert refused.value.goes_on == ("--fewer 'WHY'",)
+    check_same_measures(compare(metrics, metrics))
+
+
 def test_another_subject_is_refused(metrics):
     other = copy.deepcopy(metrics)
     other["subject"]["identifier"] = "S01"
@@ -139,11 +155,14 @@ def test_a_damaged_baseline_is_refused(metrics):
 def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
     worse = _changed(metrics, "angle_rmse", "knee_angle_r", 1.0)
     rows = compare(metrics, worse)
-    write_junit(rows, tmp_path / "junit.xml")
+    write_junit(rows, tmp_path / "junit.xml", about={"inputs": "numpy 1, now 2"})
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
     assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")
+    (told,) = suite.iter("property")
+    assert (told.get("name"), told.get("value")) == ("inputs", "numpy 1, now 2")
     cases = suite.findall("testcase")
     assert len(cases) == len(rows)
     (failed,) = [case for case in cases if case.find("failure") is not None]
     assert (failed.get("classname"), failed.get("name")) == ("gaitval.angle_rmse", "knee_angle_r")
-    assert "margin 0.3 deg" in failed.find("failure").get("message")
+    (margin,) = [each.value for each in load_registry().margin if each.measure == "angle_rmse"]
+    assert f"margin {margin:g} deg" in failed.find("failure").get("message")

@@ -1,6 +1,6 @@
 """Walks that are held against the record: what is kept of a long one."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -51,8 +51,8 @@ class LocalPool:
     def __init__(self, task):
         self.environment = WalkingEnvironment(task, engine="dart")
 
-    def map(self, function, items):
-        return [function(self.environment, item) for item in items]
+    def each(self, function, items):
+        return (function(self.environment, item) for item in items)
 
 
 def test_walks_from_several_starts_are_single_walks(task):
@@ -63,3 +63,30 @@ def test_walks_from_several_starts_are_single_walks(task):
     alone = [roll_out(short, policy, mu=MU, start_phase=phase, cycles=1) for phase in phases]
     np.testing.assert_array_equal(found.compared.positions, alone[0].positions)
     assert found.starts == tuple(endurance(one, short.configuration) for one in alone)
+
+
+def test_walks_that_were_stopped_go_on_to_the_same_result(task, tmp_path):
+    """The compared one is kept with all its digits; a rollout that is stored has fewer."""
+    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
+    policy, phases = random_policy(short, scale=0.1), (0.3, 0.8, 0.1)
+    whole = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
+    walked = []
+
+    class Stopping(LocalPool):
+        def each(self, function, items):
+            for item in items:
+                if len(walked) == 2:
+                    raise KeyboardInterrupt
+                walked.append(item.phase)
+                yield function(self.environment, item)
+
+    with pytest.raises(KeyboardInterrupt):
+        roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
+    walked[:] = [None]  # one more may be walked
+    found = roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
+    assert walked == [None, 0.1]
+    assert found.starts == whole.starts
+    for field in fields(whole.compared):
+        np.testing.assert_array_equal(
+            getattr(found.compared, field.name), getattr(whole.compared, field.name)
+        )

@@ -1,5 +1,12 @@
 """Walks of a policy: scored, recorded, in worker processes."""
 
+import pickle
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
 import numpy as np
 import pytest
 from simulation_fixtures import changed, random_policy
@@ -149,3 +156,57 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
         assert pool.map(_walk, starts[:1]) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
         assert alone.map(_walk, starts) == expected
+
+
+WAITING = """
+    import pickle
+    import sys
+    from pathlib import Path
+
+    from gaitval.policy.rollouts import RolloutPool
+
+    def nothing(environment, item):
+        return item
+
+    if __name__ == "__main__":
+        task = pickle.loads(Path(sys.argv[1]).read_bytes())
+        with RolloutPool(task, workers=2) as pool:
+            assert pool.map(nothing, [1, 2]) == [1, 2]
+            print("waiting", flush=True)
+            sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="finds the workers of a process in /proc"
+)
+def test_workers_end_with_a_process_that_is_killed(task, tmp_path):
+    """They wait for work at a queue that they could fill themselves, so they would wait for ever,
+    with multiprocessing's own process and its semaphores."""
+    script, stored = tmp_path / "pool.py", tmp_path / "task.pickle"
+    script.write_text(textwrap.dedent(WAITING))
+    stored.write_bytes(pickle.dumps(task))
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(stored)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout.readline() == "waiting\n"
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    finally:
+        process.kill()
+        process.wait()
+    assert len(children) == 3  # two workers and multiprocessing's resource tracker
+    end = time.monotonic() + 10.0
+    while any(map(_alive, children)) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not any(map(_alive, children))
+
+
+def _alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False

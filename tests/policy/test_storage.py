@@ -182,8 +182,8 @@ def test_another_observation(folder):
 
 def test_observations_of_an_earlier_version(policy, tmp_path):
     """They had no speed; a walker would fail at the first product, without saying why."""
-    first = NETWORK[0]
-    shorter = {**policy.tensors, first: policy.tensors[first][:, :-1]}
+    names = (NETWORK[0], *NORMALISATION)
+    shorter = {**policy.tensors, **{name: policy.tensors[name][..., :-1] for name in names}}
     save_policy(Policy(shorter, policy.about), tmp_path)
     with pytest.raises(PolicyError, match=r"observes 125 numbers, but a walker here has 126"):
         load_policy(tmp_path, environment=EnvironmentSettings())
@@ -268,4 +268,54 @@ def test_a_damaged_description(folder, content):
 def test_a_missing_description(folder):
     (folder / "policy.json").unlink()
     with pytest.raises(PolicyError, match=r"policy\.json: no such file"):
+        load_policy(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        (NETWORK[0], lambda t: t[0], r"policy_net\.0\.weight has the shape \(126,\)"),
+        (NETWORK[1], lambda t: t[:-1], r"policy_net\.0\.bias has the shape .*does not fit"),
+        (NETWORK[2], lambda t: t[:, :3], r"policy_net\.2\.weight has the shape"),
+        (NETWORK[4], lambda t: t.ravel(), r"action_net\.weight has the shape"),
+        (NETWORK[4], lambda t: t[0, :1], r"action_net\.weight has the shape \(1,\)"),
+        (NETWORK[5], lambda t: t[:0], r"action_net\.bias has the shape \(0,\)"),
+        ("observation_mean", lambda t: t[:5], r"observation_mean has the shape \(5,\)"),
+        ("observation_variance", lambda t: -t, "observation_variance is negative"),
+        (NETWORK[3], lambda t: t.astype(np.int64), "is of type int64"),
+        (NETWORK[3], lambda t: t.astype(bool), "is of type bool"),
+    ],
+)
+def test_tensors_that_do_not_fit_each_other(folder, name, change, message):
+    """They would end a training with an internal error, or walk nowhere."""
+    tensors = load_file(folder / "policy.safetensors")
+    tensors[name] = np.ascontiguousarray(change(tensors[name]))
+    save_file(tensors, folder / "policy.safetensors")
+    with pytest.raises(PolicyError, match=message):
+        load_policy(folder)
+
+
+def test_a_policy_of_another_number_of_joints(folder):
+    tensors = load_file(folder / "policy.safetensors")
+    for name in NETWORK[4:]:
+        tensors[name] = tensors[name][:-2].copy()
+    save_file(tensors, folder / "policy.safetensors")
+    with pytest.raises(PolicyError, match=r"chooses 24 numbers, but a walker here takes 26"):
+        load_policy(folder, environment=EnvironmentSettings())
+
+
+@pytest.mark.parametrize("content", ['{"environment": []}', "[]", '"all"', "1"])
+def test_settings_that_are_no_table(folder, content):
+    about = json.loads((folder / "policy.json").read_text())
+    about["configuration"] = json.loads(content)
+    (folder / "policy.json").write_text(json.dumps(about))
+    with pytest.raises(PolicyError, match=r"policy\.json: .*not a table of settings"):
+        load_policy(folder, environment=EnvironmentSettings())
+
+
+@pytest.mark.parametrize("name", ["policy.safetensors", "policy.json"])
+def test_a_folder_in_the_place_of_a_file(folder, name):
+    (folder / name).unlink()
+    (folder / name).mkdir()
+    with pytest.raises(PolicyError, match=rf"{name}: (is a folder|cannot be read)"):
         load_policy(folder)

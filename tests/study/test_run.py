@@ -1,5 +1,6 @@
 """Stages run only when what they depend on has changed, and survive a kill at any moment."""
 
+import errno
 import json
 import os
 import signal
@@ -21,8 +22,18 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import run as study
-from gaitval.study.baseline import STORED_FILES, TIMES, processors, store_baseline
+from gaitval.study.baseline import (
+    STORED_FILES,
+    TIMES,
+    WALKING,
+    by_folder,
+    installed_code,
+    processors,
+    store_baseline,
+)
 from gaitval.study.run import finished_rounds, plan, run_one, run_subject
+from gaitval.study.seal import SEAL, read_seal
+from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
     identify_stage,
@@ -184,6 +195,21 @@ def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: boo
         run_stage(counting(folder, until=6, stop_at=4), folder)
     run_stage(counting(folder, until=6, stop_at=-1, seed=seed), folder, force=force)
     assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
+
+
+def test_a_workspace_of_no_further_use_is_removed_when_the_stage_is_finished(folder: Path) -> None:
+    stage = replace(counting(folder, until=3, stop_at=-1), workspace="unfinished/count")
+
+    def count() -> None:
+        write_text(folder / "unfinished" / "count" / "0", "")
+        write_text(folder / "unfinished" / "other" / "0", "")
+        write_text(folder / "count.txt", "3")
+
+    run_stage(replace(stage, run=count), folder)
+    assert (folder / "unfinished" / "count").exists()
+    run_stage(replace(stage, run=count, emptied=True), folder, force=True)
+    assert not (folder / "unfinished" / "count").exists()
+    assert (folder / "unfinished" / "other").exists()
 
 
 KILLED = """
@@ -591,7 +617,18 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     run_subject(run)
     store_baseline(run.folder, tmp_path / "baseline")
     stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
-    assert sorted(stored) == sorted([*STORED_FILES, TIMES])
+    assert sorted(stored) == sorted([*STORED_FILES, TIMES, SEAL])
+    assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
+
+
+def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Opener) -> None:
+    run = opened()
+    stages = {stage.name: stage for stage in plan(run, 1)}
+    ran_with = by_folder(code_of(stages[name].run) for name in WALKING)
+    assert ran_with == installed_code()
+    assert {"gaitval/study", "gaitval/simulation", "gaitval/metrics"} <= set(ran_with)
+    changed = by_folder({**code_of(stages[name].run), "gaitval/x/y": "0"} for name in WALKING)
+    assert set(changed) - set(ran_with) == {"gaitval/x"}
 
 
 def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
@@ -732,3 +769,92 @@ def test_a_policy_of_another_size_is_not_started_from(
     study.choose_start(run, scratch=False)
     assert not (run.folder / "start").exists()
     assert "128 hidden units, but training.hidden_units is 64" in said(run)
+
+
+def test_a_changed_file_of_a_run_does_not_become_a_baseline(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    run = opened("identification.rounds=1")
+    run_subject(run)
+    for name in ("metrics.json", "identification.json", "policy/policy.json"):
+        whole = (run.folder / name).read_text()
+        (run.folder / name).write_text("{}")
+        with pytest.raises(ArtefactError, match=rf"{name}: not as the run wrote it"):
+            store_baseline(run.folder, tmp_path / "baseline")
+        (run.folder / name).write_text(whole)
+    store_baseline(run.folder, tmp_path / "baseline")
+
+
+@pytest.mark.parametrize("name", ["stages.json", "provenance.json"])
+@pytest.mark.parametrize("content", ["[]", "1", '{"stages": 3}'])
+def test_records_of_another_shape_are_refused(
+    opened: Opener, tmp_path: Path, name: str, content: str
+) -> None:
+    run = opened()
+    write_text(run.folder / name, content)
+    with pytest.raises(ArtefactError, match=rf"{name}: .*was edited. Delete"):
+        run_one(opened(), "scale")
+
+
+def test_what_a_kill_left_half_written_is_removed_at_the_next_start(tmp_path: Path) -> None:
+    folder = tmp_path / "run" / "rounds" / "1" / "policy"
+    folder.mkdir(parents=True)
+    for path in (tmp_path / "run" / ".partial-report-x8.pdf", folder / ".partial-policy-x8.json"):
+        path.write_text("")
+    hold(tmp_path / "run")
+    assert not list(tmp_path.rglob(".partial-*"))
+
+
+def test_locking_leaves_the_contents_of_the_lock(tmp_path: Path) -> None:
+    """It may be another name of somebody's file: a hard link cannot be told from it."""
+    theirs = tmp_path / "theirs.txt"
+    theirs.write_text("theirs")
+    (tmp_path / "run").mkdir()
+    os.link(theirs, tmp_path / "run" / ".lock")
+    hold(tmp_path / "run")
+    assert theirs.read_text() == "theirs"
+
+
+def test_a_folder_that_may_not_be_written_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As root may write everywhere, the system's answer is put in its place."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr("os.mkdir", refuse)
+    with pytest.raises(ArtefactError, match=r"run: cannot be written: its folder may not .*--out"):
+        hold(tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", ["scale", "reference"])
+def test_what_is_unusual_in_a_subject_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    person = load_subject("5")
+    grown = {at: tuple(1.15 * each for each in place) for at, place in person.markers.items()}
+    moments = {
+        curve: each.model_copy(
+            update={
+                "mean": 0.1 * each.mean,
+                "cosine": tuple(0.1 * value for value in each.cosine),
+                "sine": tuple(0.1 * value for value in each.sine),
+            }
+        )
+        for curve, each in person.gait.moments.items()
+    }
+    gait = person.gait.model_copy(update={"moments": moments})
+    changed = person.model_copy(update={"markers": grown, "gait": gait})
+    listener = Listener()
+    with open_run(changed, load_configuration(), tmp_path / "run", listener) as run:
+        run_one(run, "scale")
+        assert any("of the stature above the feet" in line for line in listener.lines)
+        if name == "reference":
+            monkeypatch.setattr(
+                "gaitval.reference.dynamic_fit.consistent_reference",
+                lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
+            )
+            with pytest.raises(KeyboardInterrupt):
+                run_one(run, "reference")
+            assert any("times the size of other people's" in line for line in listener.lines)

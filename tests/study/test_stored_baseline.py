@@ -1,16 +1,23 @@
 """Stored baselines that are damaged, or mended by hand, are refused before anything is walked."""
 
+import copy
 import json
 import math
+import os
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from safetensors.numpy import load_file, save_file
 
 from gaitval.errors import ArtefactError
-from gaitval.study.baseline import stored_metrics
+from gaitval.folder_lock import held
+from gaitval.metrics.tolerances import load_registry
+from gaitval.study.baseline import remove_abandoned, seal_again, stored_metrics
+from gaitval.study.seal import SEAL, changes, read_seal, seal
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
@@ -116,7 +123,7 @@ def test_damage_is_refused_with_the_place(folder: Path, name: str) -> None:
     ("file", "old", "new", "told"),
     [
         ("configuration.toml", "filter_frequency = ", "filter_frequency = 1", "other settings"),
-        ("configuration.toml", "cycles = ", "cycles = 1", "other settings"),
+        ("configuration.toml", "\ncycles = 24", "\ncycles = 25", "other settings"),
         ("subject.toml", "mass_kg = ", "mass_kg = 1.0 # ", "subject.toml"),
     ],
 )
@@ -129,6 +136,176 @@ def test_what_lies_beside_it_is_that_of_the_walk(
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(Exception, match=told):
         stored_metrics(folder / "metrics.json")
+
+
+Change = Callable[[Path], object]
+
+
+def _edit(name: str, change: Callable[[Json], object]) -> Change:
+    def edit(folder: Path) -> None:
+        values = json.loads((folder / name).read_text(encoding="utf-8"))
+        change(values)
+        (folder / name).write_text(json.dumps(values), encoding="utf-8")
+
+    return edit
+
+
+def _weights(folder: Path) -> None:
+    path = folder / "policy" / "policy.safetensors"
+    tensors = load_file(path)
+    tensors["action_net.bias"] *= 1.01
+    save_file(tensors, path)
+
+
+def _without_pushes(metrics: Json) -> None:
+    for name in ("measures", "tolerances"):
+        metrics[name] = [row for row in metrics[name] if row["measure"] != "push_survival"]
+    metrics["push_recovery"] = None
+
+
+def _longer(values: Json) -> None:
+    values["identified"][4] = 1.01
+
+
+EDITS: dict[str, tuple[Change, str]] = {
+    "weights": (_weights, "changed since it was stored: policy."),
+    "policy": (_edit("policy/policy.json", lambda v: v.update(seed=7)), "stored: policy."),
+    "mu": (_edit("identification.json", _longer), "stored: mu."),
+    "correction": (_edit("correction.json", lambda v: v.update(height=0.01)), "stored: correction"),
+    "no pushes": (_edit("metrics.json", _without_pushes), "measures, rest of metrics.json"),
+    "limits": (
+        _edit("metrics.json", lambda m: [row.update(tolerance=99.0) for row in m["tolerances"]]),
+        "stored: measures",
+    ),
+    "margins in the seal": (
+        _edit(SEAL, lambda s: s["margins"]["angle_rmse"].update(value=3.0)),
+        "seal.json: was edited",
+    ),
+    "no seal": (lambda folder: (folder / SEAL).unlink(), "seal.json: no such file"),
+    "half a seal": (_edit(SEAL, lambda s: s.pop("parts")), "does not match the schema of seal"),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_an_edit_that_contradicts_nothing_is_refused_until_it_is_sealed(
+    folder: Path, name: str
+) -> None:
+    change, told = EDITS[name]
+    change(folder)
+    with pytest.raises(ArtefactError) as refused:
+        stored_metrics(folder / "metrics.json")
+    assert told in str(refused.value)
+    assert f"gaitval baseline SUBJECT --to {folder} --seal" in str(refused.value)
+    seal_again(folder)
+    assert stored_metrics(folder / "metrics.json")
+
+
+def test_the_layout_of_a_file_does_not_matter(folder: Path) -> None:
+    """A formatter may have been over them, or git on Windows."""
+    for path in (*folder.glob("*.json"), folder / "policy" / "policy.json"):
+        path.write_text(json.dumps(json.loads(path.read_text()), indent=4), encoding="utf-8")
+    path = folder / "configuration.toml"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    assert stored_metrics(folder / "metrics.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"value": 3.0}, "angle_rmse 0.3 deg (lower is better), now 3 deg (lower is better)"),
+        ({"better": "higher"}, "now 0.3 deg (higher is better)"),
+    ],
+)
+def test_other_margins_than_it_was_stored_with_are_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, change: Json, told: str
+) -> None:
+    """With margins ten times as wide every walk passes."""
+    whole = load_registry()
+    margins = [
+        margin.model_copy(update=change) if margin.measure == "angle_rmse" else margin
+        for margin in whole.margin
+    ]
+    other = whole.model_copy(update={"margin": tuple(margins)})
+    monkeypatch.setattr("gaitval.study.seal.load_registry", lambda: other)
+    with pytest.raises(ArtefactError, match="the margins of this gaitval are not those") as refused:
+        stored_metrics(folder / "metrics.json")
+    assert told in str(refused.value)
+
+
+def test_what_contradicts_itself_is_not_sealed(folder: Path) -> None:
+    before = (folder / SEAL).read_bytes()
+    _edit("metrics.json", lambda m: m.update(measures=[]))(folder)
+    with pytest.raises(ArtefactError, match="missing from the measures"):
+        seal_again(folder)
+    assert (folder / SEAL).read_bytes() == before
+
+
+def test_fewer_measures_are_accepted_if_that_is_asked_for(folder: Path) -> None:
+    _edit("metrics.json", lambda m: m["measures"].pop())(folder)
+    with pytest.raises(ArtefactError, match="missing from the measures"):
+        stored_metrics(folder / "metrics.json")
+    with pytest.raises(ArtefactError, match="changed since it was stored: measures"):
+        stored_metrics(folder / "metrics.json", fewer=True)
+
+
+def test_what_has_changed_since_is_told(folder: Path) -> None:
+    before = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    now = copy.deepcopy(before)
+    code = {"gaitval/policy": "0" * 64, "gaitval/metrics": "1" * 64}
+    seal(folder, code=code)
+    found = read_seal(folder)
+    assert changes(found, before, now, code) == []
+    now["provenance"]["versions"]["numpy"] = "99.0"
+    now["provenance"]["record"] = "2" * 64
+    numpy = before["provenance"]["versions"]["numpy"]
+    assert changes(found, before, now, code | {"gaitval/policy": "3" * 64}) == [
+        f"numpy {numpy}, now 99.0",
+        "the record as it is read now",
+        "the code in gaitval/policy",
+    ]
+    seal(folder, code=None)
+    assert "does not say which code" in changes(read_seal(folder), before, before, code)[0]
+
+
+def _abandoned(where: Path, *, seconds: float) -> Path:
+    folder = where / "gaitval-check-x"
+    (folder / "policy").mkdir(parents=True)
+    (folder / "policy" / "policy.json").write_text("{}")
+    then = time.time() - seconds
+    os.utime(folder, (then, then))
+    return folder
+
+
+def test_what_a_killed_check_has_left_is_removed(tmp_path: Path) -> None:
+    left = _abandoned(tmp_path, seconds=3600.0)
+    theirs = tmp_path / "something"
+    theirs.mkdir()
+    remove_abandoned(tmp_path)
+    assert not left.exists()
+    assert theirs.exists()
+
+
+def test_a_check_that_runs_keeps_its_folder(tmp_path: Path) -> None:
+    young = _abandoned(tmp_path, seconds=1.0)
+    remove_abandoned(tmp_path)
+    assert young.exists()
+    shutil.rmtree(young)
+    old = _abandoned(tmp_path, seconds=3600.0)
+    with held(old):
+        os.utime(old, (0.0, 0.0))
+        remove_abandoned(tmp_path)
+        assert (old / "policy" / "policy.json").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "symlink"), reason="there are no links")
+def test_a_link_in_the_place_of_such_a_folder_is_not_followed(tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "kept.txt").write_text("")
+    os.utime(theirs, (0.0, 0.0))
+    (tmp_path / "gaitval-check-link").symlink_to(theirs)
+    remove_abandoned(tmp_path)
+    assert (theirs / "kept.txt").exists()
 
 
 def test_a_part_that_is_missing_is_named(folder: Path) -> None:

@@ -1,6 +1,9 @@
 """The committed policies still walk as well as their stored metrics say."""
 
 import json
+import os
+import shutil
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -46,7 +49,8 @@ def test_a_stored_policy_walks_as_far_and_stands_the_same_pushes(tmp_path):
 
 
 def test_lost_accuracy_fails_the_check(tmp_path):
-    """The same policy against a baseline whose knee follows the record five times as closely."""
+    """The same policy against a baseline whose knee follows the record five times as closely. The
+    file agrees with itself, but it was edited, so it must be sealed again to be used at all."""
     baseline, copy = ROOT / "reports" / "S05" / "baseline", tmp_path / "baseline"
     for path in baseline.rglob("*"):
         if path.is_file():
@@ -65,8 +69,54 @@ def test_lost_accuracy_fails_the_check(tmp_path):
             row["value"] = claims[row["measure"]]
     (copy / "metrics.json").write_text(json.dumps(metrics))
     done = _check(copy, "--quick")
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "changed since it was stored: measures, rest of metrics.json" in done.stderr
+    command = [sys.executable, "-m", "gaitval", "baseline", "5", "--to", copy, "--seal"]
+    subprocess.run(command, check=True, capture_output=True)
+    done = _check(copy, "--quick")
     assert done.returncode == 1, done.stdout + done.stderr
     assert "knee_angle_r" in done.stdout
+
+
+def test_what_is_wrong_in_a_check_is_told_of_the_users_files(tmp_path):
+    """Not of a copy in a folder that is gone by then; and nothing is left of that folder."""
+    copy = tmp_path / "baseline"
+    shutil.copytree(ROOT / "reports" / "S05" / "baseline", copy)
+    about = json.loads((copy / "policy" / "policy.json").read_text())
+    (copy / "policy" / "policy.json").write_text(json.dumps({**about, "model_hash": "0" * 64}))
+    command = [sys.executable, "-m", "gaitval", "baseline", "5", "--to", copy, "--seal"]
+    subprocess.run(command, check=True, capture_output=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "gaitval", "check", "--baseline", copy, "--quick"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert f"{copy}/policy: this policy was trained for S05" in done.stderr
+    assert "gaitval-check-" not in done.stderr
+    assert not list(tmp_path.glob("gaitval-check-*"))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without a signal")
+def test_a_check_that_is_ended_leaves_nothing(tmp_path):
+    """SIGTERM while it walks, as a CI server sends it."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gaitval", "check", "--baseline", BASELINES[0], "--quick"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    assert process.stderr is not None
+    while "reference: starts" not in process.stderr.readline():
+        assert process.poll() is None
+    assert list(tmp_path.glob("gaitval-check-*"))
+    process.terminate()
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert "ended from outside" in told
+    assert not list(tmp_path.glob("gaitval-check-*"))
 
 
 @pytest.mark.parametrize(
@@ -75,6 +125,7 @@ def test_lost_accuracy_fails_the_check(tmp_path):
         ["scripts/accuracy_tables.py", "--check"],
         ["scripts/ablation.py", "table", "--check"],
         ["scripts/paper_recipe.py", "--check"],
+        ["scripts/margins.py", "table", "--check"],
     ],
 )
 def test_tables_say_what_the_stored_figures_say(command):

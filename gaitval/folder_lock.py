@@ -1,0 +1,56 @@
+"""One process at a time in a folder, and what a killed one has left there."""
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import filelock
+
+from gaitval.artefacts import remove_partial, write_text, writing
+from gaitval.errors import ArtefactError
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Lock the folder for this process, until the block or the process ends.
+
+    It is made if it is not there, and what a killed process left half written is removed.
+
+    Raises
+    ------
+    ArtefactError : another process works in it, or it cannot be written to.
+    """
+    try:
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ArtefactError(
+            f"{folder}: is a file, or lies below one. Give a folder with --out."
+        ) from None
+    # The process is named in a separate file, because Windows lets nobody read a locked file.
+    lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
+    try:
+        lock.acquire(blocking=False)
+    except filelock.Timeout:
+        process = f" (process {holder.read_text()})" if holder.exists() else ""
+        raise ArtefactError(
+            f"{folder}: another gaitval{process} is running in this folder. Wait for it to end, "
+            "or give this run its own folder with --out."
+        ) from None
+    except OSError as error:
+        with writing(folder / ".lock"):
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+                raise
+        raise ArtefactError(
+            f"{folder / '.lock'}: cannot be locked ({error.strerror}); it must be a plain file "
+            "that you may write to. Delete it, or give another folder with --out."
+        ) from None
+    try:
+        remove_partial(folder)
+        write_text(holder, str(os.getpid()))
+        yield
+    finally:
+        holder.unlink(missing_ok=True)
+        lock.release()

@@ -1,0 +1,75 @@
+"""What a long stage has found so far, one result a line, so that it goes on after a kill."""
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from gaitval.artefacts import writing
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class Journal:
+    """Results in the order in which they were found; a later run takes them up in that order.
+
+    It is for work that is the same every time, such as a search whose next points follow from the
+    results before. Whoever owns the file removes it when inputs or code have changed. Numbers come
+    back bit for bit.
+
+    Parameters
+    ----------
+    path : of the file; None keeps nothing.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._path = path
+        self._stored: list[Any] = []
+        if path is None or not path.exists():
+            return
+        whole = 0
+        with writing(path), path.open("rb+") as file:
+            for line in file:
+                try:
+                    self._stored.append(json.loads(line))
+                except ValueError:
+                    break  # the process was killed while it wrote this line
+                if not line.endswith(b"\n"):
+                    self._stored.pop()
+                    break
+                whole += len(line)
+            file.truncate(whole)
+
+    def results(
+        self,
+        work: Callable[[Sequence[Item]], Iterable[Result]],
+        items: Sequence[Item],
+        *,
+        write: Callable[[Result], Any],
+        read: Callable[[Any], Result],
+    ) -> list[Result]:
+        """A result of each item: those that are in the file, then those of `work` for the rest.
+
+        Parameters
+        ----------
+        work : gives the results of items in order, one after the other.
+        write, read : a result as JSON, and back.
+        """
+        known, self._stored = self._stored[: len(items)], self._stored[len(items) :]
+        found = [read(each) for each in known]
+        left = items[len(found) :]
+        if not left:
+            return found
+        for result in work(left):
+            self._add(write(result))
+            found.append(result)
+        return found
+
+    def _add(self, value: Any) -> None:
+        if self._path is None:
+            return
+        with writing(self._path):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with self._path.open("a", encoding="utf-8", newline="\n") as file:
+                file.write(json.dumps(value) + "\n")

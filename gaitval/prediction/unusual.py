@@ -1,0 +1,162 @@
+"""What of a subject is so unlike other people, or so unlike itself, that a mistake is likelier.
+
+Each is a remark and not a refusal: a person may walk like that. The limits are from the built-in
+subjects, each held against the nine others on all of its trials: none of them is remarked on. Of
+their 260 required curves of angles and moments, turned one at a time, 240 are; missed are some of
+the pelvis's rotation and list, hip rotation and adduction, and knee moments, which are small or
+differ in sign between people.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
+from gaitval.prediction.population import same_person
+
+TURNED: Final = 1.4
+"""How many times further a curve is from other people's mean and the other side than the same curve
+with its sign turned; the largest of the built-in subjects' is 1.32 (a knee moment)."""
+BOTH_TURNED: Final = 1.6
+"""The same of both sides together, and other people's mean alone; theirs reach 1.5."""
+MOMENTS: Final = (0.5, 2.0)
+"""Size of the moments over other people's, geometric mean of all; theirs are 0.78 to 1.21."""
+PELVIS_HEIGHT: Final = (0.45, 0.55)
+"""Of the anterior superior iliac spines above the lowest marker of the feet, over stature; theirs
+is 0.48 to 0.54."""
+
+_STANCE = 60
+"""Percent of the cycle in which every foot is loaded; beyond, a force's curve is no measurement."""
+_LOWEST = ("Heel", "MT1", "MT2", "MT5")
+_PHASES = np.arange(100) / 100.0
+
+
+def remarks_on_body(subject: Subject) -> list[str]:
+    """A sentence for everything about the markers that is likelier a mistake: what was seen, why,
+    and what to check.
+    """
+    return [f"{subject.identifier}: {each}" for each in _pelvis_height(subject)]
+
+
+def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:
+    """The same about the curves.
+
+    Parameters
+    ----------
+    others : people to compare with; the same person among them does not count.
+    """
+    people = [_curves(other) for other in others if not same_person(subject, other)]
+    if not people:
+        return []
+    own = _curves(subject)
+    found = [*_moments(own, people), *_signs(own, people)]
+    return [f"{subject.identifier}: {each}" for each in found]
+
+
+Curves = dict[tuple[str, str], Array]
+"""By group and name with its side; each side's forces are forward, towards the midline and up."""
+
+
+def _curves(subject: Subject) -> Curves:
+    kinetic = subject.has_kinetics
+    found = {("angles", n): subject.gait.angles[n].periodic()(_PHASES) for n in REQUIRED_ANGLES}
+    if not kinetic:
+        return found
+    record: GaitRecord = subject.record()
+    found |= {("moments", n): record.moments[n](_PHASES) for n in REQUIRED_MOMENTS}
+    for side in SIDES:
+        medial = 1.0 if side == "right" else -1.0
+        for axis, sign, curve in zip(
+            ("forward", "left", "up"), (1.0, medial, 1.0), record.forces[side], strict=True
+        ):
+            found["forces", f"{axis}_{side[0]}"] = sign * curve(_PHASES)[:_STANCE]
+    return found
+
+
+def _mean(people: Sequence[Curves], group: str, name: str) -> Array | None:
+    """Other people's mean of a curve without its side."""
+    known = [
+        each[group, f"{name}_{x}"]
+        for each in people
+        for x in "rl"
+        if (group, f"{name}_{x}") in each
+    ]
+    return np.asarray(np.mean(known, axis=0)) if known else None
+
+
+def _signs(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
+    for group, name in dict.fromkeys((group, name[:-2]) for group, name in own):
+        mean = _mean(people, group, name)
+        if mean is None:
+            continue
+        right, left = own[group, f"{name}_r"], own[group, f"{name}_l"]
+        both = _times(np.array([right, left]), [np.array([mean, mean])])
+        if both > BOTH_TURNED:
+            yield (
+                f"{_place(group, name, 'r')} and {_place(group, name, 'l')}: {both:.1f} times "
+                f"nearer to other people's with the sign turned. {_check(group)}"
+            )
+            continue
+        for x, here, there in (("r", right, left), ("l", left, right)):
+            times = _times(here, [mean, there])
+            if times > TURNED:
+                yield (
+                    f"{_place(group, name, x)}: {times:.1f} times nearer to other people's and to "
+                    f"the other side's with its sign turned. {_check(group)}"
+                )
+
+
+def _place(group: str, name: str, x: str) -> str:
+    if group != "forces":
+        return f"gait.{group}.{name}_{x}"
+    return f"gait.forces.{'right' if x == 'r' else 'left'}.{name}"
+
+
+def _check(group: str) -> str:
+    where = "axes x forward, y left, z up" if group == "forces" else "docs/glossary.md"
+    return f"Check its sign ({where}); if it is right, this person walks unlike the others."
+
+
+def _times(curve: Array, known: Sequence[Array]) -> float:
+    """How many times further from what is known a curve is than the same curve turned."""
+    far, turned = (
+        sum(float(np.sum((sign * curve - each) ** 2)) for each in known) for sign in (1, -1)
+    )
+    return float(np.sqrt(far / max(turned, 1e-12)))
+
+
+def _moments(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
+    """Moments in another unit, or over another mass, are too small or large all together."""
+    ratios = []
+    for group, name in own:
+        known = [np.std(each[group, name]) for each in people if (group, name) in each]
+        if group == "moments" and known and np.std(own[group, name]) > 0.0:
+            ratios.append(np.log(np.std(own[group, name]) / np.mean(known)))
+    if not ratios:
+        return
+    size = float(np.exp(np.mean(ratios)))
+    if not MOMENTS[0] <= size <= MOMENTS[1]:
+        yield (
+            f"gait.moments: {size:.2g} times the size of other people's, all of them together. "
+            "They are Nm over body mass in kg; check the unit and the mass."
+        )
+
+
+def _pelvis_height(subject: Subject) -> Iterator[str]:
+    """Markers in another unit, or of another calibration, do not fit the stature."""
+    markers = subject.markers
+    high = [markers[f"{x}.ASIS"][2] for x in "RL" if f"{x}.ASIS" in markers]
+    low = [markers[f"{x}.{n}"][2] for x in "RL" for n in _LOWEST if f"{x}.{n}" in markers]
+    if not high or not low:
+        return
+    share = (float(np.mean(high)) - min(low)) / subject.height_m
+    if not PELVIS_HEIGHT[0] <= share <= PELVIS_HEIGHT[1]:
+        yield (
+            f"markers: the front of the pelvis is {share:.2f} of the stature above the feet; in "
+            f"other people {PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g}. Check the scale of the "
+            f"markers and height_m = {subject.height_m:g}."
+        )

@@ -1,0 +1,192 @@
+"""The seal of a stored baseline: a hash of each part, so that an edited one is noticed.
+
+Metrics are JSON that anybody may edit, and a margin that was made ten times as wide lets every walk
+pass. The seal says of each part whether it is as it was stored, and of the margins that decide over
+a walk whether they are those of then. It shows accidents and edits, not forgery: whoever edits a
+part may seal it again, which a review then sees.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from gaitval.artefacts import file_hash, read_json, read_toml, value_hash, write_json
+from gaitval.errors import ArtefactError
+from gaitval.metrics.tolerances import load_registry
+from gaitval.metrics.typed import Result, Sha256
+
+SEAL: Final = "seal.json"
+VERSION: Final = 1
+
+_WITHOUT_MEASURES: Final = ("measures", "tolerances")
+
+
+class SealedMargin(Result):
+    """How much of a measure may be lost, and which way is better."""
+
+    value: float
+    unit: str
+    better: str
+
+
+class Seal(Result):
+    """What a baseline was when it was stored.
+
+    Attributes
+    ----------
+    parts : hash by part: of the contents, not of the layout of a file.
+    margins : those of `tolerances.toml`, by measure.
+    code : hash by folder of the package of what walks and measures; None if it was not recorded.
+    seal : hash of all else.
+    """
+
+    version: int
+    parts: dict[str, Sha256]
+    margins: dict[str, SealedMargin]
+    code: dict[str, Sha256] | None
+    seal: Sha256
+
+
+def parts_of(baseline: Path) -> dict[str, str]:
+    """Hash of each part of a stored baseline."""
+    metrics = read_json(baseline / "metrics.json")
+    settings = read_toml(baseline / "configuration.toml", ArtefactError)
+    weights, about = (baseline / "policy" / f"policy.{end}" for end in ("safetensors", "json"))
+    values = {
+        "subject": read_toml(baseline / "subject.toml", ArtefactError),
+        "settings of validation": {name: settings.get(name) for name in ("validation", "pushes")},
+        "configuration": settings,
+        "policy": [file_hash(weights), read_json(about)],
+        "mu": read_json(baseline / "identification.json"),
+        "correction": read_json(baseline / "correction.json"),
+        "record": metrics.get("record"),
+        "measures": [metrics.get(name) for name in _WITHOUT_MEASURES],
+        "rest of metrics.json": {
+            name: value for name, value in metrics.items() if name not in _WITHOUT_MEASURES
+        },
+    }
+    return {name: value_hash(value) for name, value in values.items()}
+
+
+def installed_margins() -> dict[str, dict[str, Any]]:
+    """The margins of the installed gaitval, by measure."""
+    return {
+        margin.measure: {"value": margin.value, "unit": margin.unit, "better": margin.better}
+        for margin in load_registry().margin
+    }
+
+
+def seal(baseline: Path, *, code: Mapping[str, str] | None) -> None:
+    """Seal a stored baseline as it is.
+
+    Parameters
+    ----------
+    code : see `Seal`.
+    """
+    values: dict[str, Any] = {
+        "version": VERSION,
+        "parts": parts_of(baseline),
+        "margins": installed_margins(),
+        "code": None if code is None else dict(code),
+    }
+    write_json(baseline / SEAL, {**values, "seal": value_hash(values)})
+
+
+def read_seal(baseline: Path) -> Seal:
+    """The seal of a baseline.
+
+    Raises
+    ------
+    ArtefactError : there is none, or it was edited.
+    """
+    path = baseline / SEAL
+    if not path.is_file():
+        raise ArtefactError(
+            f"{path}: no such file, so nothing says whether this baseline is as it was stored; an "
+            f"earlier gaitval wrote it, or the file was lost. {mend(baseline)}"
+        )
+    values = read_json(path)
+    found = Seal.read(values, str(path), file=SEAL, mend=mend(baseline))
+    if found.seal != value_hash({name: each for name, each in values.items() if name != "seal"}):
+        raise ArtefactError(
+            f"{path}: was edited: the hash in it is not that of its contents. {mend(baseline)}"
+        )
+    return found
+
+
+def check_seal(baseline: Path) -> Seal:
+    """The seal of a baseline whose parts and margins are as they were stored.
+
+    Raises
+    ------
+    ArtefactError : there is no seal, or something has changed; the message says what.
+    """
+    found = read_seal(baseline)
+    now = parts_of(baseline)
+    changed = [name for name in now if found.parts.get(name) != now[name]]
+    if changed:
+        raise ArtefactError(
+            f"{baseline}: changed since it was stored: {', '.join(changed)}. A walk would be "
+            f"compared with something else than a walk. {mend(baseline)}"
+        )
+    moved = _moved_margins(found)
+    if moved:
+        raise ArtefactError(
+            f"{baseline}: the margins of this gaitval are not those that it was stored with: "
+            f"{'; '.join(moved)}. What a walk may lose would be decided anew. {mend(baseline)}"
+        )
+    return found
+
+
+def _moved_margins(found: Seal) -> list[str]:
+    installed = installed_margins()
+    then = {name: margin.as_dict() for name, margin in found.margins.items()}
+    return [
+        f"{name} {_margin(then.get(name))}, now {_margin(installed.get(name))}"
+        for name in sorted({*then, *installed})
+        if then.get(name) != installed.get(name)
+    ]
+
+
+def _margin(values: Mapping[str, Any] | None) -> str:
+    if values is None:
+        return "none"
+    return f"{values['value']:g} {values['unit']} ({values['better']} is better)"
+
+
+def mend(baseline: Path) -> str:
+    """What to do about a baseline that is not as it was stored."""
+    return (
+        "Restore the folder, for instance with `git checkout`, or, if the change is intended, "
+        f"seal it as it is: `gaitval baseline SUBJECT --to {baseline} --seal`."
+    )
+
+
+def changes(
+    found: Seal, before: Mapping[str, Any], now: Mapping[str, Any], code: Mapping[str, str]
+) -> list[str]:
+    """What a walk depends on and has changed since a baseline was stored, a phrase each.
+
+    Parameters
+    ----------
+    before, now : contents of the baseline's and the new walk's `metrics.json`.
+    code : of the installed gaitval, as in `Seal`.
+    """
+    then, here = (each["provenance"]["versions"] for each in (before, now))
+    told = [
+        f"{name} {then.get(name, 'not there')}, now {here.get(name, 'not there')}"
+        for name in sorted({*then, *here})
+        if then.get(name) != here.get(name)
+    ]
+    if before["provenance"]["record"] != now["provenance"]["record"]:
+        told.append("the record as it is read now")
+    if found.code is None:
+        told.append("perhaps the code: the baseline does not say which code it is of")
+    else:
+        told += _changed_code(found.code, code)
+    return told
+
+
+def _changed_code(then: Mapping[str, str], now: Mapping[str, str]) -> Sequence[str]:
+    changed = [name for name in sorted({*then, *now}) if then.get(name) != now.get(name)]
+    return [f"the code in {', '.join(changed)}"] if changed else []

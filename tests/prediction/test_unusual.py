@@ -1,0 +1,109 @@
+"""A mistake in a subject's file is remarked on, and ten real people are not."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, Curve
+from gaitval.prediction.unusual import remarks_on_body, remarks_on_gait
+
+PEOPLE = builtin_subjects()
+
+
+def remarks(subject: Subject, others: Sequence[Subject]) -> list[str]:
+    return [*remarks_on_body(subject), *remarks_on_gait(subject, others)]
+
+
+def turned(curve: Curve, factor: float = -1.0) -> Curve:
+    return curve.model_copy(
+        update={
+            "mean": factor * curve.mean,
+            "cosine": tuple(factor * each for each in curve.cosine),
+            "sine": tuple(factor * each for each in curve.sine),
+        }
+    )
+
+
+def with_curves(subject: Subject, group: str, names: tuple[str, ...], factor: float) -> Subject:
+    curves = getattr(subject.gait, group)
+    changed = curves | {name: turned(curves[name], factor) for name in names}
+    return subject.model_copy(update={"gait": subject.gait.model_copy(update={group: changed})})
+
+
+@pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
+def test_nobody_real_is_remarked_on(person: Subject) -> None:
+    for trial in (person.trial, *(trial.name for trial in person.trials)):
+        assert remarks(person.on_trial(trial), PEOPLE) == []
+
+
+@pytest.mark.parametrize("name", REQUIRED_ANGLES)
+def test_an_angle_whose_sign_is_turned_is_remarked_on(name: str) -> None:
+    (told,) = remarks(with_curves(PEOPLE[4], "angles", (name,), -1.0), PEOPLE)
+    assert told.startswith(f"S05: gait.angles.{name}: ")
+    assert "with its sign turned. Check its sign" in told
+
+
+@pytest.mark.parametrize("name", REQUIRED_MOMENTS)
+def test_a_moment_whose_sign_is_turned_is_remarked_on(name: str) -> None:
+    told = remarks(with_curves(PEOPLE[0], "moments", (name,), -1.0), PEOPLE)
+    assert any(each.startswith(f"S01: gait.moments.{name}: ") for each in told)
+    assert len(told) <= 2  # the other side of a knee may look wrong beside it
+
+
+@pytest.mark.parametrize("axis", ["forward", "left"])
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_force_whose_sign_is_turned_is_remarked_on(side: str, axis: str) -> None:
+    """The vertical one is refused already."""
+    person = PEOPLE[4]
+    assert person.gait.forces is not None
+    force = getattr(person.gait.forces, side)
+    other = force.model_copy(update={axis: turned(getattr(force, axis))})
+    forces = person.gait.forces.model_copy(update={side: other})
+    changed = person.model_copy(update={"gait": person.gait.model_copy(update={"forces": forces})})
+    (told,) = remarks(changed, PEOPLE)
+    assert told.startswith(f"S05: gait.forces.{side}.{axis}: ")
+
+
+def test_both_sides_turned_alike_are_remarked_on() -> None:
+    names = ("knee_angle_r", "knee_angle_l")
+    (told,) = remarks(with_curves(PEOPLE[4], "angles", names, -1.0), PEOPLE)
+    assert "gait.angles.knee_angle_r and gait.angles.knee_angle_l" in told
+
+
+def test_turned_signs_are_seen_in_most_people() -> None:
+    """Of all required curves of all ten, one at a time; those that are missed are small."""
+    cases = [
+        (person, group, name)
+        for person in PEOPLE
+        for group, names in (("angles", REQUIRED_ANGLES), ("moments", REQUIRED_MOMENTS))
+        for name in names
+    ]
+    seen = [
+        any(name in told for told in remarks(with_curves(person, group, (name,), -1.0), PEOPLE))
+        for person, group, name in cases
+    ]
+    assert len(cases) == 260
+    assert sum(seen) >= 240  # as the module says
+
+
+@pytest.mark.parametrize("factor", [0.1, 9.81])
+@pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
+def test_moments_of_another_size_are_remarked_on(person: Subject, factor: float) -> None:
+    told = remarks(with_curves(person, "moments", tuple(person.gait.moments), factor), PEOPLE)
+    assert any("times the size of other people's" in each for each in told)
+
+
+@pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
+def test_markers_of_another_scale_are_remarked_on(person: Subject) -> None:
+    grown = {name: tuple(1.15 * each for each in at) for name, at in person.markers.items()}
+    told = remarks(person.model_copy(update={"markers": grown}), PEOPLE)
+    assert any("of the stature above the feet" in each for each in told)
+
+
+def test_without_forces_or_markers_there_is_less_to_compare() -> None:
+    person = load_subject(5)
+    bare = person.gait.model_copy(update={"moments": {}, "forces": None})
+    assert remarks(person.model_copy(update={"gait": bare, "markers": {}}), PEOPLE) == []
+    assert remarks(person, ()) == []

@@ -1,0 +1,30 @@
+"""Two imports do not write into one folder, nor an import into the folder of a run."""
+
+from pathlib import Path
+
+import pytest
+from made_up_session import made_up_session
+
+from gaitval.configuration import load_configuration
+from gaitval.errors import ArtefactError
+from gaitval.folder_lock import held
+from gaitval.session.importing import import_files
+
+
+def test_a_folder_in_which_another_works_is_refused(tmp_path: Path) -> None:
+    request = made_up_session(tmp_path, noise=0.0).request
+    out = tmp_path / "out"
+    with held(out):
+        before = sorted(out.rglob("*"))
+        with pytest.raises(ArtefactError, match=r"another gaitval .* is running in this folder"):
+            import_files(
+                request.static,
+                list(request.trials),
+                out,
+                mass=request.mass_kg,
+                height=request.height_m,
+                sex=request.sex,
+                configuration=load_configuration(),
+                forces=list(request.forces),
+            )
+        assert sorted(out.rglob("*")) == before
