@@ -102,11 +102,6 @@ def import_files(
     """
     check_folder(out)
     progress = Progress()
-
-    def noted(step: str, message: str) -> None:
-        progress.decisions.append((step, message))
-        tell(step, message)
-
     person = person_of_session(
         [Path(path) for path in (static, *trials)],
         mass_kg=mass,
@@ -117,7 +112,7 @@ def import_files(
             "ankle": options.get("ankle_width"),
             "elbow": options.get("elbow_width"),
         },
-        tell=noted,
+        tell=progress.noting(tell),
     )
     request = Request(
         static=Path(static),
