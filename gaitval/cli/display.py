@@ -242,7 +242,7 @@ def print_import(found: "Import") -> None:
         table.add_column(name)
     for row in limit_rows(found):
         value = "not measured" if row.value is None else f"{row.value:.3g}"
-        verdict = "pass" if row.passed else "[red]fail[/]"
+        verdict = "[red]fail[/]" if row.failed else "pass" if row.applies else "not judged"
         table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
     output.print(table)
     table = Table(title="Distance of measured and model markers in walking")

@@ -82,7 +82,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
                 f"{path}: line 3 has {len(values)} values for the {len(keys)} names of line 2, "
                 f"and {key} must be among them. Write units (mm), rate and counts into line 3."
             )
-    metres = unit_factor(path, header["Units"], METRES, "Units in line 3")
+    metres = unit_factor(path, header["Units"], METRES, "line 3: Units")
     try:
         rate, frames, count = (
             float(header["DataRate"]),

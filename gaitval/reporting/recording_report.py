@@ -52,6 +52,7 @@ class GateRow(NamedTuple):
     value : measured value, in `unit`; NaN or None if it could not be measured.
     limit : largest accepted value, in `unit`.
     source : who published the limit.
+    applies : whether the limit is meant for this value; one that is not is shown without a verdict.
     """
 
     name: str
@@ -60,6 +61,12 @@ class GateRow(NamedTuple):
     unit: str
     passed: bool
     source: str
+    applies: bool = True
+
+    @property
+    def failed(self) -> bool:
+        """Whether the limit is meant for the value, and not kept."""
+        return self.applies and not self.passed
 
 
 class MarkerError(NamedTuple):
@@ -246,7 +253,7 @@ def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
     context = {
         "summary": summary,
         "sides": SIDES,
-        "gates": sorted(summary.gates, key=lambda gate: gate.passed),
+        "gates": sorted(summary.gates, key=lambda gate: (not gate.failed, not gate.applies)),
         "markers": _marker_rows(summary),
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
         "left_out_reasons": _counted([one.reason for one in summary.left_out]),

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from gaitval.gait.doubts import Doubt
 from gaitval.gait.event_checks import StoredEvents, event_doubts
 from gaitval.gait.force_checks import force_doubts, place_doubts, whole_stances
-from gaitval.gait.motion_checks import motion_doubts, swing_doubts
+from gaitval.gait.motion_checks import motion_doubts, swing_doubts, weight_doubts
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.sampling import interpolated
 from gaitval.inverse.inverse_dynamics import InverseDynamics
@@ -38,6 +38,9 @@ def trial_doubts(
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured
+    needed = loads.force.sum(axis=1) + dynamics.residual_force
+    if weight := [*weight_doubts(needed, loads)]:
+        return (*found, *weight)  # everything else is off for the same reason
     frames = (forces.time - recording.start) * recording.marker_rate
     pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
     stances = whole_stances(recording, forces)
@@ -49,7 +52,7 @@ def trial_doubts(
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_doubts(plate.name, outside, used)
     of_motion = motion_doubts(
-        loads.force.sum(axis=1) + dynamics.residual_force,
+        needed,
         loads,
         stances,
         forces.rate,

@@ -113,13 +113,8 @@ def import_files(
     """
     check_folder(out)
     progress = Progress()
-
-    def noted(step: str, message: str) -> None:
-        progress.decisions.append((step, message))
-        tell(step, message)
-
     stood = Path(trials[0] if static is None else static)
-    request = _request(stood, trials, out, (mass, height, sex), options, noted)
+    request = _request(stood, trials, out, (mass, height, sex), options, progress.noting(tell))
     with held(Path(out)):
         return _import(Path(out), request, configuration, tell, progress, options)
 

@@ -69,6 +69,15 @@ class Progress:
     body: FittedBody | None = None
     trials: list[Trial] = field(default_factory=list)
 
+    def noting(self, tell: Tell) -> Tell:
+        """A `tell` that also keeps what is told among the decisions."""
+
+        def noted(step: str, message: str) -> None:
+            self.decisions.append((step, message))
+            tell(step, message)
+
+        return noted
+
 
 def work_out(
     request: Request,
@@ -90,11 +99,7 @@ def work_out(
     RecordError, ScalingError : see the modules of each step.
     """
     known = Progress() if progress is None else progress
-
-    def noted(step: str, message: str) -> None:
-        known.decisions.append((step, message))
-        tell(step, message)
-
+    noted = known.noting(tell)
     session = known.session = read_session(request, processing, noted)
     functional = functional_joints(request, processing, session, noted)
     body = known.body = scale_body(
