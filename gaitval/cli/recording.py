@@ -13,6 +13,7 @@ from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Width
+    from gaitval.session.importing import Imported
 
 Choice = TypeVar("Choice", bound=str)
 
@@ -284,7 +285,6 @@ def import_command(
     from gaitval.session.importing import import_files
     from gaitval.session.request import HIP_CENTRES
     from gaitval.session.standing import parsed_window
-    from gaitval.session.write import FOLDER
 
     with display.live_view() as live:
         imported = import_files(
@@ -315,6 +315,13 @@ def import_command(
             no_plate=no_plate,
             halves=None if halves is None else _one_of("--halves", halves, HALVES),
         )
+    _say_what_was_made(imported, out)
+
+
+def _say_what_was_made(imported: "Imported", out: Path) -> None:
+    """The tables, where the files are, how to go on, and the doubts."""
+    from gaitval.session.write import FOLDER
+
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")

@@ -110,24 +110,8 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
     doubts: list[tuple[str, Doubt]] = []
-    if request.stands_in_walk:
-        first = prepared(
-            walking[0].turned(axes.rotation), marker_set, processing, request.trials[0]
-        )
-        standing = standing_in_walk(first, marker_set)
-        doubt = _of_walk(len(standing.markers))
-        tell("doubts", f"{request.trials[0].name}: {doubt}")
-        doubts.append((request.trials[0].name, doubt))
-    else:
-        standing, report = clean(
-            standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
-        )
-        _tell_cleaning(tell, request.static, report)
-        check_stands(standing, landmarks)
-    if request.floor_m:
-        standing = on_floor(standing, request.floor_m)
-    if not request.feet_flat:
-        standing = with_level_feet(standing, landmarks)
+    standing, of_walk = _standing(request, processing, marker_set, axes, standing, walking[0], tell)
+    doubts += [(request.trials[0].name, doubt) for doubt in of_walk]
     turned = []
     for trial, recording in zip(request.trials, walking, strict=True):
         recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
@@ -173,6 +157,37 @@ def _of_walk(poses: int) -> Doubt:
         f"pose. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up to 5° "
         "off what a standing trial gives; give one with --static if there is one",
     )
+
+
+def _standing(
+    request: Request,
+    processing: ProcessingSettings,
+    marker_set: MarkerSet,
+    axes: LaboratoryAxes,
+    standing: Recording,
+    first: Recording,
+    tell: Tell,
+) -> tuple[Recording, list[Doubt]]:
+    """The standing trial, cleaned and in the project's axes; put together from the first walk if
+    there is none.
+    """
+    landmarks, doubts = marker_set.landmarks, list[Doubt]()
+    if request.stands_in_walk:
+        walk = prepared(first.turned(axes.rotation), marker_set, processing, request.trials[0])
+        standing = standing_in_walk(walk, marker_set)
+        doubts.append(_of_walk(len(standing.markers)))
+        tell("doubts", f"{request.trials[0].name}: {doubts[0]}")
+    else:
+        standing, report = clean(
+            standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
+        )
+        _tell_cleaning(tell, request.static, report)
+        check_stands(standing, landmarks)
+    if request.floor_m:
+        standing = on_floor(standing, request.floor_m)
+    if not request.feet_flat:
+        standing = with_level_feet(standing, landmarks)
+    return standing, doubts
 
 
 def _standing_file(request: Request, walking: Sequence[Recording]) -> Recording:

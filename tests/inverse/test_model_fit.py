@@ -7,14 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
+from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError, RecordError, ScalingError
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.inverse.model_fit import ANATOMICAL_SD, fit_model
+from gaitval.inverse.model_fit import ANATOMICAL_SD, _problem, fit_model, with_level_pelvis
+from gaitval.inverse.model_fit_solver import FitState, model_markers
 from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.reading import read_recording
@@ -125,6 +127,64 @@ def test_the_standard_errors_hold():
         ]
     # Of 18 normal numbers the root mean square is within these in 99.9 % of cases (chi-squared).
     assert 0.51 < np.sqrt(np.mean(np.square(ratios))) < 1.56
+
+
+def test_the_trunk_does_not_turn_the_axes_of_the_pelvis():
+    """A trunk that bends where the model has no joint pulls at the pelvis; its axes stay where its
+    markers put them, and no marker and no joint of the body moves by that."""
+    model, placed, _, _, stand, walk = made_up(0.0, change={}, misplaced=0.0)
+    trunk = [
+        i for i, m in enumerate(placed) if m.segment.startswith(("torso", "upper_arm", "forearm"))
+    ]
+    walk[:, trunk] += [0.04, 0.0, 0.0]
+    fit = fit_model(
+        model, placed, stand, walk, ranges=FREE, placement_sd={m.name: 0.02 for m in placed}
+    )
+    pelvis = [i for i, m in enumerate(placed) if m.segment == "pelvis"]
+    before, after = (
+        np.array([(markers[i].position)[[0, 2]] for i in pelvis])
+        for markers in (placed, fit.markers)
+    )
+    before, after = before - before.mean(axis=0), after - after.mean(axis=0)
+    turned = np.arctan2(
+        (after[:, 1] * before[:, 0] - after[:, 0] * before[:, 1]).sum(), (after * before).sum()
+    )
+    assert abs(np.degrees(turned)) < 1e-3
+    found = inverse_kinematics(fit.model, fit.markers, walk, ranges=FREE)
+    assert np.sqrt(np.nanmean(found.marker_errors**2)) == pytest.approx(fit.rms_after, abs=1e-3)
+
+
+@pytest.mark.parametrize("degrees", [-9.0, 12.0])
+def test_turning_the_axes_of_the_pelvis_moves_nothing_else(degrees):
+    """A body whose pelvis axes were turned is turned back: same markers in every frame."""
+    model, placed, _, _, stand, walk = made_up(0.0, change={}, misplaced=0.0)
+    problem = _problem(
+        model, placed, np.concatenate([stand[:1], walk[:5]]), np.ones((6, 31), bool),
+        (np.array([*LENGTH_SD.values()]), np.full(len(placed), 0.01)), bounds(FREE),
+    )  # fmt: skip
+    poses = inverse_kinematics(model, placed, problem.measured, ranges=FREE).positions
+    right = FitState(np.zeros(len(LENGTH_SD)), problem.placement.copy(), poses)
+    angle = np.radians(degrees)
+    turn = Rotation.from_rotvec([0.0, angle, 0.0])
+    places = right.places.copy()
+    pelvis = problem.segment == SEGMENTS.index("pelvis")
+    places[pelvis] = turn.apply(places[pelvis])
+    lengths = right.lengths.copy()
+    joint = problem.joint_position[SEGMENTS.index("torso")]
+    moved = turn.apply(joint) - joint
+    lengths[[list(LENGTH_SD).index(f"lumbar_{way}") for way in ("forward", "up")]] = moved[[0, 2]]
+    wrong_poses = poses.copy()
+    wrong_poses[:, :3] = (Rotation.from_rotvec(poses[:, :3]) * turn.inv()).as_rotvec()
+    for name in ("hip_flexion_r", "hip_flexion_l", "lumbar_extension"):
+        wrong_poses[:, COORDINATES.index(name)] -= angle
+    wrong = FitState(lengths, places, wrong_poses)
+    np.testing.assert_allclose(
+        model_markers(problem, wrong), model_markers(problem, right), atol=1e-12
+    )
+    back = with_level_pelvis(problem, wrong)
+    np.testing.assert_allclose(back.places, right.places, atol=1e-12)
+    np.testing.assert_allclose(back.lengths, right.lengths, atol=1e-12)
+    np.testing.assert_allclose(back.poses[:, 6:], right.poses[:, 6:], atol=1e-12)
 
 
 def test_a_body_that_fits_already_stays_as_it_is():
