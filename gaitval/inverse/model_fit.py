@@ -334,14 +334,16 @@ def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
     turn = Rotation.from_rotvec([0.0, angle, 0.0])
     places = state.places.copy()
     places[pelvis] = turn.apply(places[pelvis])
-    torso = SEGMENTS.index("torso")
-    joint = fit.joint_position[torso] + fit.shifts[torso] @ state.lengths
-    lengths = state.lengths.copy()
-    for axis, name in ((0, "lumbar_forward"), (2, "lumbar_up")):
-        lengths[LENGTHS.index(name)] += turn.apply(joint)[axis] - joint[axis]
-    poses = state.poses.copy()
+    lengths, poses = state.lengths.copy(), state.poses.copy()
     poses[:, :3] = (Rotation.from_rotvec(poses[:, :3]) * turn.inv()).as_rotvec()
-    for name in ("hip_flexion_r", "hip_flexion_l", "lumbar_extension"):
+    turned = ["hip_flexion_r", "hip_flexion_l"]
+    torso = SEGMENTS.index("torso")
+    if (fit.segment == torso).any():  # else nobody knows where the lumbar joint is
+        joint = fit.joint_position[torso] + fit.shifts[torso] @ lengths
+        for axis, name in ((0, "lumbar_forward"), (2, "lumbar_up")):
+            lengths[LENGTHS.index(name)] += turn.apply(joint)[axis] - joint[axis]
+        turned.append("lumbar_extension")
+    for name in turned:
         poses[:, COORDINATES.index(name)] -= angle
     return FitState(lengths=lengths, places=places, poses=poses)
 

@@ -215,11 +215,23 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
 
 
 def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
-    """Median position (3,) of each landmark that is seen; checks the size of the person."""
+    """Median position (3,) of each landmark that is seen; checks the size of the person.
+
+    Positions are relative to the pelvis in each frame where it is seen: the person may walk, and
+    not every marker is seen all the time.
+    """
     found: dict[str, Array] = {}
+    pelvis = [
+        recording.marker(marker)
+        for landmark, marker in landmarks.items()
+        if landmark.rpartition(".")[2] in _PELVIS and marker in recording.names
+    ]
+    middle = np.mean(pelvis, axis=0) if pelvis else np.zeros(3)
+    if not np.isfinite(middle).all(axis=-1).any():
+        middle = np.zeros(3)
     for landmark, marker in landmarks.items():
         if marker in recording.names:
-            seen = recording.marker(marker)
+            seen = recording.marker(marker) - middle
             seen = seen[np.isfinite(seen).all(axis=1)]
             if len(seen):
                 found[landmark] = np.median(seen, axis=0)

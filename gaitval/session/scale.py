@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -103,6 +104,8 @@ def scale_body(
         f"joint fit: marker RMS {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
         f"largest {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
     )
+    for remark in knee_axis_remarks(fit, marker_set.landmarks):
+        tell("scaling", remark)
     chosen = with_fitted_lengths(
         measured,
         {length.name: length.fitted for length in fit.lengths if _taken(length)},
@@ -180,6 +183,35 @@ def _with_right_labels(
         walking = walking.with_markers(
             [swap.get(name, name) for name in walking.names], walking.markers
         )
+
+
+REMARKED_ROTATION: Final = float(np.radians(8.0))
+"""rad. Between the knee's axis of the fit and the line to the lateral epicondyle, functional axes
+differ from palpated ones by 8 to 10 degrees (`scaling.functional` on WBDS01 and FunctionalWalk)."""
+
+
+def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
+    """What a user should know of a knee axis that is not on the marker of the lateral epicondyle.
+
+    The fit turns the thigh about its long axis until one hinge fits the walk. Plug-in Gait takes
+    the line from the joint's centre to the marker instead; its hip rotation then differs.
+    """
+    places = {marker.name: marker.position for marker in fit.markers}
+    said = []
+    for side, outwards in (("right", -1.0), ("left", 1.0)):
+        name = landmarks.get(f"{side[0].upper()}.Knee", "")
+        if name not in places:
+            continue
+        aside = places[name] - fit.model[f"shank_{side[0]}"].joint_position
+        angle = float(np.arctan2(aside[0], outwards * aside[1]))
+        if abs(angle) > REMARKED_ROTATION:
+            said.append(
+                f"{side} knee: the axis that fits the walk is turned by "
+                f"{np.degrees(abs(angle)):.0f}° from the line to {name}, which lies "
+                f"{'in front of' if angle > 0 else 'behind'} it. Hip rotation differs by about as "
+                "much from conventions that take this line, such as Plug-in Gait"
+            )
+    return said
 
 
 def _taken(length: FittedLength) -> bool:

@@ -12,6 +12,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.session.scale import knee_axis_remarks
 from gaitval.session.session import work_out
 from gaitval.session.standing import (
     cut_to,
@@ -132,3 +133,21 @@ def test_feet_that_are_not_flat_are_put_flat(lift):
             for each in (before, after)
         ]
         np.testing.assert_allclose(*lengths, atol=1e-12)
+
+
+def test_a_knee_axis_off_its_marker_is_remarked_on_both_sides(stood):
+    """The marker 15 mm in front of the axis, 50 mm from the middle of the knee: 17 degrees."""
+    landmarks = stood.session.marker_set.landmarks
+    fit = stood.body.fit
+    assert knee_axis_remarks(fit, landmarks) == []
+    for side in ("right", "left"):
+        name = landmarks[f"{side[0].upper()}.Knee"]
+        knee = fit.model[f"shank_{side[0]}"].joint_position
+        aside = np.array([0.015, -0.05 if side == "right" else 0.05, 0.0])
+        moved = tuple(
+            replace(marker, position=knee + aside) if marker.name == name else marker
+            for marker in fit.markers
+        )
+        (remark,) = knee_axis_remarks(replace(fit, markers=moved), landmarks)
+        assert remark.startswith(f"{side} knee: the axis that fits the walk is turned by 17° from")
+        assert "in front of" in remark

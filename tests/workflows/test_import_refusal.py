@@ -66,12 +66,17 @@ def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
     return import_files(**(values | changed))
 
 
-def test_without_the_forces_of_a_foot_everything_else_is_written(session, tmp_path):
+def test_without_the_forces_of_a_foot_they_are_mirrored(session, tmp_path):
     forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
-    with pytest.raises(RecordError, match="gait cycle whose ground reaction") as caught:
-        imported(session, tmp_path / "out", forces=[forces])
-    assert caught.value.goes_on == ("--kinematics-only",)
-    assert "Everything else was worked out" in str(caught.value)
+    made = imported(session, tmp_path / "out", forces=[forces])
+    assert list(made.subject.gait.mirrored) == ["kinetics"]
+    assert "mirrored" in (tmp_path / "out" / "recording" / "recording.html").read_text()
+
+
+def test_what_cannot_become_a_subject_is_written_all_the_same(session, tmp_path):
+    """Too few cycles for two halves, which only the subject needs."""
+    with pytest.raises(RecordError, match="Everything else was worked out"):
+        imported(session, tmp_path / "out", halves="first-last")
     recording = tmp_path / "out" / "recording"
     assert (recording / "recording.html").exists()
     assert (recording / "import.json").exists()
