@@ -43,6 +43,9 @@ from gaitval.session.standing import (
     with_level_feet,
 )
 
+NAMED: Final = 20
+"""Points named when they are ignored: Plug-in Gait writes 250 computed ones into a file."""
+
 
 @dataclass(frozen=True)
 class Session:
@@ -96,7 +99,8 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
     with about_file(standing.source):
         ignored = marker_set.ignored(standing.names)
     if ignored:
-        tell("markers", f"not of this set, ignored: {', '.join(ignored)}")
+        more = f" and {len(ignored) - NAMED} more" if len(ignored) > NAMED else ""
+        tell("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
     standing, *walking = (named(recording, marker_set) for recording in (standing, *walking))
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
