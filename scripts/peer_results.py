@@ -107,7 +107,7 @@ def _row(
 def _standing_zero(found: Import) -> dict[str, float]:
     """Our angle less the peer's in standing, degrees, by side and joint; without those it lacks."""
     source = Path(found.request.static)
-    if source.suffix.lower() != ".c3d":
+    if found.request.stands_in_walk or source.suffix.lower() != ".c3d":
         return {}
     points, _ = _points(source)
     standing, body = found.session.standing, found.body

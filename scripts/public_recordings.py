@@ -28,6 +28,7 @@ from zoo_to_c3d import zoo_to_c3d
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
+from gaitval.session.functional import functional_record
 from gaitval.session.importing import import_files
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -35,7 +36,8 @@ LIST = ROOT / "scripts" / "public_recordings.toml"
 STORE = ROOT / "reports" / "recordings" / "public.json"
 PAGE = STORE.with_suffix(".md")
 COMMAND = "python scripts/public_recordings.py --from FOLDER"
-OPTIONS = ("marker_set", "axes", "knee_width", "ankle_width", "elbow_width", "kinematics_only")
+ERRORS = ("to_ankle_error_m", "regression_error_m")
+OPTIONS = ("axes", "knee_width", "ankle_width", "elbow_width", "kinematics_only")
 
 PEER_WORDS = """
 Sagittal, over the gait cycles. Plug-in Gait filters neither forces nor moments; its curves are
@@ -63,7 +65,7 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
         folder = Path(name)
         files = {
             key: [_file(path, base, folder) for path in _several(recording.get(key))]
-            for key in ("static", "trials", "forces")
+            for key in ("static", "trials", "forces", "functional")
         }
         said: list[str] = []
         result: dict[str, Any] = {
@@ -87,7 +89,9 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
                 configuration=load_configuration(),
                 tell=lambda step, message: said.append(f"{step}: {message}"),
                 forces=files["forces"],
+                functional=files["functional"],
                 **{key: recording[key] for key in OPTIONS if key in recording},
+                **_marker_set(recording),
             )
         except GaitvalError as error:
             words = str(error).replace(str(folder) + os.sep, "").replace(str(base) + os.sep, "")
@@ -100,6 +104,11 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
                 "became": "subject" if kinetics else "subject without forces",
                 "why": imported.subject.described.partition("; ")[2],
                 "peer": _peer(recording, imported.found, files["trials"], base),
+                "functional": [
+                    functional_record(joint)
+                    for joint in imported.found.functional
+                    if joint.joint == "hip"
+                ],
             }
         result["seconds"] = time.perf_counter() - begin
     return result
@@ -114,6 +123,11 @@ def _peer(
     if recording.get("plug_in_gait"):
         return against_plug_in_gait(found, list(trials))
     return []
+
+
+def _marker_set(recording: Mapping[str, Any]) -> dict[str, Any]:
+    """The marker set of a recording whose set is not built in; its path is from the project."""
+    return {"marker_set": str(ROOT / recording["marker_set"])} if "marker_set" in recording else {}
 
 
 def _several(value: Any) -> list[str]:
@@ -149,7 +163,11 @@ def rows(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
     """What the issue asks for."""
     known = [(each, results[each["name"]]) for each in recordings if each["name"] in results]
     good = [right(*pair) for pair in known]
-    zoo = [right(*pair) for pair in known if "biomechZoo" in pair[0]["laboratory"]]
+    zoo = [
+        right(*pair)
+        for pair in known
+        if "biomechZoo" in pair[0]["laboratory"] and "," not in pair[0]["name"]
+    ]
     laboratories = {each["laboratory"] for each, _ in known}
     found = [
         evidence.Row(
@@ -170,6 +188,25 @@ def rows(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
             COMMAND,
         ),
     ]  # fmt: skip
+    hips = [hip for _, result in known for hip in result.get("functional", ())]
+    shown = [hip["hip"] for hip in hips if "hip" in hip]
+    if hips:
+        told = sum(
+            bool(hip["refused"]) or min(hip["hip"][key] for key in ERRORS) > 0.0 for hip in hips
+        )
+        found.append(
+            evidence.Row(
+                "functional hips: length to the ankle reported with its error beside the "
+                f"regression's, or the reason why not ({len(shown)} with a length)",
+                100 * told / len(hips), "%", ">=", 100, 100, len(hips), COMMAND,
+            )
+        )  # fmt: skip
+    found.append(
+        evidence.Row(
+            "a new marker set: files that name it (helen_hayes)",
+            len(_naming("helen_hayes")), "files", "<=", 2, 2, 1, COMMAND,
+        )
+    )  # fmt: skip
     peers = [row for _, result in known for row in result.get("peer", ())]
     for kind, unit, goal, must in (("angle", "deg", 2.0, 4.0), ("moment", "Nm/kg", 0.10, 0.20)):
         for joint in ("Hip", "Knee", "Ankle"):
@@ -183,6 +220,18 @@ def rows(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
                     )
                 )  # fmt: skip
     return found
+
+
+def _naming(marker_set: str) -> list[str]:
+    """Files of code, data and tests that have a built-in marker set's name or are named so."""
+    return [
+        str(path.relative_to(ROOT))
+        for folder in ("gaitval", "tests", "scripts")
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in (".py", ".toml")
+        and path != Path(__file__)
+        and (path.stem == marker_set or f'"{marker_set}"' in path.read_text(encoding="utf-8"))
+    ]
 
 
 def page(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) -> str:
