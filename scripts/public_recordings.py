@@ -94,7 +94,9 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
                 **_marker_set(recording),
             )
         except GaitvalError as error:
-            words = str(error).replace(str(folder) + os.sep, "").replace(str(base) + os.sep, "")
+            words = str(error)
+            for start in (folder, base, Path(os.environ["GAITVAL_DATA"])):
+                words = words.replace(str(start) + os.sep, "")
             result |= {"became": "refused", "why": words.splitlines()[0]}
         except Exception as error:
             result |= {"became": "fault", "why": repr(error)}
@@ -197,8 +199,18 @@ def rows(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) ->
         found.append(
             evidence.Row(
                 "functional hips: length to the ankle reported with its error beside the "
-                f"regression's, or the reason why not ({len(shown)} with a length)",
+                "regression's, or the reason why not",
                 100 * told / len(hips), "%", ">=", 100, 100, len(hips), COMMAND,
+            )
+        )  # fmt: skip
+    if shown:
+        apart = [abs(hip["to_ankle_m"] - hip["regression_to_ankle_m"]) for hip in shown]
+        errors = [np.hypot(*(hip[key] for key in ERRORS)) for hip in shown]
+        found.append(
+            evidence.Row(
+                "functional against regression, hip centre to ankle: largest difference over its "
+                "standard error",
+                float(np.max(np.divide(apart, errors))), "1", "<=", 2, 3, len(shown), COMMAND,
             )
         )  # fmt: skip
     found.append(
