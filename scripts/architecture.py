@@ -20,6 +20,7 @@ PACKAGE = ROOT / "gaitval"
 
 ORDER = (
     "cli",
+    "testing",
     "interface",
     "study",
     "session",

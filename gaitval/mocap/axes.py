@@ -215,32 +215,18 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
 
 
 def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
-    """Median position (3,) of each landmark that is seen; checks the size of the person.
-
-    Positions are relative to the pelvis in each frame where it is seen: the person may walk, and
-    not every marker is seen all the time.
-    """
-    found: dict[str, Array] = {}
-    pelvis = [
-        recording.marker(marker)
-        for landmark, marker in landmarks.items()
-        if landmark.rpartition(".")[2] in _PELVIS and marker in recording.names
-    ]
+    """Median position (3,) of each landmark from the pelvis (who may walk); checks the size."""
+    seen = {at: recording.marker(name) for at, name in landmarks.items() if name in recording.names}
+    pelvis = [path for at, path in seen.items() if at.rpartition(".")[2] in _PELVIS]
     middle = np.mean(pelvis, axis=0) if pelvis else np.zeros(3)
-    if not np.isfinite(middle).all(axis=-1).any():
-        middle = np.zeros(3)
-    for landmark, marker in landmarks.items():
-        if marker in recording.names:
-            seen = recording.marker(marker) - middle
-            seen = seen[np.isfinite(seen).all(axis=1)]
-            if len(seen):
-                found[landmark] = np.median(seen, axis=0)
-    for what, names in (
-        ("the pelvis (ASIS, PSIS)", _PELVIS),
-        ("the ankles", ("Ankle",)),
-        ("the heels", _HEEL),
-        ("the toes (MT1, MT2, MT5, Toe)", _TOES),
-    ):
+    middle = middle if np.isfinite(middle).any() else np.zeros(3)
+    found = {
+        at: np.median(path[whole], axis=0)
+        for at, path in ((at, path - middle) for at, path in seen.items())
+        if (whole := np.isfinite(path).all(axis=1)).any()
+    }
+    parts = {"the pelvis (ASIS, PSIS)": _PELVIS, "the ankles": ("Ankle",), "the heels": _HEEL}
+    for what, names in (parts | {"the toes (MT1, MT2, MT5, Toe)": _TOES}).items():
         if not any(f"{side}.{name}" in found for side in "RL" for name in names):
             raise RecordError(
                 f"{recording.source}: no marker on {what} is seen, or the marker set names none, "

@@ -1,0 +1,1 @@
+"""The pytest plug-in: accuracy tests against stored baselines, in any project."""

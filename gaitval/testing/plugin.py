@@ -1,0 +1,175 @@
+"""pytest plug-in: tests that a stored walk still reaches its accuracy.
+
+    def test_knee(gaitval_check):
+        gaitval_check("reports/S05/baseline", quantities=["knee_angle"])
+
+Installing gaitval installs it. The stored policy walks again with the installed code and libraries,
+once for each baseline however many tests ask for it (also over the workers of pytest-xdist), and
+every chosen measure must be within its margin of the stored one. Tests that use the fixture carry
+the marker `gaitval`, so that `-m "not gaitval"` leaves them out.
+"""
+
+import difflib
+import json
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+if TYPE_CHECKING:
+    from gaitval.metrics.regression import Row
+
+Check = Callable[..., "list[Row]"]
+
+_MOVED: Final = pytest.StashKey[dict[str, list[str]]]()
+"""What moved by more than its margin, lines by baseline, for the summary."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options of the plug-in."""
+    group = parser.getgroup("gaitval", "accuracy of stored walks")
+    group.addoption(
+        "--gaitval-full",
+        action="store_true",
+        help="also the long walks and the pushes: minutes instead of seconds for each baseline",
+    )
+    group.addoption(
+        "--gaitval-update",
+        action="store_true",
+        help="write what is measured now into the baselines and seal them; look at `git diff`",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the marker."""
+    config.addinivalue_line("markers", "gaitval: walks a stored policy again (gaitval_check)")
+    config.stash[_MOVED] = {}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that walk."""
+    for item in items:
+        if "gaitval_check" in getattr(item, "fixturenames", ()):
+            item.add_marker("gaitval")
+
+
+@pytest.fixture
+def gaitval_check(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Check:
+    """A function that fails the test if a stored walk has lost accuracy.
+
+    Its parameters: `baseline`, the folder (relative to pytest's root); `quantities`, measures
+    ("angle_rmse") or their targets, with or without the side ("knee_angle", "knee_angle_r"), all
+    of them if left out. It returns the rows that were compared.
+    """
+    from gaitval.errors import GaitvalError
+
+    def check(baseline: str | Path, quantities: Sequence[str] | None = None) -> "list[Row]":
+        __tracebackhide__ = True
+        folder = Path(request.config.rootpath, baseline).resolve()
+        try:
+            rows, inputs = _compared(request.config, folder, tmp_path_factory)
+            chosen = _chosen(rows, quantities)
+        except GaitvalError as error:
+            pytest.fail(f"{error}", pytrace=False)
+        request.node.user_properties.append(("gaitval inputs", inputs))
+        worse = [row for row in chosen if row.change == "lost"]
+        request.config.stash[_MOVED][str(baseline)] = [
+            _line(row) for row in rows if row.change != "kept"
+        ]
+        if worse:
+            pytest.fail(
+                f"{folder}: {len(worse)} of {len(chosen)} measures are worse than stored by more "
+                "than their margin.\n"
+                + "\n".join(f"  {_line(row)}" for row in worse)
+                + f"\nInputs: {inputs}. If the change is intended, run pytest with "
+                "--gaitval-update and look at the difference.",
+                pytrace=False,
+            )
+        return chosen
+
+    return check
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """What moved, of every baseline that was walked in this process."""
+    for baseline, lines in config.stash[_MOVED].items():
+        if lines:
+            terminalreporter.write_sep("-", f"gaitval: {baseline}")
+            for line in lines:
+                terminalreporter.write_line(line)
+
+
+def _compared(
+    config: pytest.Config, folder: Path, temporary: pytest.TempPathFactory
+) -> "tuple[list[Row], str]":
+    """The rows of a baseline, and what its walk depends on that has changed since."""
+    import filelock
+
+    from gaitval.artefacts import value_hash, write_json
+    from gaitval.metrics.regression import LONG_MEASURES, compare
+    from gaitval.study.baseline import METRICS, changed_inputs, stored_metrics, walk_again
+    from gaitval.study.stage import Observer
+
+    full = config.getoption("--gaitval-full") or config.getoption("--gaitval-update")
+    stored = stored_metrics(folder / METRICS)
+    # One folder for all workers of pytest-xdist, which are started side by side.
+    base = temporary.getbasetemp()
+    shared = base.parent if hasattr(config, "workerinput") else base
+    walked = shared / f"gaitval-{value_hash([str(folder), bool(full)])[:16]}.json"
+    with filelock.FileLock(walked.with_suffix(".lock")):
+        if not walked.exists():
+            write_json(walked, walk_again(folder, Observer(), quick=not full))
+        now: dict[str, Any] = json.loads(walked.read_text(encoding="utf-8"))
+    rows = compare(stored, now, leave_out=() if full else LONG_MEASURES)
+    inputs = "; ".join(changed_inputs(folder, now)) or "the same as when the baseline was stored"
+    if config.getoption("--gaitval-update"):
+        _update(folder, now)
+        rows = compare(now, now)
+    return rows, inputs
+
+
+def _update(folder: Path, now: dict[str, Any]) -> None:
+    """Write what is measured now into a baseline, and seal it."""
+    from gaitval.artefacts import write_json
+    from gaitval.study.baseline import METRICS, seal_again
+
+    write_json(folder / METRICS, now)
+    seal_again(folder)
+
+
+def _chosen(rows: "Iterable[Row]", quantities: Sequence[str] | None) -> "list[Row]":
+    """The rows of some quantities.
+
+    Raises
+    ------
+    ArtefactError : there is no such quantity; near ones are named.
+    """
+    from gaitval.errors import ArtefactError
+
+    rows = list(rows)
+    if quantities is None:
+        return rows
+    names = {
+        row: {row.measure, row.target, row.target.removesuffix("_r").removesuffix("_l")}
+        for row in rows
+    }
+    known = sorted({name for of_row in names.values() for name in of_row})
+    for wanted in quantities:
+        if wanted not in known:
+            near = difflib.get_close_matches(wanted, known, n=3)
+            raise ArtefactError(
+                f"gaitval_check: no quantity {wanted!r} among the measures of this baseline"
+                + (f"; did you mean {' or '.join(near)}?" if near else f": {', '.join(known)}.")
+            )
+    return [row for row in rows if names[row] & set(quantities)]
+
+
+def _line(row: "Row") -> str:
+    values = ["not measured" if v is None else f"{v:.4g}" for v in (row.baseline, row.current)]
+    return (
+        f"{row.measure} of {row.target}: {values[0]} → {values[1]} {row.unit} (margin "
+        f"{row.margin:g}): {row.change}"
+    )

@@ -1,0 +1,94 @@
+"""The pytest plug-in in a project of somebody else, which has a test of two lines."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BASELINE = ROOT / "reports" / "S05" / "baseline"
+TEST = """def test_knee(gaitval_check):
+    gaitval_check("baseline", quantities=["knee_angle"])
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder with a baseline and a test."""
+    shutil.copytree(BASELINE, tmp_path / "baseline")
+    (tmp_path / "test_gait.py").write_text(TEST)
+    return tmp_path
+
+
+def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run pytest there, with no other plug-in."""
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval.testing.plugin", *arguments],
+        cwd=project,
+        env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def weaken(project: Path, factor: float) -> None:
+    """Scale the last layer of the stored policy, and seal it as if it had been so."""
+    from safetensors.numpy import load_file, save_file
+
+    from gaitval.study.baseline import seal_again
+
+    (file,) = (project / "baseline" / "policy").glob("*.safetensors")
+    tensors = load_file(file)
+    (last,) = (name for name in tensors if name.endswith("action_net.weight"))
+    save_file(tensors | {last: factor * tensors[last]}, file)
+    seal_again(project / "baseline")
+
+
+def test_two_lines_check_a_walk_and_two_tests_walk_once(project: Path) -> None:
+    (project / "test_more.py").write_text(
+        "def test_all(gaitval_check):\n"
+        '    rows = gaitval_check("baseline")\n'
+        "    assert len(rows) > 100\n"
+        "def test_sides(gaitval_check):\n"
+        '    assert {r.target for r in gaitval_check("baseline", quantities=["knee_angle"])} == '
+        '{"knee_angle_r", "knee_angle_l"}\n'
+        "def test_other():\n    pass\n"
+    )
+    done = run(project, "--basetemp", str(project / "temporary"), "--junitxml", "results.xml")
+    assert done.returncode == 0, done.stdout
+    assert "4 passed" in done.stdout
+    assert len(list((project / "temporary").glob("gaitval-*.json"))) == 1
+    assert 'name="gaitval inputs"' in (project / "results.xml").read_text()
+    left_out = run(project, "-m", "not gaitval")
+    assert "1 passed, 3 deselected" in left_out.stdout
+
+
+def test_a_loss_fails_with_its_figures(project: Path) -> None:
+    weaken(project, -2.0)
+    done = run(project)
+    assert done.returncode == 1
+    assert "measures are worse than stored by more" in done.stdout
+    assert "angle_rmse of knee_angle_" in done.stdout
+    assert "--gaitval-update" in done.stdout
+    assert "Traceback" not in done.stdout
+
+
+def test_what_cannot_be_compared_is_said_in_words(project: Path) -> None:
+    (project / "test_gait.py").write_text(TEST.replace("knee_angle", "kne_angle"))
+    done = run(project)
+    assert "no quantity 'kne_angle'" in done.stdout
+    assert "did you mean knee_angle" in done.stdout
+    (project / "baseline" / "metrics.json").write_text("{}")
+    done = run(project)
+    assert done.returncode == 1
+    assert "metrics.json" in done.stdout
+    assert "Traceback" not in done.stdout
+
+
+def test_the_plug_in_is_installed_with_the_package() -> None:
+    text = (ROOT / "pyproject.toml").read_text()
+    assert '[project.entry-points.pytest11]\ngaitval = "gaitval.testing.plugin"' in text
