@@ -162,7 +162,7 @@ def right(recording: Mapping[str, Any], result: Mapping[str, Any]) -> bool:
 
 
 def rows(recordings: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) -> list[evidence.Row]:
-    """What the issue asks for."""
+    """The figures of all recordings, as rows of evidence."""
     known = [(each, results[each["name"]]) for each in recordings if each["name"] in results]
     good = [right(*pair) for pair in known]
     zoo = [

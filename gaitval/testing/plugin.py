@@ -74,7 +74,7 @@ def gaitval_check(
             chosen = _chosen(rows, quantities)
         except GaitvalError as error:
             pytest.fail(f"{error}", pytrace=False)
-        request.node.user_properties.append(("gaitval inputs", inputs))
+        request.node.user_properties.append(("inputs of the walk", inputs))
         worse = [row for row in chosen if row.change == "lost"]
         request.config.stash[_MOVED][str(baseline)] = [
             _line(row) for row in rows if row.change != "kept"

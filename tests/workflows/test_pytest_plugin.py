@@ -62,7 +62,7 @@ def test_two_lines_check_a_walk_and_two_tests_walk_once(project: Path) -> None:
     assert done.returncode == 0, done.stdout
     assert "4 passed" in done.stdout
     assert len(list((project / "temporary").glob("gaitval-*.json"))) == 1
-    assert 'name="gaitval inputs"' in (project / "results.xml").read_text()
+    assert 'name="inputs of the walk"' in (project / "results.xml").read_text()
     left_out = run(project, "-m", "not gaitval")
     assert "1 passed, 3 deselected" in left_out.stdout
 
