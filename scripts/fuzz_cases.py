@@ -51,7 +51,7 @@ a result may be another without a word. 2 degrees is what repeated sessions of o
 for (McGinley et al. 2009, Gait & Posture 29:360); the others are the project's, of the size by
 which a person's single cycles differ."""
 
-TURNS: Final = dict.fromkeys(("subject", "configuration", "urdf", "policy", "baseline"), 3)
+TURNS: Final = dict.fromkeys(("subject", "configuration", "urdf", "policy", "baseline"), 5)
 """Cases of a kind for one of the others; a recording takes ten times as long as a stored file."""
 
 
@@ -321,5 +321,3 @@ def differences(before: Result, now: Result) -> dict[str, float]:
         off = np.inf if other is None else float(np.sqrt(np.mean((one - other) ** 2)))
         found[kind] = max(found.get(kind, 0.0), off / LIMITS[kind])
     return found
-
-

@@ -27,7 +27,18 @@ NUMBERS = (
     *("0x10", "1,5", "1.2.3", "--3", "", "x", "１２", "1e999", "None", "true", "-0.0"),
 )
 """What stands where a number should; some are numbers."""
-NAMES = ("", " ", "x" * 5000, "Ä\u202e🦶", "../../etc/passwd", "<script>", "a\x00b", "nan", "*1", ":")
+NAMES = (
+    "",
+    " ",
+    "x" * 5000,
+    "Ä\u202e🦶",
+    "../../etc/passwd",
+    "<script>",
+    "a\x00b",
+    "nan",
+    "*1",
+    ":",
+)
 
 
 def _some(random: Random, size: int, most: int = 8) -> np.ndarray:
@@ -182,7 +193,7 @@ TEXT: tuple[Mutator, ...] = (
 class Table:
     """A table of a text format: `head` is the lines above, `values` (T, C) numbers.
 
-    `vectors` are the first columns of each marker or vector; `clock` of the frame's number and time.
+    `clock` are the columns of the frame's number and time.
     """
 
     head: tuple[str, ...]
@@ -191,6 +202,7 @@ class Table:
 
     @property
     def vectors(self) -> range:
+        """First columns of each marker or vector."""
         return range(len(self.clock), self.values.shape[1] - 2, 3)
 
 
@@ -212,7 +224,8 @@ class Format:
     count: Callable[[Sequence[str], int], Sequence[str]]
 
     def read(self, data: bytes) -> Table:
-        lines = [line for line in _text(data).split("\n")]
+        """The table of a file."""
+        lines = _text(data).split("\n")
         above = self.above(lines)
         return Table(
             tuple(lines[:above]), _rows([s for s in lines[above:] if s.strip()]), self.clock
@@ -627,7 +640,9 @@ def hostile_xml(data: bytes, random: Random) -> bytes:
         return f"{head}?>{added}{rest}".encode()
     found = list(re.finditer(r"<(link|joint|mass|inertia|origin|axis|limit)\b[^>]*?/?>", text))
     match = found[int(random.integers(len(found)))]
-    return (text[: match.start()] + _pick(random, ("", match[0] * 2)) + text[match.end() :]).encode()
+    return (
+        text[: match.start()] + _pick(random, ("", match[0] * 2)) + text[match.end() :]
+    ).encode()
 
 
 def safetensors_header(data: bytes, random: Random) -> bytes:
