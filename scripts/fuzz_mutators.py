@@ -2,7 +2,7 @@
 
 A mutator takes the bytes of a file and a seeded generator, and returns other bytes. Groups of them
 by what they know of a file: nothing, text, a table of one format, C3D, a tree of values, or
-safetensors.
+safetensors. It is long because there are many ways to damage a file, each a few lines.
 """
 
 import json
