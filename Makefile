@@ -88,8 +88,9 @@ ablation: setup ## Train what docs/learning.md compares, where it is not trained
 	@$(BIN)/python scripts/ablation.py run
 	@$(BIN)/python scripts/ablation.py table
 
-wheel: setup ## Build the wheel into dist/
+wheel: setup ## Build the wheel into dist/, and beside it what it runs on (CycloneDX)
 	@$(BIN)/python -m build --wheel
+	@$(BIN)/python scripts/sbom.py
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
 	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks

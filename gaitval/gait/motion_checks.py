@@ -40,6 +40,12 @@ FORCE_RATIOS: Final = (0.4, 1.8)
 LARGEST_DRIFT: Final = 0.05
 """Mean horizontal force that the motion does not need, body weights: at most 0.028 (a trial whose
 markers jump), and 0.006 over whole strides."""
+LARGEST_MISMATCH: Final = 0.3
+"""Vertical force that the motion does not need, or that it lacks, body weights, on average over
+`MISMATCH_SECONDS`: at most 0.09 (WBDS01 on the treadmill, 30 s) and 0.07 (Rajagopal 2016). A plate
+that goes silent in the middle of a step lacks 0.5 and more."""
+MISMATCH_SECONDS: Final = 0.06
+"""s, about what the low-pass of 8 Hz leaves of a shorter fault."""
 SWING_TIMES: Final = (1.0, 2.2)
 """Swing time over the square root of leg length / gravity: 1.21 (1.4 m/s) to 1.89 (0.49 m/s). A leg
 swings nearly as a pendulum, so this hardly depends on speed and size; a frame rate written double
@@ -123,6 +129,28 @@ def motion_doubts(
             f"on average the plates push the body by {100 * drift[0]:.1f} % of its weight forward "
             f"and {100 * drift[1]:.1f} % to the left more than its motion shows (at most "
             f"{100 * LARGEST_DRIFT:.0f} %): a horizontal channel is not zeroed",
+        )  # fmt: skip
+    yield from _mismatch_doubts((total - needed)[:, 2] / weight, known, loads)
+
+
+def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Doubt]:
+    """A moment in which the plates show another vertical force than the motion needs.
+
+    Parameters
+    ----------
+    off : (T,) body weights that the plates show too much.
+    known : (T,) where this can be said.
+    """
+    frames = max(round(MISMATCH_SECONDS * loads.rate), 1)
+    mean = np.abs(np.convolve(np.where(known, off, 0.0), np.ones(frames) / frames, "same"))
+    worst = int(np.argmax(mean))
+    if mean[worst] > LARGEST_MISMATCH:
+        yield Doubt(
+            "vertical force and motion", "all plates", float(mean[worst]), LARGEST_MISMATCH,
+            "body weights", f"at {loads.time[worst]:.2f} s the plates show "
+            f"{100 * mean[worst]:.0f} % of the body weight {'more' if off[worst] > 0 else 'less'} "
+            f"than the motion needs (at most {100 * LARGEST_MISMATCH:.0f} % elsewhere): a plate "
+            "was silent or stuck, or the foot was also on something else",
         )  # fmt: skip
 
 

@@ -55,11 +55,11 @@ class MadeUpSession:
 
 
 @cache
-def _truth() -> tuple[StandingPerson, KnownWalk]:
+def _truth(seconds: float, rate: float) -> tuple[StandingPerson, KnownWalk]:
     person = standing_person(toe_out={"r": 0.0, "l": 0.0})
     return person, known_walk(
-        seconds=SECONDS,
-        rate=MARKER_RATE * FORCES_PER_FRAME,
+        seconds=seconds,
+        rate=rate,
         body=person.model,
         settling=0.06,
     )
@@ -71,6 +71,10 @@ def made_up_session(
     noise: float,
     misplaced: Mapping[str, tuple[float, float, float]] | None = None,
     seed: int = 0,
+    seconds: float = SECONDS,
+    rate: float = MARKER_RATE,
+    per_frame: int = FORCES_PER_FRAME,
+    standing_frames: int = STANDING_FRAMES,
 ) -> MadeUpSession:
     """Write the files of a session into a folder.
 
@@ -79,20 +83,21 @@ def made_up_session(
     noise : standard deviation of every coordinate of every marker in every frame, m.
     misplaced : by how much markers are off their landmarks on the skin of the standing person,
         m forward, left, up; by what their names contain.
+    seconds, rate, per_frame : of the walk, s; of the markers, Hz; samples of the forces in a frame.
     """
     random = np.random.default_rng(seed)
-    person, walk = _truth()
+    person, walk = _truth(seconds, rate * per_frame)
     person = _with_misplaced(person, misplaced or {})
     marker_set = load_marker_set("wbds")
     places, local = person.markers(marker_set)
-    stand = np.tile([places[name] for name in places], (STANDING_FRAMES, 1, 1))
+    stand = np.tile([places[name] for name in places], (standing_frames, 1, 1))
     stand = (
         Rotation.from_rotvec([0.0, 0.0, -np.radians(HEADING)])
         .apply(stand.reshape(-1, 3))
         .reshape(stand.shape)
     )
     stand += random.normal(0.0, noise, stand.shape)
-    seen = _every(walk, FORCES_PER_FRAME)
+    seen = _every(walk, per_frame)
     worn = _worn(marker_set, local)
     walking = marker_positions(person.model, worn, seen.positions)
     walking += random.normal(0.0, noise, walking.shape)
@@ -100,11 +105,11 @@ def made_up_session(
     session = MadeUpSession(
         person, seen, folder / "stand.c3d", folder / "walk.trc", folder / "walk_forces.mot"
     )
-    _write_c3d(session.standing, tuple(places), stand @ TO_OPENSIM.T)
+    _write_c3d(session.standing, tuple(places), stand @ TO_OPENSIM.T, rate)
     names = tuple(marker.name for marker in worn)
-    trial = Recording("walk", "project", names, walking, MARKER_RATE)
+    trial = Recording("walk", "project", names, walking, rate)
     write_trc(session.walking, trial.turned(TO_OPENSIM))
-    write_ground_reaction(session.forces, _forces(walk))
+    write_ground_reaction(session.forces, _forces(walk, rate * per_frame))
     return session
 
 
@@ -141,7 +146,7 @@ def _every(walk: KnownWalk, step: int) -> KnownWalk:
     )
 
 
-def _forces(walk: KnownWalk) -> FootForces:
+def _forces(walk: KnownWalk, rate: float) -> FootForces:
     """The wrenches of the walk as a plate shows them: no other free moment than the vertical."""
     force, moment = walk.force, walk.free_moment
     loaded = force[..., 2] > 0.0
@@ -150,7 +155,7 @@ def _forces(walk: KnownWalk) -> FootForces:
     away /= vertical[..., None]
     free = moment - np.cross(away, force)
     return FootForces(
-        rate=MARKER_RATE * FORCES_PER_FRAME,
+        rate=rate,
         start=0.0,
         force=np.where(loaded[..., None], force, 0.0),
         centre_of_pressure=np.where(loaded[..., None], walk.point + away, np.nan),
@@ -159,11 +164,11 @@ def _forces(walk: KnownWalk) -> FootForces:
     )
 
 
-def _write_c3d(path: Path, names: tuple[str, ...], markers: np.ndarray) -> None:
+def _write_c3d(path: Path, names: tuple[str, ...], markers: np.ndarray, rate: float) -> None:
     file = ezc3d.c3d()
     points = np.ones((4, markers.shape[1], len(markers)))
     points[:3] = 1e3 * markers.transpose(2, 1, 0)
-    file["parameters"]["POINT"]["RATE"]["value"] = [MARKER_RATE]
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
     file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
     file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
     file["data"]["points"] = points

@@ -1,14 +1,18 @@
 """The wheel holds all that the installed command needs, and the sdist all that the wheel needs."""
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
 import zipfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from lock import canonical, locked
 from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
@@ -64,6 +68,49 @@ def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):
         assert theirs.namelist() == ours.namelist()
         for name in ours.namelist():
             assert theirs.read(name) == ours.read(name), name
+
+
+def needed_by_the_wheel(wheel: Path) -> set[str]:
+    """Names of the packages that the wheel's own metadata ask for, without extras."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        lines = archive.read(name).decode().splitlines()
+    texts = [line.partition(":")[2] for line in lines if line.startswith("Requires-Dist:")]
+    return {
+        canonical(re.split(r"[\s<>=!~;\[(]", t.strip())[0]) for t in texts if "extra ==" not in t
+    }
+
+
+def test_the_bill_of_materials_names_every_package_that_runs(wheel, tmp_path):
+    script = ROOT / "scripts/sbom.py"
+    subprocess.run([sys.executable, script, tmp_path / "bill.json"], check=True, cwd=tmp_path)
+    bill = json.loads((tmp_path / "bill.json").read_text())
+    versions = {each["name"]: each["version"] for each in bill["components"]}
+    needed = needed_by_the_wheel(wheel)
+    assert {"numpy", "dartpy", "yourdfpy"} <= needed <= versions.keys()
+    assert "trimesh" in versions  # what only a dependency needs
+    assert "pytest" not in versions
+    for name, version in versions.items():
+        assert version == metadata.version(name)
+    references = {each["bom-ref"] for each in [bill["metadata"]["component"], *bill["components"]]}
+    for each in bill["dependencies"]:
+        assert {each["ref"], *each["dependsOn"]} <= references
+
+
+def test_locks_have_a_hash_of_everything_in_the_versions_of_the_constraints(wheel):
+    wanted = {
+        (canonical(found[1]), found[2])
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+        if (found := re.match(r"([A-Za-z0-9._-]+)==([^;\s]+)", line))
+    }
+    (path,) = (ROOT / "locks").glob("*.txt")
+    assert "://" not in path.read_text()
+    packages = locked(path)
+    assert needed_by_the_wheel(wheel) <= packages.keys()
+    for name, (version, hashes) in packages.items():
+        assert (name, version.partition("+")[0]) in wanted
+        assert hashes
+        assert all(re.fullmatch("[0-9a-f]{64}", each) for each in hashes)
 
 
 def share_compiled(installed: Path, cache: Path) -> None:

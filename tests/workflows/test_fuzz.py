@@ -1,0 +1,85 @@
+"""Damaged files of every kind, through the whole import or the first stage that uses them: each is
+refused in words, changes nothing, or is told of. `python scripts/fuzz.py` runs more of them."""
+
+import os
+import sys
+
+import fuzz_cases
+import numpy as np
+import pytest
+from fuzz import BAD, Worker, cases, run_case
+from fuzz_mutators import MOT
+
+CASES = 150
+SEED = 20_000
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the limits of a case are those of Linux"
+)
+
+
+@pytest.fixture(scope="module")
+def kinds(tmp_path_factory):
+    return fuzz_cases.kinds(tmp_path_factory.mktemp("files"))
+
+
+@pytest.fixture(scope="module")
+def worker(kinds):
+    made = Worker(kinds)
+    yield made
+    made.close()
+
+
+def test_no_damaged_file_ends_in_a_fault_or_is_taken_without_a_word(worker):
+    found = list(cases(worker, CASES, SEED))
+    bad = [case for case in found if case.outcome in BAD]
+    assert not bad, "\n".join(f"--replay {case.kind}:{case.seed}: {case.why}" for case in bad)
+    assert {case.kind for case in found} == set(worker.kinds)
+    assert {"refused", "equal"} <= {case.outcome for case in found}
+
+
+def test_a_case_is_made_again_from_its_seed(kinds):
+    for kind, made in kinds.items():
+        assert fuzz_cases.damaged(kind, made, 7) == fuzz_cases.damaged(kind, made, 7)
+        assert len({fuzz_cases.damaged(kind, made, seed) for seed in range(20)}) > 10
+
+
+def _force_that_is_silent_in_mid_stance(data: bytes, _: np.random.Generator) -> bytes:
+    table = MOT.read(data)
+    columns = [table.head[-1].split("\t").index(f"ground_force_l_v{axis}") for axis in "xyz"]
+    loaded = np.flatnonzero(table.values[:, columns[1]] > 0.0)
+    begin = next(i for i in loaded if i > 10 and table.values[i - 1, columns[1]] == 0.0)
+    values = table.values.copy()
+    values[begin + 60 : begin + 105, columns] = 0.0
+    return MOT.write(type(table)(table.head, values, table.clock))
+
+
+def test_a_plate_that_is_silent_in_mid_stance_is_told_of(kinds, worker, tmp_path):
+    made = kinds["mot"]
+    (name,) = made.files
+    silent = fuzz_cases.Kind(made.seeds, {name: (_force_that_is_silent_in_mid_stance,)}, made.run)
+    case = run_case("mot", 0, silent, worker.results["mot"], tmp_path)
+    assert case.outcome in ("told", "refused"), case
+    assert "motion" in case.why
+
+
+@pytest.mark.parametrize("wrong", ["raises", "nonsense", "dies"])
+def test_what_goes_wrong_is_seen(kinds, wrong):
+    """Else the first test proves nothing."""
+
+    def run(folder):
+        if (folder / "model.urdf").read_bytes() == kinds["urdf"].seeds["model.urdf"]:
+            return fuzz_cases.Result()
+        if wrong == "raises":
+            raise KeyError("link")
+        if wrong == "dies":
+            os._exit(3)
+        raise fuzz_cases.SilentNonsense("mass: -1")
+
+    kind = fuzz_cases.Kind(kinds["urdf"].seeds, kinds["urdf"].files, run)
+    broken = Worker({"urdf": kind})
+    try:
+        assert broken.run("urdf", 1).outcome == ("silent" if wrong == "nonsense" else "fault")
+        assert broken.run("urdf", 2).outcome in BAD  # the process is there again
+    finally:
+        broken.close()
