@@ -98,14 +98,19 @@ def walk(baseline: Path, prepared: Path, out: Path) -> None:
         found["lost"] = [f"{row.measure} of {row.target}" for row in lost(rows)]
         found["improved"] = sum(row.change == "improved" for row in rows)
         found["values"] = {f"{row.measure} of {row.target}": row.current for row in rows}
-    write_json(out, found)
+    where = str(baseline)  # a folder that is gone afterwards
+    told = {
+        name: text.replace(where, "BASELINE") if isinstance(text, str) else text
+        for name, text in found.items()
+    }
+    write_json(out, told)
 
 
 def _refusal(action: Callable[[], object]) -> str | None:
     try:
         action()
     except GaitvalError as error:
-        return str(error)[:300]
+        return str(error)
     return None
 
 
@@ -236,7 +241,7 @@ def size_of(found: Json, without: Path) -> Json:
     elif found["lost"]:
         by = "figures"
     elif found["refused"]:
-        by = "hash"
+        by = "refused"
     return {"ratio": round(ratio, 2), "most": most, "by_check": by}
 
 
