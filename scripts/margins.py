@@ -17,7 +17,7 @@ import math
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,16 @@ FACTOR = 1.25
 
 def measured(baseline: Path) -> dict[str, float]:
     """The largest difference of each measure between a stored walker's walks."""
+    walks = [_values(metrics) for _, metrics in new_walks(baseline, range(WALKS))]
+    walks.append(_values(read_json(baseline / METRICS)))
+    values: dict[str, list[list[float]]] = {}
+    for name, target in walks[0]:
+        values.setdefault(name, []).append([walk[name, target] for walk in walks])
+    return {name: float(np.ptp(found, axis=1).max()) for name, found in sorted(values.items())}
+
+
+def new_walks(baseline: Path, numbers: range) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Metrics of walks of a stored walker; the number says by how much its body differs."""
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")
     validation = configuration.validation
@@ -65,16 +75,10 @@ def measured(baseline: Path) -> dict[str, float]:
         copy_files(baseline, run.folder, STORED_FILES[2:-1])
         for stage in walking_stages(run, witness=False)[:-1]:
             run_stage(stage, run.folder)
-        walks = list(_walks(run))
-    stored = read_json(baseline / METRICS)["measures"]
-    walks.append({(row["measure"], row["target"]): row["value"] for row in stored})
-    values: dict[str, list[list[float]]] = {}
-    for name, target in walks[0]:
-        values.setdefault(name, []).append([walk[name, target] for walk in walks])
-    return {name: float(np.ptp(found, axis=1).max()) for name, found in sorted(values.items())}
+        yield from _walks(run, numbers)
 
 
-def _walks(run: Run) -> Iterator[dict[tuple[str, str], float]]:
+def _walks(run: Run, numbers: range) -> Iterator[tuple[int, dict[str, Any]]]:
     identification, correction = (
         read_json(run.folder / name) for name in ("identification.json", "correction.json")
     )
@@ -83,22 +87,28 @@ def _walks(run: Run) -> Iterator[dict[tuple[str, str], float]]:
         for name in ("nominal", "identified")
     }
     nominal = _walk(run, walking_task(run), which["nominal"], 0)
-    for number in range(WALKS):
-        metrics = validate(
-            *run.compared(),
-            read_urdf(run.folder / "model.urdf"),
-            nominal,
-            _walk(run, corrected_task(run), which["identified"], number),
-            run.configuration,
-            identification=identification,
-            correction=correction,
-            others=builtin_subjects(),
+    for number in numbers:
+        yield (
+            number,
+            validate(
+                *run.compared(),
+                read_urdf(run.folder / "model.urdf"),
+                nominal,
+                _walk(run, corrected_task(run), which["identified"], number),
+                run.configuration,
+                identification=identification,
+                correction=correction,
+                others=builtin_subjects(),
+            ),
         )
-        yield {
-            (row["measure"], row["target"]): row["value"]
-            for row in metrics["measures"]
-            if row["measure"] not in LONG_MEASURES and row["value"] is not None
-        }
+
+
+def _values(metrics: Mapping[str, Any]) -> dict[tuple[str, str], float]:
+    return {
+        (row["measure"], row["target"]): row["value"]
+        for row in metrics["measures"]
+        if row["measure"] not in LONG_MEASURES and row["value"] is not None
+    }
 
 
 def _walk(run: Run, task: WalkingTask, mu: Any, number: int) -> Rollouts:

@@ -1,0 +1,364 @@
+"""Kills an import, a study, a report and a check at random moments, and starts each again.
+
+    python scripts/kills.py --kills 50 --seed 0            # goes on where it was stopped
+    python scripts/kills.py --kills 12 --jobs import study # some of them
+    python scripts/kills.py twice                          # two of each in one folder at once
+
+Each is killed (SIGKILL, its own process only, as when memory runs out) after a random part of the
+processor time that it takes without a kill, and started again by the same command. In every second
+case all its files are dated a day ahead before that, as if the clock had gone back. Then every file
+must be equal, byte for byte, to that without a kill, except for the times in `provenance.json`; and
+no process, shared memory or temporary file may be left.
+"""
+
+import argparse
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+import evidence
+
+from gaitval.artefacts import read_json, versions, write_json
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+
+from made_up_session import made_up_session  # noqa: E402
+from quick_settings import QUICK  # noqa: E402
+
+STORE: Final = ROOT / "reports" / "robustness" / "kills.json"
+COMMAND: Final = "python scripts/kills.py"
+NOISE: Final = 0.001
+"""m, of the markers of the session that is imported."""
+SECONDS: Final = 1800.0
+DAY: Final = 86400.0
+TIMES: Final = ("started", "finished", "seconds")
+"""Of each stage in `provenance.json`."""
+BARE: Final = (".lock",)
+"""Files whose contents are nobody's."""
+JOBS: Final = ("import", "study", "report", "check")
+Json = dict[str, Any]
+
+SEVERAL: Final = """
+import json, sys
+from gaitval.cli import main
+
+for command in json.loads(sys.argv[1]):
+    sys.argv = ["gaitval", *command]
+    try:
+        main()
+    except SystemExit as end:
+        if end.code:
+            raise
+"""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is killed.
+
+    Attributes
+    ----------
+    commands : of `gaitval`, one after the other in one process.
+    folder : that it writes.
+    before : what is in the folder before it starts; nothing if None.
+    """
+
+    commands: list[list[str]]
+    folder: Path
+    before: Path | None = None
+
+    def prepared(self) -> None:
+        """As before its first start."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if self.before is not None:
+            shutil.copytree(self.before, self.folder)
+
+    def start(self, temporary: Path) -> "subprocess.Popen[str]":
+        """Start it, in a session of its own, in which its workers can be found."""
+        return subprocess.Popen(
+            [sys.executable, "-c", SEVERAL, json.dumps(self.commands)],
+            env={**os.environ, "TMPDIR": str(temporary), "OMP_NUM_THREADS": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+
+    def whole(self, temporary: Path) -> float:
+        """Run it to its end; processor time that it takes, s."""
+        process, used = self.start(temporary), 0.0
+        while process.poll() is None:
+            used = max(used, processor_time(process.pid))
+            time.sleep(0.05)
+        if process.returncode:
+            told = process.stdout.read() if process.stdout else ""
+            raise RuntimeError(f"{self.commands}: exit code {process.returncode}\n{told[-3000:]}")
+        return used
+
+
+def jobs(work: Path) -> dict[str, Job]:
+    """All of them, in a folder of work; the files that they need are made."""
+    (work / "session").mkdir()
+    session = made_up_session(work / "session", noise=NOISE)
+    request = session.request
+    quick = [f"--set={each}" for each in QUICK]
+    run = work / "run"
+    measured = [f"--mass={request.mass_kg}", f"--height={request.height_m}", f"--sex={request.sex}"]
+    files = [f"--static={session.standing}", f"--trial={session.walking}"]
+    files.append(f"--forces={session.forces}")
+    return {
+        "import": Job([["import", *files, *measured, f"--out={work / 'P01'}"]], work / "P01"),
+        "study": Job(
+            [[name, "5", f"--out={run}", *quick] for name in ("scale", "reference", "train")], run
+        ),
+        "report": Job([["report", "5", f"--out={run}", "--force"]], run, work / "finished"),
+        "check": Job(
+            [
+                [
+                    *("check", f"--baseline={ROOT / 'reports' / 'S05' / 'baseline'}", "--quick"),
+                    f"--junit={run / 'accuracy.xml'}",
+                ]
+            ],
+            run,
+            work / "empty",
+        ),
+    }
+
+
+def finished_study(work: Path, temporary: Path) -> None:
+    """A study to report, which `report` starts from."""
+    quick = [f"--set={each}" for each in QUICK]
+    Job([["subject", "5", f"--out={work / 'run'}", *quick]], work / "run").whole(temporary)
+    shutil.move(work / "run", work / "finished")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files of a folder, without what differs from run to run (see the top of this file)."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.name not in BARE:
+            found[path.relative_to(folder).as_posix()] = (
+                _without_times(path) if path.name == "provenance.json" else path.read_bytes()
+            )
+    return found
+
+
+def _without_times(path: Path) -> bytes:
+    values = json.loads(path.read_text(encoding="utf-8"))
+    for stage in values.get("stages", {}).values():
+        for name in TIMES:
+            stage.pop(name, None)
+    return json.dumps(values, sort_keys=True).encode()
+
+
+def processes(session: int) -> list[int]:
+    """Those that were started in a session, its first one among them, and live."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+def processor_time(session: int) -> float:
+    """Of the processes of a session and those that they have waited for, s. A busy machine takes
+    longer for a run, but not more of it.
+    """
+    ticks = 0
+    for process in processes(session):
+        try:
+            fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        ticks += sum(map(int, fields[11:15]))
+    return float(ticks) / os.sysconf("SC_CLK_TCK")
+
+
+def shared_memory(session: int) -> set[str]:
+    """Blocks with a name that the processes of a session have mapped."""
+    found = set()
+    for process in processes(session):
+        try:
+            lines = Path(f"/proc/{process}/maps").read_text().splitlines()
+        except OSError:
+            continue
+        found |= {line.split()[-1] for line in lines if "/dev/shm/" in line}
+    return {name for name in found if not name.endswith("(deleted)") and Path(name).exists()}
+
+
+def _wait(until: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not until():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.1)
+    return True
+
+
+def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json | None:
+    """Kill a job after some processor time, s, and start it again; None if it ended before."""
+    job.prepared()
+    process = job.start(temporary)
+    while process.poll() is None and processor_time(process.pid) < after:
+        time.sleep(0.01)
+    blocks = shared_memory(process.pid)
+    process.kill()
+    process.communicate()
+    if process.returncode != -signal.SIGKILL:
+        return None
+    # Its workers notice that it has gone.
+    _wait(lambda: not processes(process.pid), 30.0)
+    left = processes(process.pid)
+    if clock_back:
+        ahead = time.time() + DAY
+        for path in (*job.folder.rglob("*"), *temporary.rglob("*")):
+            os.utime(path, (ahead, ahead), follow_symlinks=False)
+    else:  # what a killed check has left is removed when it is a minute old
+        for path in temporary.iterdir():
+            os.utime(path, (time.time() - DAY,) * 2, follow_symlinks=False)
+    again = job.start(temporary)
+    told, _ = again.communicate(timeout=SECONDS)
+    left += processes(again.pid)
+    return {
+        "returned": again.returncode,
+        "told": told[-500:] if again.returncode else "",
+        "processes": len(left),
+        "blocks": sorted(name for name in blocks if Path(name).exists()),
+        "files": sorted(path.name for path in temporary.iterdir()),
+    }
+
+
+@contextmanager
+def workplace() -> Iterator[tuple[Path, Path, dict[str, Job]]]:
+    """A folder to work in, one for temporary files, and the jobs."""
+    with tempfile.TemporaryDirectory(prefix="gaitval-kills-") as folder:
+        work, temporary = Path(folder) / "work", Path(folder) / "tmp"
+        for path in (work, temporary, work / "empty"):
+            path.mkdir()
+        yield work, temporary, jobs(work)
+
+
+def kills(count: int, seed: int, names: list[str]) -> None:
+    """Kill each of the jobs in turn, until there are so many kills in the store."""
+    with workplace() as (work, temporary, made):
+        if "report" in names:
+            finished_study(work, temporary)
+        usual: dict[str, tuple[float, dict[str, bytes]]] = {}
+        while len(done := _stored().get("kills", [])) < count:
+            number = len(done)
+            name = names[number % len(names)]
+            job = made[name]
+            if name not in usual:
+                job.prepared()
+                usual[name] = job.whole(temporary), contents(job.folder)
+            seconds, wanted = usual[name]
+            share = random.Random(f"{seed} {number}").uniform(0.02, 1.0)
+            found, tries = None, 0
+            while found is None:  # it ended before
+                found = killed(
+                    job, share * seconds * 0.9**tries, temporary, clock_back=number % 2 == 1
+                )
+                tries += 1
+            now = contents(job.folder)
+            differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
+            found |= {"job": name, "share": round(share, 3), "clock_back": number % 2 == 1}
+            found |= {"differ": differ, "seed": seed}
+            _save(kills=[*done, found])
+            shutil.rmtree(temporary)
+            temporary.mkdir()
+            print(json.dumps(found), flush=True)
+
+
+def twice(names: list[str]) -> None:
+    """Two of each at once in one folder: one is refused or both end, and the files are the same."""
+    found = {}
+    with workplace() as (_, temporary, made):
+        for name in names:
+            job = made[name]
+            job.prepared()
+            job.whole(temporary)
+            wanted = contents(job.folder)
+            job.prepared()
+            both = [job.start(temporary) for _ in range(2)]
+            told = [process.communicate(timeout=SECONDS)[0] for process in both]
+            codes = sorted(process.returncode for process in both)
+            same = contents(job.folder) == wanted
+            found[name] = {"codes": codes, "same": same, "told": [text[-300:] for text in told]}
+            print(json.dumps({name: found[name]}), flush=True)
+            _save(twice={**_stored().get("twice", {}), name: found[name]})
+
+
+def survived(kill: Json) -> bool:
+    """Whether a job that was killed ended well with the same files."""
+    return kill["returned"] == 0 and not kill["differ"]
+
+
+def rows(stored: Json) -> list[evidence.Row]:
+    """The evidence."""
+    done = stored.get("kills", [])
+    made = []
+    if done:
+        n = len(done)
+        share = 100.0 * sum(map(survived, done)) / n
+        left = sum(each["processes"] + len(each["blocks"]) + len(each["files"]) for each in done)
+        made = [
+            evidence.Row(
+                "kills survived bit-equal (import, study, report, check)",
+                share, "%", ">=", 100, 100, n, COMMAND,
+            ),
+            evidence.none_may(
+                "shared memory, processes and temporary files left by kills", left, "1", n, COMMAND
+            ),
+        ]  # fmt: skip
+    if "twice" in stored:
+        each = stored["twice"].values()
+        wrong = sum(not one["same"] or one["codes"] not in ([0, 0], [0, 2]) for one in each)
+        what = "two at once in one folder that spoil each other"
+        made.append(evidence.none_may(what, wrong, "1", len(each), f"{COMMAND} twice"))
+    return made
+
+
+def _stored() -> Json:
+    return dict(read_json(STORE)) if STORE.exists() else {}
+
+
+def _save(**parts: Any) -> None:
+    STORE.parent.mkdir(parents=True, exist_ok=True)
+    about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions()}
+    write_json(STORE, {**_stored(), **parts, **about})
+
+
+def main() -> None:
+    """Entry point."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice", "rows"])
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", nargs="+", choices=JOBS, default=list(JOBS))
+    arguments = parser.parse_args()
+    if arguments.what == "kills":
+        kills(arguments.kills, arguments.seed, arguments.jobs)
+    elif arguments.what == "twice":
+        twice([name for name in arguments.jobs if name in ("import", "study")])
+    print(evidence.write("robustness", rows(_stored())))
+
+
+if __name__ == "__main__":
+    main()
