@@ -1,9 +1,9 @@
-"""Wrong forces and damaged baselines that are refused or told, as rows of evidence.
+"""Wrong forces that are refused or told, as rows of evidence.
 
     GAITVAL_DATA=FOLDER python scripts/robustness_evidence.py
 
-Runs the tests that plant each fault in a recording, through the whole import, and in a stored
-baseline, and counts those that are caught. Writes rows of `reports/evidence/robustness.csv`.
+Runs the tests that plant each fault in a recording, through the whole import, and counts those that
+are caught. Writes rows of `reports/evidence/robustness.csv`.
 """
 
 import os
@@ -23,10 +23,6 @@ PLANTED = {
     "clean recordings: without a doubt": (
         "tests/workflows/test_import_doubts.py",
         "no_doubt",
-    ),
-    "damaged baselines: refused": (
-        "tests/study/test_stored_baseline.py",
-        "damage_is_refused or an_edit_that or other_margins or contradicts_itself or beside_it",
     ),
 }
 """What is counted: the file of the tests, and the expression that selects them."""
