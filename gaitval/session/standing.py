@@ -110,7 +110,8 @@ def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recor
 
     Each foot turns about its lateral ankle marker, about the person's left-right axis, until heel
     and forefoot are at one height: the markers of both are as high above the sole, as Plug-in Gait
-    assumes for feet that are not flat. The feet are then moved onto the lower one's floor.
+    assumes for feet that are not flat. The ankles stay as high as they are; who stands on the toes
+    says with `on_floor` by how much that is more than with flat feet.
     """
     markers = recording.markers.copy()
     for side in "RL":
