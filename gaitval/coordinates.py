@@ -33,6 +33,11 @@ Side = Literal["right", "left"]
 SIDES: Final[tuple[Side, Side]] = ("right", "left")
 
 
+def opposite(side: Side) -> Side:
+    """The other side of the body."""
+    return "left" if side == "right" else "right"
+
+
 def split_side(name: str) -> tuple[str, str]:
     """`("right", "knee_angle")` of `"knee_angle_r"`; no side for the midline."""
     side = {"_r": "right", "_l": "left"}.get(name[-2:], "")

@@ -128,22 +128,22 @@ def other_encoding(data: bytes, random: Random) -> bytes:
 
 def other_number(data: bytes, random: Random) -> bytes:
     """A number anywhere in the text is something else."""
-    text = _text(data)
-    found = list(re.finditer(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?", text))
-    if not found:
-        return cut(data, random)
-    match = found[int(random.integers(min(len(found), 4 ** int(random.integers(1, 12)))))]
-    return (text[: match.start()] + _pick(random, NUMBERS) + text[match.end() :]).encode()
+    return _exchanged(data, random, r"-?\d+\.?\d*(?:[eE][-+]?\d+)?", NUMBERS)
 
 
 def other_word(data: bytes, random: Random) -> bytes:
     """A word anywhere in the text is something else."""
+    return _exchanged(data, random, r"[A-Za-z_][\w.]*", NAMES)
+
+
+def _exchanged(data: bytes, random: Random, pattern: str, others: Sequence[str]) -> bytes:
+    """One match of a pattern, early ones more often, is another text."""
     text = _text(data)
-    found = list(re.finditer(r"[A-Za-z_][\w.]*", text))
+    found = list(re.finditer(pattern, text))
     if not found:
         return cut(data, random)
     match = found[int(random.integers(min(len(found), 4 ** int(random.integers(1, 12)))))]
-    return (text[: match.start()] + _pick(random, NAMES) + text[match.end() :]).encode("utf-8")
+    return (text[: match.start()] + _pick(random, others) + text[match.end() :]).encode()
 
 
 def without_line(data: bytes, random: Random) -> bytes:

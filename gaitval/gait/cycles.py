@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES, interpolated
 from gaitval.mocap.foot_markers import facing, foot_markers
@@ -152,7 +152,7 @@ def cut_cycles(
     RecordError : fewer valid cycles than `fewest`; it gives the reason of each that is not.
     """
     events = sorted(events, key=lambda event: event.time)
-    other: Side = "left" if side == "right" else "right"
+    other = opposite(side)
 
     def times(of: Side, kind: EventKind) -> Array:
         return np.array([e.time for e in events if e.side == of and e.kind == kind])
@@ -224,7 +224,7 @@ def _faults(side: Side, start: float, end: float, usual: float, between: list[Ar
             f"it lasts {duration:.2f} s, which differs by more than {100 * UNUSUAL_STRIDE:.0f} % "
             f"from the trial's median of {usual:.2f} s"
         )
-    other = "left" if side == "right" else "right"
+    other = opposite(side)
     named = (f"{side} toe-off", f"{other} toe-off", f"{other} heel strike")
     for name, found in zip(named, between, strict=True):
         if len(found) != 1:
@@ -385,7 +385,7 @@ def spatiotemporal(
     if not cycles:
         none = np.zeros(0)
         return SpatioTemporal(side, *(none for _ in fields(SpatioTemporal)[1:]))
-    other: Side = "left" if side == "right" else "right"
+    other = opposite(side)
     places = _Places(recording, events, landmarks)
     start, end, toe_off, opposite_toe_off, opposite_strike = np.array(
         [[c.start, c.end, c.toe_off, c.opposite_toe_off, c.opposite_strike] for c in cycles]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.constants import POUND, STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.coordinates import COORDINATES, SIDES, Side, opposite
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
@@ -110,7 +110,7 @@ def doubts_of_means(
         )
     elif len(forces) == 1:
         (shown,) = forces
-        other = "left" if shown == "right" else "right"
+        other = opposite(shown)
         found.append(
             Doubt(
                 *("one side", f"{other} foot", 0.0, 1.0, "cycles"),

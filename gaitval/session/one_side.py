@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.gait.record import Mirrored
 from gaitval.session.average import unseen_side
 from gaitval.session.session import Import
@@ -42,13 +42,13 @@ def completed_sides(found: Import) -> Completed:
     forces = {side: np.asarray(found.forces[side].mean) for side in SIDES if side in found.forces}
     mirrored: Mirrored = {}
     unseen = unseen_side(found.angles)
-    seen: Side = "left" if unseen == "right" else "right"
+    seen: Side = "right" if unseen is None else opposite(unseen)
     if unseen is not None:
         mirrored["angles"] = unseen
         angles = _mirrored(angles, seen, unseen)
     if len(forces) == 1:
         (shown,) = forces
-        hidden: Side = "left" if shown == "right" else "right"
+        hidden = opposite(shown)
         mirrored["kinetics"] = hidden
         moments = _mirrored(moments, shown, hidden)
         forces[hidden] = forces[shown] * ACROSS

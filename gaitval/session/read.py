@@ -86,21 +86,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         tell("read", _described(recording))
     for recording in walking:
         _check_length(recording, processing)
-    with about_file(standing.source):
-        marker_set = (
-            recognise(standing.names)
-            if request.marker_set is None
-            else load_marker_set(request.marker_set)
-        )
-    score = marker_set.score(
-        name for name in standing.names if np.isfinite(standing.marker(name)).any()
-    )
-    tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
-    with about_file(standing.source):
-        ignored = marker_set.ignored(standing.names)
-    if ignored:
-        more = f" and {len(ignored) - NAMED} more" if len(ignored) > NAMED else ""
-        tell("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
+    marker_set = _marker_set(request, standing, tell)
     standing, *walking = (named(recording, marker_set) for recording in (standing, *walking))
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
@@ -114,11 +100,17 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
     doubts: list[tuple[str, Doubt]] = []
-    standing, of_walk = _standing(request, processing, marker_set, axes, standing, walking[0], tell)
+
+    def walked(number: int) -> Recording:
+        recording, trial = walking[number].turned(axes.rotation), request.trials[number]
+        return prepared(recording, marker_set, processing, trial, tell)
+
+    first = walked(0) if request.stands_in_walk else None
+    standing, of_walk = _standing(request, processing, marker_set, axes, standing, first, tell)
     doubts += [(request.trials[0].name, doubt) for doubt in of_walk]
     turned = []
-    for trial, recording in zip(request.trials, walking, strict=True):
-        recording = prepared(recording.turned(axes.rotation), marker_set, processing, trial, tell)
+    for number, trial in enumerate(request.trials):
+        recording = walked(number) if first is None or number > 0 else first
         distances = check_same_person(
             trajectories(standing),
             trajectories(recording),
@@ -147,6 +139,26 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
     )
 
 
+def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:
+    """The marker set that was asked for, or that the standing trial's names show."""
+    with about_file(standing.source):
+        marker_set = (
+            recognise(standing.names)
+            if request.marker_set is None
+            else load_marker_set(request.marker_set)
+        )
+    score = marker_set.score(
+        name for name in standing.names if np.isfinite(standing.marker(name)).any()
+    )
+    tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
+    with about_file(standing.source):
+        ignored = marker_set.ignored(standing.names)
+    if ignored:
+        more = f" and {len(ignored) - NAMED} more" if len(ignored) > NAMED else ""
+        tell("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
+    return marker_set
+
+
 LENGTHS_OF_WALK: Final = 0.012
 """m, largest difference of thigh and shank between a standing pose put together from the walk and
 the standing trial of the same person: five people of WBDS01, biomechZoo and BTKData, of which one
@@ -169,16 +181,15 @@ def _standing(
     marker_set: MarkerSet,
     axes: LaboratoryAxes,
     standing: Recording,
-    first: Recording,
+    first: Recording | None,
     tell: Tell,
 ) -> tuple[Recording, list[Doubt]]:
-    """The standing trial, cleaned and in the project's axes; put together from the first walk if
-    there is none.
+    """The standing trial, cleaned and in the project's axes; put together from `first`, the first
+    walk as `prepared`, if there is none.
     """
     landmarks, doubts = marker_set.landmarks, list[Doubt]()
-    if request.stands_in_walk:
-        walk = prepared(first.turned(axes.rotation), marker_set, processing, request.trials[0])
-        standing = standing_in_walk(walk, marker_set)
+    if first is not None:
+        standing = standing_in_walk(first, marker_set)
         doubts.append(_of_walk(len(standing.markers)))
         tell("doubts", f"{request.trials[0].name}: {doubts[0]}")
     else:
