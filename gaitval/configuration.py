@@ -27,6 +27,12 @@ from gaitval.errors import ConfigurationError
 NAMED = Path(__file__).parent / "configurations"
 """Configurations that can be given by name: `paper`."""
 
+LANGUAGES = (
+    "en",
+    *sorted(file.stem for file in (Path(__file__).parent / "reporting/languages").glob("*.po")),
+)
+"""Languages of the pages: that of the templates, and one for each catalogue."""
+
 LARGEST = 1e9
 """No number is larger, nor its inverse: the largest constant is the modulus of the contact, 3e6 Pa,
 and squares and sums of what is larger leave what a float resolves."""
@@ -464,6 +470,22 @@ class ProcessingSettings(Section):
     to five times as long are rebuilt from them."""
 
 
+def _has_a_catalogue(language: str) -> str:
+    if language not in LANGUAGES:
+        raise ValueError(f"{language!r} has no catalogue; there are {', '.join(LANGUAGES)}")
+    return language
+
+
+class ReportSettings(Section):
+    """How the pages look; no number on them depends on it."""
+
+    language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
+    """Language of the pages' texts. Numbers, figures, captions and the run's own messages are in
+    English in all of them."""
+    paper: Literal["a4", "letter"] = "a4"
+    """Sheets of the PDF."""
+
+
 class Configuration(Section):
     """All sections, and the seed of all random numbers."""
 
@@ -481,6 +503,7 @@ class Configuration(Section):
     validation: ValidationSettings = ValidationSettings()
     pushes: PushSettings = PushSettings()
     processing: ProcessingSettings = ProcessingSettings()
+    report: ReportSettings = ReportSettings()
 
     @model_validator(mode="after")
     def _fit_each_other(self) -> "Configuration":

@@ -2,6 +2,7 @@
 
 import base64
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
@@ -12,11 +13,13 @@ import jinja2
 import matplotlib
 import numpy as np
 import weasyprint
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from weasyprint.text.fonts import FontConfiguration
 from weasyprint.urls import URLFetcher
 
 from gaitval.artefacts import replacing, write_text
+from gaitval.configuration import ReportSettings
+from gaitval.reporting.catalogue import SOURCE, translations
 
 _FONTS: Final = {
     ("normal", "normal"): "STIXGeneral.ttf",
@@ -24,6 +27,9 @@ _FONTS: Final = {
     ("normal", "italic"): "STIXGeneralItalic.ttf",
     ("bold", "italic"): "STIXGeneralBolIta.ttf",
 }
+_PAPERS: Final = {"a4": "A4", "letter": "letter"}
+PDF_VARIANT: Final = "pdf/a-2a"
+"""For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 
 
 def number(value: float | None, digits: int = 2) -> str:
@@ -34,33 +40,83 @@ def number(value: float | None, digits: int = 2) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
-def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> None:
+def _labelled(svg: str, text: str, medium: str) -> Markup:
+    """A figure with a text in its place for those who cannot see it, and on a screen with colours
+    that follow the style sheet, so that dark mode has its own.
+    """
+    if medium == "print":  # the PDF's tags take it from there
+        return Markup(svg.replace(">", f"><title>{escape(text)}</title>", 1))
+    themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", r"var(--c\1, #\1)", svg)
+    return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
+
+
+def _base64(text: str) -> str:
+    return base64.b64encode(text.encode()).decode("ascii")
+
+
+def _environment(language: str) -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("gaitval.reporting", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        extensions=["jinja2.ext.i18n"],
+    )
+    environment.policies["ext.i18n.trimmed"] = True
+    environment.install_gettext_translations(  # type: ignore[attr-defined]
+        translations(language), newstyle=True
+    )
+    environment.filters |= {"number": number, "labelled": _labelled, "base64": _base64}
+    return environment
+
+
+def write_page(
+    folder: Path,
+    name: str,
+    template: str,
+    context: Mapping[str, Any],
+    settings: ReportSettings | None = None,
+) -> None:
     """Write `name`.html and `name`.pdf into a folder.
 
     Equal contexts give equal bytes whenever they are written; only the variable SOURCE_DATE_EPOCH,
     which sets build dates, changes the date in the PDF's fonts.
 
-    The HTML needs no other file and no script. Text in `context` is escaped, except `Markup`.
+    The HTML needs no other file; without its script it lacks only the buttons that copy a table.
+    Text in `context` is escaped, except `Markup`.
 
     Parameters
     ----------
     template : file name of a Jinja template in this package. It is given `context`, the style
-        sheet as `css` and the medium, "screen" or "print", as `medium`.
+        sheet as `css`, the script as `script`, the medium, "screen" or "print", as `medium`, the
+        language of the page as `language`, and as `en` the attribute of an element whose text is
+        English in all languages.
+    settings : paper and language; A4 and English by default.
     """
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["number"] = number
-    page = environment.from_string(_resource(template))
-    values = {**context, "css": Markup(_resource("report.css"))}
+    chosen = settings or ReportSettings()
+    page = _environment(chosen.language).get_template(template)
+    values = {
+        "data": {},
+        **context,
+        "css": Markup(_resource("report.css")),
+        "script": Markup(_resource("page.js")),
+        "language": chosen.language,
+        "en": "" if chosen.language == SOURCE else Markup(' lang="en"'),
+    }
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
     fonts = FontConfiguration()
     document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
-    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
+    sheets = [
+        weasyprint.CSS(string=text, url_fetcher=fetcher, font_config=fonts)
+        for text in (_font_faces(), f"@page {{ size: {_PAPERS[chosen.paper]} }}")
+    ]
     with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
-        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+        document.write_pdf(
+            temporary, stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT
+        )
 
 
 @contextmanager

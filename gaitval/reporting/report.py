@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, read_json
+from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -464,15 +465,25 @@ def _context(folder: Path) -> dict[str, Any]:
     }
 
 
-def write_report(folder: Path) -> None:
+def _settings(folder: Path) -> ReportSettings:
+    """Paper and language as the run was asked for; the usual ones where it says nothing."""
+    path = folder / "configuration.toml"
+    return load_configuration(path).report if path.exists() else ReportSettings()
+
+
+def write_report(folder: Path, settings: ReportSettings | None = None) -> None:
     """Write `report.html` and `report.pdf` of a run folder.
 
-    The HTML needs no other file and no script; the PDF comes from the same template. A section
-    whose input is missing says so.
+    The HTML needs no other file; the PDF comes from the same template. A section whose input is
+    missing says so.
+
+    Parameters
+    ----------
+    settings : paper and language; those of the run's configuration by default.
 
     Raises
     ------
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    write_page(folder, "report", "report.html.j2", _context(folder))
+    write_page(folder, "report", "report.html.j2", _context(folder), settings or _settings(folder))

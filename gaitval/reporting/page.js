@@ -1,0 +1,36 @@
+// A button beside each table copies it as text with tabs, which spreadsheets read. Without this
+// script the page lacks nothing else.
+"use strict";
+for (const table of document.querySelectorAll("table")) {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "copy";
+  button.textContent = document.body.dataset.copy;
+  button.addEventListener("click", async () => {
+    const lines = Array.from(table.rows, (row) =>
+      Array.from(row.cells, (cell) =>
+        [cell.innerText.replace(/\s+/g, " ").trim(), ...Array(cell.colSpan - 1).fill("")].join("\t"),
+      ).join("\t"),
+    );
+    await copy(lines.join("\n") + "\n");
+    button.textContent = document.body.dataset.copied;
+    setTimeout(() => (button.textContent = document.body.dataset.copy), 2000);
+  });
+  (table.closest(".scroll") ?? table).after(button);
+}
+
+async function copy(text) {
+  if (navigator.clipboard !== undefined) {
+    try {
+      return await navigator.clipboard.writeText(text);
+    } catch {
+      // refused, as some browsers do for pages from a file
+    }
+  }
+  const area = document.createElement("textarea");
+  area.value = text;
+  document.body.append(area);
+  area.select();
+  document.execCommand("copy");
+  area.remove();
+}
