@@ -113,6 +113,36 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
+LanguageOption = Annotated[
+    str | None,
+    typer.Option(
+        "--language",
+        metavar="CODE",
+        help="Language of the pages' texts, such as de or pt; numbers and captions stay English. "
+        "Short for --set report.language=CODE.",
+        show_default=False,
+    ),
+]
+PaperOption = Annotated[
+    str | None,
+    typer.Option(
+        "--paper",
+        metavar="a4|letter",
+        help="Sheets of the PDF. Short for --set report.paper=letter.",
+        show_default=False,
+    ),
+]
+
+
+def with_pages(
+    settings: list[str] | None, language: str | None, paper: str | None
+) -> list[str] | None:
+    """The settings, and what was asked of the pages."""
+    asked = {"language": language, "paper": paper}
+    added = [f"report.{name}={value}" for name, value in asked.items() if value is not None]
+    return [*(settings or ()), *added] or None
+
+
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]

@@ -13,13 +13,16 @@ from gaitval.cli import display
 from gaitval.cli.app import (
     ConfigOption,
     ForceOption,
+    LanguageOption,
     OutOption,
+    PaperOption,
     RoundOption,
     ScratchOption,
     SetOption,
     SubjectArgument,
     UseOption,
     command,
+    with_pages,
 )
 from gaitval.errors import ConfigurationError, ToleranceError
 
@@ -230,15 +233,18 @@ def validate(
         )
 
 
-@command("gaitval report 5")
+@command("gaitval report 5", "gaitval report 5 --language de --paper letter")
 def report(
     subject: SubjectArgument,
     out: OutOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
     force: ForceOption = False,
+    language: LanguageOption = None,
+    paper: PaperOption = None,
 ) -> None:
-    """Write the report: report.html and report.pdf."""
+    """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV."""
+    settings = with_pages(settings, language, paper)
     folder = _stage("report", subject, out, config, settings, force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
 
@@ -273,6 +279,8 @@ def predict(
         bool,
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
+    language: LanguageOption = None,
+    paper: PaperOption = None,
 ) -> None:
     """Walk at a speed that was not recorded, or that the walker is not told.
 
@@ -293,6 +301,7 @@ def predict(
         person = person.with_trial(load_subject(holdout))
         holdout = person.trials[-1].name
     wanted = _wanted(speed, holdout)
+    settings = with_pages(settings, language, paper)
     chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
     configuration = load_configuration(config, settings=chosen)
     record = configuration.record
@@ -354,6 +363,8 @@ def subject_command(
     force: ForceOption = False,
     scratch: ScratchOption = False,
     use: UseOption = None,
+    language: LanguageOption = None,
+    paper: PaperOption = None,
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
 
@@ -364,6 +375,7 @@ def subject_command(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
+    settings = with_pages(settings, language, paper)
     if use is not None:
         settings = [*(settings or ()), f"record.use={use}"]
         if use != "all" and out is None:

@@ -157,7 +157,13 @@ def run_study(
     return Study.load(folder)
 
 
-def write_report(folder: str | Path, *, force: bool = False) -> tuple[Path, Path]:
+def write_report(
+    folder: str | Path,
+    *,
+    force: bool = False,
+    language: str | None = None,
+    paper: str | None = None,
+) -> tuple[Path, Path]:
     """Write the report of a run, as `gaitval report` does: `report.html` and `report.pdf`.
 
     A run folder must be up to date, and its report is written only where something has changed. A
@@ -167,6 +173,9 @@ def write_report(folder: str | Path, *, force: bool = False) -> tuple[Path, Path
     ----------
     folder : a run folder, or a copy of a baseline.
     force : write the report though it is up to date.
+    language : of the texts, such as "de"; numbers and captions stay English. None: as the run was
+        asked for, "en" if it was not.
+    paper : sheets of the PDF, "a4" or "letter". None: likewise.
 
     Returns
     -------
@@ -197,13 +206,15 @@ def write_report(folder: str | Path, *, force: bool = False) -> tuple[Path, Path
             f"{where}: no {METRICS}, so there is nothing to report. Give a finished run folder, or "
             "run `gaitval subject` or run_study."
         )
+    asked = {"language": language, "paper": paper}
+    settings = [f"report.{key}={value}" for key, value in asked.items() if value is not None]
     if (where / RECORDS).is_file():
         subject = Subject.load(where / "subject.toml")
-        configuration = load_configuration(where / "configuration.toml")
+        configuration = load_configuration(where / "configuration.toml", settings=settings)
         with open_run(subject, configuration, where, Observer()) as run:
             run_one(run, "report", force=force)
     else:
         with held(where):
-            report.write_report(where)
+            report.write_report(where, settings)
     page, document = (where / name for name in REPORT)
     return page, document

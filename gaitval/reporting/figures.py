@@ -1,18 +1,20 @@
 """Figures of the report, as SVG text.
 
 Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
-that ships with matplotlib. Colours are from Okabe and Ito's set, which colour-blind readers can
-distinguish; the right side is blue, the left one orange, the record black on grey.
+that ships with matplotlib. The right side is dark blue, the left one orange and dashed, the record
+black on grey: colour-blind readers and grey print tell them apart, by lightness and by dashes.
 """
 
 import io
 import re
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, Final
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull
 
@@ -21,7 +23,8 @@ from gaitval.coordinates import SIDES, Side
 
 Json = Mapping[str, Any]
 
-COLOURS: Final[Mapping[Side, str]] = {"right": "#0072b2", "left": "#d55e00"}
+COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
+STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
 RECORD_COLOUR: Final = "#1a1a1a"
 RECORD_SHADE: Final = "#d4d4d4"
 
@@ -117,7 +120,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     if curve["mean"] is None:
         axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
         return
-    _band(axes, curve, COLOURS[side], f"simulated, {side}")
+    _band(axes, curve, side, f"simulated, {side}")
     error = final["errors"][kind][key]["rmse"]
     digits = 2 if kind == "moments" else 1
     axes.text(
@@ -127,7 +130,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
         transform=axes.transAxes,
         ha="right",
         va="top",
-        fontsize=7.5,
+        fontsize=8.0,
         color="#404040",
         zorder=5,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
@@ -149,7 +152,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     names : curves without side.
     """
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -181,18 +184,19 @@ def torque_loop(metrics: Json) -> str:
             key = f"hip_flexion_{side[0]}"
             recorded = metrics["record"]["curves"]
             final = metrics["walks"][metrics["final"]]["curves"]
-            loops = [
-                (recorded["angles"][key], recorded["moments"][key], RECORD_COLOUR, "record"),
+            loops: list[tuple[Any, Any, str, Any, str]] = [
+                (recorded["angles"][key], recorded["moments"][key], RECORD_COLOUR, "-", "record"),
                 (
                     final["angles"][key]["mean"],
                     final["moments"][key]["mean"],
                     COLOURS[side],
+                    STYLES[side],
                     f"simulated, {side}",
                 ),
             ]
-            for angle, moment, colour, label in loops:
+            for angle, moment, colour, style, label in loops:
                 if angle is not None and moment is not None:
-                    _loop(axes, _plain(angle), _plain(moment), colour, label)
+                    _loop(axes, _plain(angle), _plain(moment), colour, style, label)
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.set_xlabel("hip flexion, °")
@@ -201,8 +205,8 @@ def torque_loop(metrics: Json) -> str:
         return svg(figure, "loop")
 
 
-def _loop(axes: Axes, angle: Array, moment: Array, colour: str, label: str) -> None:
-    axes.plot(angle, moment, color=colour, label=label)
+def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> None:
+    axes.plot(angle, moment, color=colour, linestyle=style, label=label)
     for percent in (12, 37, 62, 87):
         axes.annotate(
             "",
@@ -262,7 +266,10 @@ def error_bars(metrics: Json) -> str:
                     [None if errors[key] is None else errors[key]["rmse"] for key in keys]
                 )
                 colours = [shade or COLOURS["right" if key[-1] == "r" else "left"] for key in keys]
-                axes.bar(place + offset, found, 0.38, color=colours)
+                hatches = ["" if shade or key[-1] == "r" else "////" for key in keys]
+                axes.bar(
+                    place + offset, found, 0.38, color=colours, hatch=hatches, edgecolor="#ffffff"
+                )
             axes.set_xticks(place, [key[-1].upper() for key in keys])
             axes.tick_params(axis="x", length=0)
             axes.set_title(title)
@@ -296,7 +303,7 @@ def pressure_path(metrics: Json) -> str:
             axes.set_title(f"{side} foot")
             path = contact[side]["path"]["along"]
             if path["mean"] is not None:
-                _band(progress, path, COLOURS[side], side)
+                _band(progress, path, side, side)
         progress.set_xlim(0, 100)
         progress.set_ylim(0, 100)
         progress.set_xlabel("% of stance")
@@ -306,10 +313,10 @@ def pressure_path(metrics: Json) -> str:
         return svg(figure, "pressure")
 
 
-def _band(axes: Axes, curve: Json, colour: str, label: str) -> None:
+def _band(axes: Axes, curve: Json, side: Side, label: str) -> None:
     """A mean curve with its standard deviation, over `PERCENT`."""
-    mean = _plain(curve["mean"])
-    axes.plot(PERCENT, mean, color=colour, label=label, zorder=4)
+    mean, colour = _plain(curve["mean"]), COLOURS[side]
+    axes.plot(PERCENT, mean, color=colour, linestyle=STYLES[side], label=label, zorder=4)
     if curve["sd"] is not None:
         low, high = mean - _plain(curve["sd"]), mean + _plain(curve["sd"])
         axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=3)
@@ -345,7 +352,7 @@ def _footprint(axes: Axes, contact: Json, side: Side) -> None:
                 alpha=0.22,
                 linewidth=0,
             )
-        axes.plot(across, along, color=COLOURS[side], zorder=4)
+        axes.plot(across, along, color=COLOURS[side], linestyle=STYLES[side], zorder=4)
         for percent in _MARKED:
             axes.plot(across[percent], along[percent], "o", color=COLOURS[side], markersize=3.5)
             axes.annotate(
@@ -354,7 +361,7 @@ def _footprint(axes: Axes, contact: Json, side: Side) -> None:
                 xytext=(4, 0),
                 textcoords="offset points",
                 va="center",
-                fontsize=7.0,
+                fontsize=7.5,
                 color="#404040",
             )
     axes.set_aspect("equal")
@@ -382,10 +389,10 @@ def stability_regions(pushes: Json) -> str:
         ):
             axes.set_theta_zero_location("N")
             axes.set_ylim(0.0, rings[-1])
-            axes.set_yticks(rings, [f"{ring:.0f}" for ring in rings], fontsize=6.5, color="#606060")
+            axes.set_yticks(rings, [f"{ring:.0f}" for ring in rings], fontsize=7.5, color="#606060")
             axes.set_rlabel_position(195.0)
             axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["ahead", "left", "back", "right"])
-            axes.tick_params(axis="x", labelsize=7.0, pad=-2)
+            axes.tick_params(axis="x", labelsize=7.5, pad=-2)
             axes.grid(color="#d9d9d9", linewidth=0.4)
             force = np.append(largest, largest[0])
             axes.fill(closed, force, color=_PUSH_COLOUR, alpha=0.22, linewidth=0)
@@ -409,9 +416,18 @@ def stability_regions(pushes: Json) -> str:
         return svg(figure, "stability")
 
 
-_PUSH_COLOUR: Final = "#0072b2"
+_PUSH_COLOUR: Final = "#00558f"
 _FALL_COLOUR: Final = "#a8200d"
-_PHASE_COLOURS: Final = ("#0072b2", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#d55e00")
+_PHASE_STYLES: Final = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
+
+
+def phase_colours(count: int) -> list[str]:
+    """As many colours from dark blue to yellow-grey, the same to every kind of colour vision; the
+    lightest still has three times the contrast of white paper.
+    """
+    return [
+        to_hex(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0, 0.6, count))
+    ]
 
 
 def push_velocity(traces: Sequence[Json]) -> str:
@@ -427,7 +443,7 @@ def push_velocity(traces: Sequence[Json]) -> str:
         (90.0, 1, "Pushed to the left: change of the leftward velocity, m/s"),
     )
     phases = sorted({trace["phase"] for trace in traces})
-    colours = dict(zip(phases, _PHASE_COLOURS, strict=False))
+    looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
     with matplotlib.rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
@@ -443,10 +459,10 @@ def push_velocity(traces: Sequence[Json]) -> str:
                 unpushed = np.interp(
                     np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
                 )
-                colour = colours.get(trace["phase"], "#404040")
+                colour, style = looks[trace["phase"]]
                 label = f"at {100 * trace['phase']:g} % of the right cycle"
                 change = velocity - unpushed
-                axes.plot(cycles, change, color=colour, linewidth=1.0, label=label)
+                axes.plot(cycles, change, color=colour, linestyle=style, linewidth=1.0, label=label)
                 if trace["fell"]:
                     axes.plot(cycles[-1], change[-1], "x", color=_FALL_COLOUR, markersize=6.0)
             axes.set_title(title, loc="left")

@@ -16,6 +16,7 @@ from gaitval.reporting.figures import (
     RECORD_COLOUR,
     RECORD_SHADE,
     SETTINGS,
+    STYLES,
     WIDTH,
     svg,
 )
@@ -33,7 +34,7 @@ def joint_power(metrics: Json) -> str:
     recorded = metrics["record"]["joint_power"]
     walked = metrics["walks"][metrics["final"]]["joint_power"]
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
             for axes, joint in zip(grid[row], JOINTS, strict=True):
@@ -43,7 +44,13 @@ def joint_power(metrics: Json) -> str:
                 axes.plot(PERCENT, power, color=RECORD_SHADE, linewidth=4.0, zorder=1)
                 axes.plot(PERCENT, power, color=RECORD_COLOUR, linewidth=0.9, zorder=2)
                 if walked is not None:
-                    axes.plot(PERCENT, walked["power"][name], color=COLOURS[side], zorder=3)
+                    axes.plot(
+                        PERCENT,
+                        walked["power"][name],
+                        color=COLOURS[side],
+                        linestyle=STYLES[side],
+                        zorder=3,
+                    )
                 for burst, each in BURSTS.items():
                     if each.joint == joint:
                         part = each.sign * power[each.first : each.last + 1]

@@ -20,12 +20,14 @@ from weasyprint.urls import URLFetcher
 from gaitval.artefacts import replacing, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.reporting.catalogue import SOURCE, translations
+from gaitval.reporting.figure_data import write_tables
 
 _FONTS: Final = {
-    ("normal", "normal"): "STIXGeneral.ttf",
-    ("bold", "normal"): "STIXGeneralBol.ttf",
-    ("normal", "italic"): "STIXGeneralItalic.ttf",
-    ("bold", "italic"): "STIXGeneralBolIta.ttf",
+    ("Report", "normal", "normal"): "STIXGeneral.ttf",
+    ("Report", "bold", "normal"): "STIXGeneralBol.ttf",
+    ("Report", "normal", "italic"): "STIXGeneralItalic.ttf",
+    ("Report", "bold", "italic"): "STIXGeneralBolIta.ttf",
+    ("Report Mono", "normal", "normal"): "DejaVuSansMono.ttf",
 }
 _PAPERS: Final = {"a4": "A4", "letter": "letter"}
 PDF_VARIANT: Final = "pdf/a-2a"
@@ -41,13 +43,41 @@ def number(value: float | None, digits: int = 2) -> str:
 
 
 def _labelled(svg: str, text: str, medium: str) -> Markup:
-    """A figure with a text in its place for those who cannot see it, and on a screen with colours
-    that follow the style sheet, so that dark mode has its own.
+    """A figure with a text in its place for those who cannot see it; on a screen with colours that
+    follow the style sheet, so that dark mode has its own.
     """
-    if medium == "print":  # the PDF's tags take it from there
-        return Markup(svg.replace(">", f"><title>{escape(text)}</title>", 1))
+    if medium == "print":  # as an image: the page's style sheet need not look at its parts
+        return Markup(
+            f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
+            f'alt="{escape(text)}">'
+        )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", r"var(--c\1, #\1)", svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
+
+
+_OUTLINED: Final = re.compile(
+    r"<!-- ([^$]*?) -->\s*<g(?: style=\"([^\"]*)\")? "
+    r"transform=\"(translate\([^)]*\)(?: rotate\([^)]*\))?) scale\(([\d.]+) -[\d.]+\)\">.*?</g>",
+    re.DOTALL,
+)
+"""A text as matplotlib writes it in outlines: the text, its style, place and 1/100 of its size."""
+
+
+def _with_letters(svg: str) -> str:
+    """A figure whose texts are letters of the page's font, not outlines: they can be found and
+    copied, and are drawn five times as fast. Left as it is if an outline would lack.
+    """
+
+    def letters(found: re.Match[str]) -> str:
+        text, style, place, scale = found.groups()
+        return (
+            f'<text style="{style or ""}" transform="{place}" font-family="Report" '
+            f'font-size="{100 * float(scale):g}">{text}</text>'
+        )
+
+    written = _OUTLINED.sub(letters, svg)
+    used = set(re.findall(r'href="#([^"]*)"', written))
+    return written if used <= set(re.findall(r'\bid="([^"]*)"', written)) else svg
 
 
 def _base64(text: str) -> str:
@@ -91,12 +121,13 @@ def write_page(
     template : file name of a Jinja template in this package. It is given `context`, the style
         sheet as `css`, the script as `script`, the medium, "screen" or "print", as `medium`, the
         language of the page as `language`, and as `en` the attribute of an element whose text is
-        English in all languages.
+        English in all languages. Its `data` are the tables behind the figures (`figure_data`),
+        which are written beside the page, too.
     settings : paper and language; A4 and English by default.
     """
     chosen = settings or ReportSettings()
     page = _environment(chosen.language).get_template(template)
-    values = {
+    values: dict[str, Any] = {
         "data": {},
         **context,
         "css": Markup(_resource("report.css")),
@@ -104,6 +135,7 @@ def write_page(
         "language": chosen.language,
         "en": "" if chosen.language == SOURCE else Markup(' lang="en"'),
     }
+    write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
@@ -141,13 +173,13 @@ def _resource(name: str) -> str:
 
 
 def _font_faces() -> str:
-    """CSS that embeds the font of the figures, which ships with matplotlib."""
+    """CSS that embeds the fonts of the figures and of code, which ship with matplotlib."""
     folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
     faces = []
-    for (weight, style), name in _FONTS.items():
+    for (family, weight, style), name in _FONTS.items():
         data = base64.b64encode((folder / name).read_bytes()).decode("ascii")
         faces.append(
-            f'@font-face {{ font-family: "Report"; font-weight: {weight}; font-style: {style}; '
+            f'@font-face {{ font-family: "{family}"; font-weight: {weight}; font-style: {style}; '
             f'src: url("data:font/ttf;base64,{data}"); }}'
         )
     return "\n".join(faces)

@@ -17,7 +17,16 @@ from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, SETTINGS, WIDTH, svg
+from gaitval.reporting.figures import (
+    COLOURS,
+    NAMES,
+    PERCENT,
+    RECORD_COLOUR,
+    SETTINGS,
+    STYLES,
+    WIDTH,
+    svg,
+)
 
 MeanAndDeviation = tuple[Array, Array]
 
@@ -73,7 +82,8 @@ def cycle_curves(
             if index + COLUMNS >= len(names):
                 axes.set_xlabel("% of gait cycle")
         handles: list[Line2D | Patch] = [
-            Line2D([], [], color=COLOURS[side], label=side) for side in SIDES
+            Line2D([], [], color=COLOURS[side], linestyle=STYLES[side], label=side)
+            for side in SIDES
         ]
         handles.append(Patch(facecolor="#9a9a9a", alpha=0.35, label="± SD"))
         handles.append(
@@ -107,7 +117,7 @@ def _panel(
         axes.fill_between(
             PERCENT, middle - spread, middle + spread, color=colour, alpha=0.22, linewidth=0
         )
-        axes.plot(PERCENT, middle, color=colour)
+        axes.plot(PERCENT, middle, color=colour, linestyle="-" if side is None else STYLES[side])
         if side is not None and np.isfinite(stance_fraction.get(side, np.nan)):
             axes.axvline(
                 100 * stance_fraction[side],

@@ -13,8 +13,10 @@ import numpy as np
 from markupsafe import Markup
 
 from gaitval.arrays import Array
+from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.reporting import recording_figures as figures
+from gaitval.reporting.figure_data import table
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 
@@ -239,10 +241,16 @@ class RecordingSummary:
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
-def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
-    """Write `recording.html` and `recording.pdf` into a folder.
+def write_recording_report(
+    folder: Path, summary: RecordingSummary, settings: ReportSettings | None = None
+) -> None:
+    """Write `recording.html` and `recording.pdf` into a folder, and the tables of their figures.
 
-    The HTML needs no other file and no script. Equal summaries give equal HTML.
+    The HTML needs no other file. Equal summaries give equal HTML.
+
+    Parameters
+    ----------
+    settings : paper and language; A4 and English by default.
 
     Raises
     ------
@@ -250,6 +258,7 @@ def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
     """
     _check(summary)
     folder.mkdir(parents=True, exist_ok=True)
+    drawings, data = _drawings(summary)
     context = {
         "summary": summary,
         "sides": SIDES,
@@ -257,9 +266,10 @@ def write_recording_report(folder: Path, summary: RecordingSummary) -> None:
         "markers": _marker_rows(summary),
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
         "left_out_reasons": _counted([one.reason for one in summary.left_out]),
-        "drawings": _drawings(summary),
+        "drawings": drawings,
+        "data": data,
     }
-    write_page(folder, "recording", "recording.html.j2", context)
+    write_page(folder, "recording", "recording.html.j2", context, settings)
 
 
 def _check(summary: RecordingSummary) -> None:
@@ -313,47 +323,58 @@ def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
     return sorted(counts.items(), key=lambda pair: -pair[1])
 
 
-def _drawings(summary: RecordingSummary) -> dict[str, list[Markup]]:
-    """Figures of each section, as many as its curves need; empty lists without curves."""
+def _drawings(summary: RecordingSummary) -> tuple[dict[str, dict[str, Markup]], dict[str, str]]:
+    """Figures of each section by their names, as many as its curves need; and their tables."""
     kinds: tuple[tuple[str, Mapping[str, MeanAndDeviation], str, float], ...] = (
         ("angles", summary.angles, "angle, °", float(np.degrees(1.0))),
         ("moments", summary.moments, "moment, Nm/kg", 1.0),
         ("forces", summary.forces, "force, % of weight", 100.0),
     )
-    drawings: dict[str, list[Markup]] = {}
+    drawings: dict[str, dict[str, Markup]] = {}
+    data = {}
     for kind, curves, label, factor in kinds:
         names = figures.curve_names(curves)
-        drawings[kind] = []
+        drawings[kind] = {}
         for begin in range(0, len(names), PANELS):
             chosen = names[begin : begin + PANELS]
             part = {key: one for key, one in curves.items() if figures.side_of(key)[0] in chosen}
+            name = f"{kind}{begin // PANELS}"
             # figures contain no text from outside, so their markup is safe
-            drawings[kind].append(
-                Markup(
-                    figures.cycle_curves(
-                        part,
-                        summary.stance_fraction,
-                        label=label,
-                        factor=factor,
-                        figure_name=f"{kind}{begin // PANELS}",
-                    )
+            drawings[kind][name] = Markup(
+                figures.cycle_curves(
+                    part, summary.stance_fraction, label=label, factor=factor, figure_name=name
                 )
             )
+            data[name] = _curve_table(part, factor)
+    drawings["residuals"] = {}
     left = summary.residuals
-    drawings["residuals"] = (
-        []
-        if left is None
-        else [
-            Markup(
-                figures.residuals(
-                    np.asarray(left.time, dtype=float),
-                    np.asarray(left.force, dtype=float),
-                    np.asarray(left.moment, dtype=float),
-                    force_limit=left.force_limit,
-                    moment_limit=left.moment_limit,
-                    figure_name="residuals",
-                )
+    if left is not None:
+        drawings["residuals"]["residuals"] = Markup(
+            figures.residuals(
+                np.asarray(left.time, dtype=float),
+                np.asarray(left.force, dtype=float),
+                np.asarray(left.moment, dtype=float),
+                force_limit=left.force_limit,
+                moment_limit=left.moment_limit,
+                figure_name="residuals",
             )
-        ]
-    )
-    return drawings
+        )
+        data["residuals"] = _residual_table(left)
+    return drawings, data
+
+
+def _curve_table(curves: Mapping[str, MeanAndDeviation], factor: float) -> str:
+    """Mean and SD over the gait cycle as drawn."""
+    columns: dict[str, Any] = {"percent": np.arange(101)}
+    for key, (mean, deviation) in curves.items():
+        columns[f"{key}_mean"] = factor * np.asarray(mean, dtype=float)
+        columns[f"{key}_sd"] = factor * np.asarray(deviation, dtype=float)
+    return table(columns)
+
+
+def _residual_table(left: ResidualCurves) -> str:
+    columns: dict[str, Any] = {"time_s": left.time}
+    for kind, unit, values in (("force", "n", left.force), ("moment", "nm", left.moment)):
+        for axis, direction in enumerate(("forward", "left", "up")):
+            columns[f"{kind}_{direction}_{unit}"] = np.asarray(values, dtype=float)[:, axis]
+    return table(columns)

@@ -17,13 +17,12 @@ from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.comparison import FORCES, PELVIS_ANGLES
 from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting import figure_data, figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -384,26 +383,10 @@ def _drawings(
 ) -> dict[str, Markup]:
     # figures contain no text from outside, so their markup is safe
     drawings = {
-        "sagittal_angles": figures.curves(
-            metrics,
-            "angles",
-            ("hip_flexion", "knee_angle", "ankle_angle"),
-            figure_name="sagittal",
-        ),
-        "other_angles": figures.curves(
-            metrics,
-            "angles",
-            ("hip_adduction", "hip_rotation", "subtalar_angle"),
-            figure_name="other",
-        ),
-        "pelvis_angles": figures.curves(metrics, "angles", PELVIS_ANGLES, figure_name="pelvis"),
-        "moments": figures.curves(
-            metrics,
-            "moments",
-            ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction"),
-            figure_name="moments",
-        ),
-        "forces": figures.curves(metrics, "forces", FORCES, figure_name="forces"),
+        **{
+            name: figures.curves(metrics, kind, names, figure_name=name)
+            for name, (kind, names) in figure_data.CURVES.items()
+        },
         "torque_loop": figures.torque_loop(metrics),
         "pressure": figures.pressure_path(metrics),
         "joint_power": mechanics_figures.joint_power(metrics),
@@ -462,16 +445,17 @@ def _context(folder: Path) -> dict[str, Any]:
         "consistency": metrics["record"]["consistency"],
         "curve_names": figures.NAMES,
         "drawings": _drawings(metrics, training, traces),
+        "data": figure_data.of_run(metrics, training, traces),
     }
 
 
-def _settings(folder: Path) -> ReportSettings:
-    """Paper and language as the run was asked for; the usual ones where it says nothing."""
+def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
+    """Paper and language as the run was asked for, and as is asked now."""
     path = folder / "configuration.toml"
-    return load_configuration(path).report if path.exists() else ReportSettings()
+    return load_configuration(path if path.exists() else None, settings=asked).report
 
 
-def write_report(folder: Path, settings: ReportSettings | None = None) -> None:
+def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run folder.
 
     The HTML needs no other file; the PDF comes from the same template. A section whose input is
@@ -479,11 +463,11 @@ def write_report(folder: Path, settings: ReportSettings | None = None) -> None:
 
     Parameters
     ----------
-    settings : paper and language; those of the run's configuration by default.
+    settings : texts `report.language=de`; what they do not say is as in the run's configuration.
 
     Raises
     ------
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    write_page(folder, "report", "report.html.j2", _context(folder), settings or _settings(folder))
+    write_page(folder, "report", "report.html.j2", _context(folder), _settings(folder, settings))

@@ -131,7 +131,7 @@ def _import(
     try:
         found = work_out(request, configuration.processing, tell, progress)
     except GaitvalError as error:
-        page = write_refusal(out, request, progress, error)
+        page = write_refusal(out, request, progress, error, configuration.report)
         raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
             *error.goes_on
         ) from None

@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.artefacts import versions
+from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError
 from gaitval.inverse.inverse_kinematics import marker_errors
@@ -34,10 +35,20 @@ _STEPS: Final = (
 )
 
 
-def write_refusal(folder: Path, request: Request, progress: Progress, error: GaitvalError) -> Path:
+def write_refusal(
+    folder: Path,
+    request: Request,
+    progress: Progress,
+    error: GaitvalError,
+    settings: ReportSettings | None = None,
+) -> Path:
     """Write what was found before an error; returns the page.
 
     Like a finished import, it removes what an earlier import left as subject.
+
+    Parameters
+    ----------
+    settings : paper and language; A4 and English by default.
 
     Raises
     ------
@@ -64,7 +75,7 @@ def write_refusal(folder: Path, request: Request, progress: Progress, error: Gai
             "files": [path.name for path in written],
             "versions": versions(),
         }
-        write_page(target, REFUSED, "refused.html.j2", context)
+        write_page(target, REFUSED, "refused.html.j2", context, settings)
     return refusal_files(target)[0]
 
 

@@ -31,6 +31,7 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval.reporting.figure_data import FOLDER as FIGURES
 from gaitval.reporting.recording_report import (
     write_recording_report,
 )
@@ -147,8 +148,9 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
     written += write_body(target, body, found.session.marker_set.name)
     written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
     written.append(write_table(target / "curves.csv", _curve_table(found)))
-    write_recording_report(target, summary_of(found))
+    write_recording_report(target, summary_of(found), configuration.report)
     written += [target / "recording.html", target / "recording.pdf"]
+    written += sorted((target / FIGURES).glob("*.csv"))
     record = ImportResult.model_validate(_plain(_record(found)))
     write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]

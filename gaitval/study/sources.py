@@ -19,7 +19,8 @@ PACKAGE: Final = Path(__file__).parents[1]
 DATA: Final = {
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
-    "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css"),
+    "gaitval.reporting.catalogue": ("reporting/languages/*.po",),
+    "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
 }
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""
