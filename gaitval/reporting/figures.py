@@ -7,7 +7,9 @@ black on grey: colour-blind readers and grey print tell them apart, by lightness
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from itertools import cycle
 from typing import Any, Final
 
@@ -69,8 +71,22 @@ WIDTH = 7.1
 """Inches; the text width of an A4 page."""
 
 
+_stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
+
+
+@contextmanager
+def stretched(factor: float) -> Iterator[None]:
+    """Draw figures this much higher, with texts and lines of the same size, to fill a page."""
+    before = _stretch.set(factor)
+    try:
+        yield
+    finally:
+        _stretch.reset(before)
+
+
 def svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element whose identifiers begin with `name`."""
+    figure.set_figheight(figure.get_figheight() * _stretch.get())
     buffer = io.StringIO()
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
@@ -152,7 +168,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     names : curves without side.
     """
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -178,7 +194,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
 def torque_loop(metrics: Json) -> str:
     """Hip moment against hip angle over one gait cycle, with 0, 50 and 100 % marked."""
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.5), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
             key = f"hip_flexion_{side[0]}"
@@ -445,7 +461,7 @@ def push_velocity(traces: Sequence[Json]) -> str:
     phases = sorted({trace["phase"] for trace in traces})
     looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
         for axes, (direction, component, title) in zip(panels, shown, strict=True):
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)

@@ -34,7 +34,7 @@ def joint_power(metrics: Json) -> str:
     recorded = metrics["record"]["joint_power"]
     walked = metrics["walks"][metrics["final"]]["joint_power"]
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
             for axes, joint in zip(grid[row], JOINTS, strict=True):

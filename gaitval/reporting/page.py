@@ -3,7 +3,7 @@
 import base64
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
@@ -19,8 +19,10 @@ from weasyprint.urls import URLFetcher
 
 from gaitval.artefacts import replacing, write_text
 from gaitval.configuration import ReportSettings
+from gaitval.reporting import filling
 from gaitval.reporting.catalogue import SOURCE, translations
 from gaitval.reporting.figure_data import write_tables
+from gaitval.reporting.figures import stretched
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",
@@ -30,6 +32,8 @@ _FONTS: Final = {
     ("Report Mono", "normal", "normal"): "DejaVuSansMono.ttf",
 }
 _PAPERS: Final = {"a4": "A4", "letter": "letter"}
+Draw = Callable[[], str]
+"""Draws a figure, as SVG."""
 PDF_VARIANT: Final = "pdf/a-2a"
 """For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 
@@ -42,14 +46,14 @@ def number(value: float | None, digits: int = 2) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
-def _labelled(svg: str, text: str, medium: str) -> Markup:
+def _labelled(svg: str, text: str, medium: str, name: str = "") -> Markup:
     """A figure with a text in its place for those who cannot see it; on a screen with colours that
-    follow the style sheet, so that dark mode has its own.
+    follow the style sheet, so that dark mode has its own. With its name, it may be drawn higher.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         return Markup(
             f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
-            f'alt="{escape(text)}">'
+            f'alt="{escape(text)}" {filling.NAME}="{name}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", r"var(--c\1, #\1)", svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
@@ -121,15 +125,19 @@ def write_page(
     template : file name of a Jinja template in this package. It is given `context`, the style
         sheet as `css`, the script as `script`, the medium, "screen" or "print", as `medium`, the
         language of the page as `language`, and as `en` the attribute of an element whose text is
-        English in all languages. Its `data` are the tables behind the figures (`figure_data`),
-        which are written beside the page, too.
+        English in all languages. Its `drawings` say how each figure is drawn (`Draw`); `data` are
+        the tables behind them (`figure_data`), which are written beside the page, too.
     settings : paper and language; A4 and English by default.
     """
     chosen = settings or ReportSettings()
     page = _environment(chosen.language).get_template(template)
+    draws: Mapping[str, Draw] = context.get("drawings", {})
+    # figures contain no text from outside, so their markup is safe
+    drawn = {each: Markup(draw()) for each, draw in draws.items()}
     values: dict[str, Any] = {
         "data": {},
         **context,
+        "drawings": drawn,
         "css": Markup(_resource("report.css")),
         "script": Markup(_resource("page.js")),
         "language": chosen.language,
@@ -137,18 +145,33 @@ def write_page(
     }
     write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
+    lay_out = _printer(chosen.paper)
+    document = lay_out(page.render(values, medium="print"))
+    higher = filling.stretches(document)
+    for each, factor in higher.items():
+        with stretched(factor):
+            drawn[each] = Markup(draws[each]())
+    if higher:
+        document = lay_out(page.render(values, medium="print"))
+    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
+
+
+def _printer(paper: str) -> Callable[[str], weasyprint.Document]:
+    """What lays a page out on sheets of a size."""
     # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
     fonts = FontConfiguration()
-    document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
     sheets = [
         weasyprint.CSS(string=text, url_fetcher=fetcher, font_config=fonts)
-        for text in (_font_faces(), f"@page {{ size: {_PAPERS[chosen.paper]} }}")
+        for text in (_font_faces(), f"@page {{ size: {_PAPERS[paper]} }}")
     ]
-    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
-        document.write_pdf(
-            temporary, stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT
-        )
+
+    def lay_out(page: str) -> weasyprint.Document:
+        whole = weasyprint.HTML(string=page, url_fetcher=fetcher)
+        return whole.render(stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT)
+
+    return lay_out
 
 
 @contextmanager

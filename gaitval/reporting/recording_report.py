@@ -6,18 +6,18 @@ page shows degrees, centimetres and per cent of body weight.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.figure_data import table
-from gaitval.reporting.page import write_page
+from gaitval.reporting.page import Draw, write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 
 PANELS: Final = 9
@@ -258,7 +258,6 @@ def write_recording_report(
     """
     _check(summary)
     folder.mkdir(parents=True, exist_ok=True)
-    drawings, data = _drawings(summary)
     context = {
         "summary": summary,
         "sides": SIDES,
@@ -266,8 +265,7 @@ def write_recording_report(
         "markers": _marker_rows(summary),
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
         "left_out_reasons": _counted([one.reason for one in summary.left_out]),
-        "drawings": drawings,
-        "data": data,
+        **_drawings(summary),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
 
@@ -323,44 +321,49 @@ def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
     return sorted(counts.items(), key=lambda pair: -pair[1])
 
 
-def _drawings(summary: RecordingSummary) -> tuple[dict[str, dict[str, Markup]], dict[str, str]]:
-    """Figures of each section by their names, as many as its curves need; and their tables."""
+def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
+    """What draws each figure, its table, and the names of the figures of each section, as many as
+    its curves need. Figures contain no text from outside.
+    """
     kinds: tuple[tuple[str, Mapping[str, MeanAndDeviation], str, float], ...] = (
         ("angles", summary.angles, "angle, °", float(np.degrees(1.0))),
         ("moments", summary.moments, "moment, Nm/kg", 1.0),
         ("forces", summary.forces, "force, % of weight", 100.0),
     )
-    drawings: dict[str, dict[str, Markup]] = {}
+    drawings: dict[str, Draw] = {}
     data = {}
+    names: dict[str, list[str]] = {}
     for kind, curves, label, factor in kinds:
-        names = figures.curve_names(curves)
-        drawings[kind] = {}
-        for begin in range(0, len(names), PANELS):
-            chosen = names[begin : begin + PANELS]
+        titles = figures.curve_names(curves)
+        names[kind] = []
+        for begin in range(0, len(titles), PANELS):
+            chosen = titles[begin : begin + PANELS]
             part = {key: one for key, one in curves.items() if figures.side_of(key)[0] in chosen}
             name = f"{kind}{begin // PANELS}"
-            # figures contain no text from outside, so their markup is safe
-            drawings[kind][name] = Markup(
-                figures.cycle_curves(
-                    part, summary.stance_fraction, label=label, factor=factor, figure_name=name
-                )
+            names[kind].append(name)
+            drawings[name] = partial(
+                figures.cycle_curves,
+                part,
+                summary.stance_fraction,
+                label=label,
+                factor=factor,
+                figure_name=name,
             )
             data[name] = _curve_table(part, factor)
-    drawings["residuals"] = {}
     left = summary.residuals
+    names["residuals"] = [] if left is None else ["residuals"]
     if left is not None:
-        drawings["residuals"]["residuals"] = Markup(
-            figures.residuals(
-                np.asarray(left.time, dtype=float),
-                np.asarray(left.force, dtype=float),
-                np.asarray(left.moment, dtype=float),
-                force_limit=left.force_limit,
-                moment_limit=left.moment_limit,
-                figure_name="residuals",
-            )
+        drawings["residuals"] = partial(
+            figures.residuals,
+            np.asarray(left.time, dtype=float),
+            np.asarray(left.force, dtype=float),
+            np.asarray(left.moment, dtype=float),
+            force_limit=left.force_limit,
+            moment_limit=left.moment_limit,
+            figure_name="residuals",
         )
         data["residuals"] = _residual_table(left)
-    return drawings, data
+    return {"drawings": drawings, "data": data, "names": names}
 
 
 def _curve_table(curves: Mapping[str, MeanAndDeviation], factor: float) -> str:

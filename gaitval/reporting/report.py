@@ -4,6 +4,7 @@ import base64
 import csv
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import figure_data, figures, mechanics_figures, stick_figures, tables
-from gaitval.reporting.page import write_page
+from gaitval.reporting.page import Draw, write_page
 from gaitval.simulation.rollout import Rollout
 
 Json = Mapping[str, Any]
@@ -380,27 +381,25 @@ def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
 
 def _drawings(
     metrics: Json, training: Mapping[str, Array] | None, traces: list[Json] | None
-) -> dict[str, Markup]:
-    # figures contain no text from outside, so their markup is safe
-    drawings = {
-        **{
-            name: figures.curves(metrics, kind, names, figure_name=name)
-            for name, (kind, names) in figure_data.CURVES.items()
-        },
-        "torque_loop": figures.torque_loop(metrics),
-        "pressure": figures.pressure_path(metrics),
-        "joint_power": mechanics_figures.joint_power(metrics),
-        "centre_of_mass": mechanics_figures.centre_of_mass(metrics),
+) -> dict[str, Draw]:
+    """What draws each figure. Figures contain no text from outside."""
+    drawings: dict[str, Draw] = {
+        name: partial(figures.curves, metrics, kind, names, figure_name=name)
+        for name, (kind, names) in figure_data.CURVES.items()
     }
+    drawings["torque_loop"] = partial(figures.torque_loop, metrics)
+    drawings["pressure"] = partial(figures.pressure_path, metrics)
+    drawings["joint_power"] = partial(mechanics_figures.joint_power, metrics)
+    drawings["centre_of_mass"] = partial(mechanics_figures.centre_of_mass, metrics)
     if metrics["push_recovery"] is not None:
-        drawings["stability"] = figures.stability_regions(metrics["push_recovery"])
+        drawings["stability"] = partial(figures.stability_regions, metrics["push_recovery"])
     if traces is not None:
-        drawings["push_velocity"] = figures.push_velocity(traces)
+        drawings["push_velocity"] = partial(figures.push_velocity, traces)
     if metrics["final"] == "identified":
-        drawings["error_bars"] = figures.error_bars(metrics)
+        drawings["error_bars"] = partial(figures.error_bars, metrics)
     if training is not None:
-        drawings["learning"] = figures.learning(training)
-    return {name: Markup(svg) for name, svg in drawings.items()}
+        drawings["learning"] = partial(figures.learning, training)
+    return drawings
 
 
 def _context(folder: Path) -> dict[str, Any]:

@@ -229,7 +229,8 @@ def test_a_date_given_from_outside_is_that_of_the_fonts(
     if outside is not None:
         monkeypatch.setenv("SOURCE_DATE_EPOCH", outside)
     monkeypatch.setattr(
-        "weasyprint.HTML.write_pdf", lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"])
+        "weasyprint.Document.write_pdf",
+        lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"]),
     )
     write_recording_report(tmp_path, sample())
     assert seen == [outside or "0"]
