@@ -168,7 +168,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     names : curves without side.
     """
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.4), layout="constrained")
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -311,7 +311,7 @@ def pressure_path(metrics: Json) -> str:
     """Path of the centre of pressure under both feet, seen from above, and along them in time."""
     contact = metrics["walks"][metrics["final"]]["foot_contact"]
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.8), layout="constrained")
         left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
         for side in SIDES:
             axes = right if side == "right" else left
