@@ -1,0 +1,96 @@
+"""The texts of the pages' templates, for translation.
+
+`python scripts/messages.py` brings every catalogue in `gaitval/reporting/languages` up to date: new
+texts are added without a translation, those that no template has any more are removed. A new
+language begins with `python scripts/messages.py --new fr`.
+"""
+
+import argparse
+import io
+import os
+from pathlib import Path
+from typing import Final
+
+from babel.messages.catalog import Catalog
+from babel.messages.extract import extract
+from babel.messages.pofile import read_po, write_po
+
+TEMPLATES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "reporting"
+LANGUAGES: Final = TEMPLATES / "languages"
+_AS_THE_PAGES: Final = {"trimmed": "true", "newstyle_gettext": "true", "silent": "false"}
+_WIDTH: Final = 100
+
+
+def template_texts() -> Catalog:
+    """Every text of every template, with the template that it is in."""
+    found = Catalog(charset="utf-8")
+    for path in sorted(TEMPLATES.glob("*.j2")):
+        with path.open("rb") as file:
+            for _, text, comments, _ in extract("jinja2", file, options=_AS_THE_PAGES):
+                found.add(text, locations=[(path.name, 0)], auto_comments=comments)
+    return found
+
+
+def catalogue(path: Path) -> Catalog:
+    """A catalogue as it is stored."""
+    with path.open("rb") as file:
+        return read_po(file, locale=path.stem)
+
+
+def update(path: Path, texts: Catalog) -> None:
+    """Bring a catalogue up to date, or begin one; translations stay."""
+    known = catalogue(path) if path.is_file() else Catalog(locale=path.stem, charset="utf-8")
+    fresh = Catalog(
+        locale=path.stem,
+        project="gaitval",
+        version="pages",
+        header_comment="# Texts of the pages; scripts/messages.py keeps the list.",
+        fuzzy=False,
+    )
+    fresh.mime_headers = [
+        pair for pair in known.mime_headers if pair[0] in ("Content-Type", "Plural-Forms")
+    ]
+    for message in texts:
+        if not message.id:
+            continue
+        before = known.get(message.id)
+        fresh.add(
+            message.id,
+            before.string if before is not None else ("", "") if message.pluralizable else "",
+            locations=message.locations,
+        )
+    text = io.BytesIO()
+    write_po(text, fresh, width=_WIDTH, omit_header=False, include_lineno=False)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished.write_bytes(_dateless(text.getvalue()))
+    unfinished.replace(path)
+
+
+def _dateless(text: bytes) -> bytes:
+    """Without the lines that change with the day and with Babel's version."""
+    changing = (  # and those that name nobody
+        b'"POT-Creation-Date',
+        b'"PO-Revision-Date',
+        b'"Generated-By',
+        b'"Last-Translator',
+        b'"Report-Msgid',
+        b'"Language-Team',
+    )
+    return b"".join(line for line in text.splitlines(True) if not line.startswith(changing))
+
+
+def main() -> None:
+    """Bring the catalogues up to date."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--new", metavar="CODE", help="begin the catalogue of a language")
+    new = parser.parse_args().new
+    paths = sorted(LANGUAGES.glob("*.po")) + ([LANGUAGES / f"{new}.po"] if new else [])
+    texts = template_texts()
+    for path in paths:
+        update(path, texts)
+        missing = sum(not message.string for message in catalogue(path) if message.id)
+        print(f"{path.name}: {len(texts)} texts, {missing} without a translation")
+
+
+if __name__ == "__main__":
+    main()
