@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_arrays, read_json
+from gaitval.artefacts import read_arrays, read_json, write_text
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -22,7 +22,7 @@ from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting import credibility, figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -456,6 +456,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "training": training,
         "picture": _picture(folder, metrics["final"]),
         "provenance": _provenance(folder),
+        "credibility": credibility.sections(folder, metrics),
+        "unknown": credibility.UNKNOWN,
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],
@@ -465,7 +467,7 @@ def _context(folder: Path) -> dict[str, Any]:
 
 
 def write_report(folder: Path) -> None:
-    """Write `report.html` and `report.pdf` of a run folder.
+    """Write `report.html` and `report.pdf` of a run folder, and `evidence.toml`, which they cite.
 
     The HTML needs no other file and no script; the PDF comes from the same template. A section
     whose input is missing says so.
@@ -475,4 +477,6 @@ def write_report(folder: Path) -> None:
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    write_page(folder, "report", "report.html.j2", _context(folder))
+    context = _context(folder)
+    write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
+    write_page(folder, "report", "report.html.j2", context)

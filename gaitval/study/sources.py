@@ -19,6 +19,7 @@ PACKAGE: Final = Path(__file__).parents[1]
 DATA: Final = {
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
+    "gaitval.reporting.credibility": ("reporting/evidence.toml",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css"),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
 }
