@@ -1,8 +1,6 @@
 """The page of a history: its figures over commits, and the commits at which they took a step."""
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -19,6 +17,7 @@ from gaitval.metrics import change_points
 from gaitval.metrics.change_points import CHANCE, LEAST, SIDE
 from gaitval.metrics.history import Check, Key, series_of
 from gaitval.metrics.history import Figure as Value
+from gaitval.reporting.csv_text import csv_text
 from gaitval.reporting.figures import RECORD_SHADE, SETTINGS, WIDTH, svg
 from gaitval.reporting.page import write_page
 
@@ -115,7 +114,7 @@ def write_history(folder: Path, name: str, checks: Sequence[Check]) -> list[Foun
     steps = find_steps(checks)
     groups = series_of(checks)
     longest = max(len(rows) for rows in groups.values()) if groups else 0
-    write_text(folder / f"{name}.csv", _csv(checks))
+    write_text(folder / f"{name}.csv", csv_text(_rows(checks)))
     write_page(
         folder,
         name,
@@ -299,30 +298,14 @@ def _panel(
             )
 
 
-def _csv(checks: Sequence[Check]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        [
-            *("commit", "commit_time", "time", "machine", "subject", "measure", "target"),
-            *("unit", "value", "stored", "margin"),
-        ]
+def _rows(checks: Sequence[Check]) -> Iterator[tuple[object, ...]]:
+    """All values, a row each, below a header."""
+    yield (
+        *("commit", "commit_time", "time", "machine", "subject", "measure", "target"),
+        *("unit", "value", "stored", "margin"),
     )
     for check in checks:
-        about = (check.revision, check.revised or "", check.time, check.machine, check.subject)
+        about = (check.revision, check.revised, check.time, check.machine, check.subject)
         for figure in check.figures:
             numbers = (figure.value, figure.stored, figure.margin)
-            writer.writerow(
-                [
-                    _cell(each)
-                    for each in (*about, figure.measure, figure.target, figure.unit, *numbers)
-                ]
-            )
-    return text.getvalue()
-
-
-def _cell(value: str | float | None) -> str | float:
-    """A cell that no spreadsheet takes for a formula."""
-    if value is None:
-        return ""
-    return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "@") else value
+            yield (*about, figure.measure, figure.target, figure.unit, *numbers)

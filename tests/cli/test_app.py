@@ -34,7 +34,7 @@ HEAVY = {
 """Libraries that take longer to load than the help to read."""
 COMMANDS = (
     *("subjects", "import", "curves", *STAGES),
-    *("predict", "subject", "baseline", "check"),
+    *("predict", "subject", "baseline", "check", "history", "compare"),
 )
 
 
@@ -431,6 +431,38 @@ def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     assert "4.1" not in result.output
     assert "2 of 3 measures are worse" in plain_messages.getvalue()
     assert junit.read_text().count("<failure") == 2
+
+
+@pytest.mark.parametrize("way", ["option", "variable"])
+def test_a_check_is_kept_in_a_history_also_where_it_fails(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, way: str
+) -> None:
+    walked = {"subject": {"identifier": "S05"}}
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: walked)
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("lost", 5.25)])
+    file = tmp_path / "accuracy.db"
+    if way == "variable":
+        monkeypatch.setenv("GAITVAL_HISTORY", str(file))
+    options = ("--history", str(file)) if way == "option" else ()
+    for _ in range(2):
+        assert gaitval("check", "--baseline", str(stored), *options).exit_code == 1
+    result = gaitval("history", str(file), "--out", str(tmp_path / "page"))
+    assert result.exit_code == 0
+    assert "2 checks, 0 steps" in result.output
+    assert (tmp_path / "page" / "accuracy.html").is_file()
+
+
+def test_a_file_that_is_no_history_ends_a_check_before_it_walks(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: pytest.fail("walks"))
+    file = tmp_path / "accuracy.db"
+    file.write_text("accuracy\n" * 1000)
+    result = gaitval("check", "--baseline", str(stored), "--history", str(file))
+    assert result.exit_code == 2
+    assert "is no history" in plain_messages.getvalue()
+    assert gaitval("history", str(file)).exit_code == 2
+    assert gaitval("history", str(tmp_path / "none.db")).exit_code == 2
 
 
 def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.StringIO) -> None:
