@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from gaitval.arrays import Array
 
@@ -112,4 +112,4 @@ def _likeliest(data: Array) -> tuple[int, float]:
     with np.errstate(invalid="ignore"):  # a series of zeros: no difference over no scatter
         size = np.nan_to_num(difference / (scatter * np.sqrt(1.0 / places + 1.0 / rest)))
     best = int(np.argmax(size))
-    return int(places[best]), float(2.0 * student.sf(size[best], count - 2))
+    return int(places[best]), float(2.0 * stdtr(count - 2, -size[best]))

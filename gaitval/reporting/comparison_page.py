@@ -75,7 +75,7 @@ def write_comparison(
             "groups": groups,
             "means": _means(groups),
             "measures": _measure_tables(walks, labels),
-            "drawings": _drawings(walks, labels, before),
+            "drawings": _drawings(walks, before),
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
         },
@@ -104,7 +104,7 @@ def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
     return {
         "label": label,
         "source": metrics["subject"]["source"],
-        "told": ", ".join(known) or "nothing",
+        "told": "all" if len(known) == len(metrics["told"]) else ", ".join(known) or "nothing",
         "speed": metrics["record"]["spatiotemporal"]["walking_speed"],
         "accepted": metrics["summary"]["accepted"],
         "judged": metrics["summary"]["accepted"] + metrics["summary"]["refused"],
@@ -269,7 +269,7 @@ def _strips(versions: Versions) -> Markup:
 
 
 def _drawings(
-    walks: Sequence[StoredWalk], labels: Sequence[str], before: Mapping[int, StoredWalk]
+    walks: Sequence[StoredWalk], before: Mapping[int, StoredWalk]
 ) -> list[dict[str, Any]]:
     """Each curve of all walks, a panel a walk."""
     found = []
@@ -284,8 +284,8 @@ def _drawings(
                 "title": NAMES[name]
                 + {"angles": "", "moments": " moment", "forces": " force"}[kind],
                 "unit": unit.replace("deg", "°"),
-                "labels": labels,
                 "parts": parts,
+                "width": f"{100 * _width(len(walks)) / WIDTH:.0f}%",
             }
         )
     return found
@@ -301,8 +301,7 @@ def _panels(
     rows = -(-len(walks) // COLUMNS)
     columns = min(COLUMNS, len(walks))
     with matplotlib.rc_context(SETTINGS):
-        width = WIDTH if columns == COLUMNS else 1.4 * columns + 0.4
-        figure = Figure(figsize=(width, 1.25 * rows + 0.2), layout="constrained")
+        figure = Figure(figsize=(_width(len(walks)), 1.25 * rows + 0.2), layout="constrained")
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for index, (axis, walk) in enumerate(zip(axes, walks, strict=False)):
             # a number and not the name, which comes from outside and may be long
@@ -313,6 +312,11 @@ def _panels(
         axes[0].set_xlim(0, 100)
         axes[0].set_xticks([0, 50, 100])
         return Markup(svg(figure, f"{kind}-{name}-{first}"))
+
+
+def _width(walks: int) -> float:
+    """Inches of a drawing with a panel for each walk: panels are of the same size everywhere."""
+    return WIDTH if walks >= COLUMNS else 1.35 * walks + 0.35
 
 
 def _short(name: str) -> str:

@@ -22,8 +22,8 @@ def collect(paths: Sequence[Path]) -> list[StoredWalk]:
     ArtefactError : nothing is there, metrics do not match the schema, or a baseline is not as it
         was sealed.
     """
-    files = dict.fromkeys(file.resolve() for path in paths for file in _files(path))
-    return [_read(file) for file in files]
+    files = {file.resolve(): file for path in paths for file in _files(path)}
+    return [_read(file) for file in files.values()]
 
 
 def collect_versions(
