@@ -51,9 +51,10 @@ baseline: setup ## Make the finished run of subject S its stored baseline (polic
 	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)
 	@$(BIN)/python scripts/accuracy_tables.py
 
-tables: setup ## Write the accuracy tables of the READMEs from the stored baselines and figures
+tables: setup ## Write the accuracy tables of the READMEs, and the figures that reports cite
 	@$(BIN)/python scripts/accuracy_tables.py
 	@$(BIN)/python scripts/recording_tables.py
+	@$(BIN)/python scripts/credibility_figures.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline

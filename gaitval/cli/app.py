@@ -146,6 +146,17 @@ def with_pages(
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
+HistoryOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--history",
+        metavar="FILE",
+        envvar="GAITVAL_HISTORY",
+        help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
+        "history`.",
+        show_default=False,
+    ),
+]
 RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")

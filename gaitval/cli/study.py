@@ -13,6 +13,7 @@ from gaitval.cli import display
 from gaitval.cli.app import (
     ConfigOption,
     ForceOption,
+    HistoryOption,
     LanguageOption,
     OutOption,
     PaperOption,
@@ -429,6 +430,7 @@ def baseline(
 @command(
     "gaitval check --baseline reports/S05/baseline",
     "gaitval check --baseline reports/S05/baseline --junit accuracy.xml",
+    "gaitval check --baseline reports/S05/baseline --quick --history accuracy.db",
 )
 def check(
     baseline: Annotated[
@@ -457,6 +459,7 @@ def check(
             show_default=False,
         ),
     ] = None,
+    history: HistoryOption = None,
 ) -> None:
     """Simulate a stored policy again, and fail if accuracy was lost.
 
@@ -466,6 +469,7 @@ def check(
     what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
     stored; otherwise 0.
     """
+    from gaitval.metrics import history as histories
     from gaitval.metrics.regression import (
         LONG_MEASURES,
         check_same_measures,
@@ -478,6 +482,8 @@ def check(
     if baseline.is_dir():
         baseline /= "metrics.json"
     stored = stored_metrics(baseline, fewer=fewer is not None)
+    if history is not None:
+        histories.prepare(history)  # before minutes of walking
     with display.live_view() as live:
         now = walk_again(baseline.parent, live, quick=quick)
     rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
@@ -485,6 +491,8 @@ def check(
         check_same_measures(rows)
     changed = changed_inputs(baseline.parent, now)
     inputs = "; ".join(changed) or "the same as when the baseline was stored"
+    if history is not None:
+        histories.add(history, histories.of_rows(rows, now["subject"]["identifier"]))
     if junit is not None:
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 from xml.etree import ElementTree
 
 from gaitval.artefacts import write_text
@@ -15,6 +15,18 @@ Outcome = Literal["lost", "kept", "improved"]
 
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
 """Measures that need longer rollouts than the compared one."""
+
+
+class Allowed(Protocol):
+    """How much of a measure may be lost, and whether "lower" or "higher" is better."""
+
+    @property
+    def value(self) -> float:
+        """In the unit of the measure."""
+
+    @property
+    def better(self) -> str:
+        """Which way."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +71,7 @@ def compare(
     current: Mapping[str, Any],
     *,
     leave_out: Collection[str] = (),
+    margins: Mapping[str, Allowed] | None = None,
 ) -> list[Row]:
     """Rows of every measure in either run, in the order of the baseline, new ones last.
 
@@ -66,6 +79,7 @@ def compare(
     ----------
     baseline, current : contents of `metrics.json`.
     leave_out : measures that are not compared.
+    margins : by measure, instead of those of the installed gaitval.
 
     Raises
     ------
@@ -79,7 +93,8 @@ def compare(
             f"the baseline is of subject {theirs}, but the run is of subject {ours}. Give the "
             "baseline of the same subject."
         )
-    margins = {margin.measure: margin for margin in load_registry().margin}
+    allowed: dict[str, Allowed] = {each.measure: each for each in load_registry().margin}
+    allowed |= margins or {}
     before, now = _values(baseline), _values(current)
     return [
         Row(
@@ -88,12 +103,12 @@ def compare(
             unit=UNITS[measure],
             baseline=before.get((measure, target)),
             current=now.get((measure, target)),
-            margin=margins[measure].value,
+            margin=allowed[measure].value,
             change=_change(
                 before.get((measure, target)),
                 now.get((measure, target)),
-                margins[measure].value,
-                margins[measure].better,
+                allowed[measure].value,
+                allowed[measure].better,
             ),
         )
         for measure, target in dict.fromkeys([*before, *now])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
+from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
@@ -20,7 +20,7 @@ from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figure_data, figures, mechanics_figures, tables
+from gaitval.reporting import credibility, figure_data, figures, mechanics_figures, tables
 from gaitval.reporting.page import Draw, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
@@ -378,6 +378,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "training": training,
         "picture": walk_pictures(folder, metrics),
         "provenance": _provenance(folder),
+        "credibility": credibility.sections(folder, metrics),
+        "unknown": credibility.UNKNOWN,
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],
@@ -394,7 +396,7 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run folder.
+    """Write `report.html` and `report.pdf` of a run folder, and `evidence.toml`, which they cite.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so.
@@ -408,11 +410,13 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
+    context = _context(folder)
+    write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
     write_page(
         folder,
         "report",
         "report.html.j2",
-        _context(folder),
+        context,
         _settings(folder, settings),
         scripts=SCRIPTS,
     )

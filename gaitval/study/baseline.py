@@ -191,7 +191,7 @@ def believed(file: Path, *, fewer: bool = False) -> dict[str, Any]:
     metrics: dict[str, Any] = read_json(file)
     believe(metrics, str(file), fewer=fewer)
     folder = file.parent
-    _check_complete(folder)
+    check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")
     subject = load_subject(str(folder / "subject.toml"))
     load_policy(folder / "policy", environment=configuration.environment)
@@ -212,7 +212,8 @@ def believed(file: Path, *, fewer: bool = False) -> dict[str, Any]:
     return metrics
 
 
-def _check_complete(baseline: Path) -> None:
+def check_complete(baseline: Path) -> None:
+    """Raise ArtefactError if a file of a stored baseline is missing."""
     missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
     if missing:
         raise ArtefactError(
@@ -232,7 +233,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
     """
     from gaitval.datasets.subject_file import load_subject
 
-    _check_complete(baseline)
+    check_complete(baseline)
     subject = load_subject(str(baseline / "subject.toml"))
     configuration = load_configuration(baseline / "configuration.toml")
     if quick:

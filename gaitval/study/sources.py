@@ -20,6 +20,7 @@ DATA: Final = {
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.catalogue": ("reporting/languages/*.po",),
+    "gaitval.reporting.credibility": ("reporting/evidence.toml",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
 }

@@ -607,7 +607,9 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the run folder → report.html and report.pdf."""
+    """Everything in the run folder → report.html and report.pdf, and evidence.toml, which they
+    cite.
+    """
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -629,5 +631,5 @@ def report_stage(run: Run) -> Stage:
             "push.json",
             *ROLLOUTS.values(),
         ),
-        outputs=("report.html", "report.pdf"),
+        outputs=("report.html", "report.pdf", "evidence.toml"),
     )

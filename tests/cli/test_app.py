@@ -34,7 +34,7 @@ HEAVY = {
 """Libraries that take longer to load than the help to read."""
 COMMANDS = (
     *("subjects", "import", "curves", *STAGES),
-    *("predict", "subject", "baseline", "check"),
+    *("predict", "subject", "baseline", "check", "history", "compare"),
 )
 
 
@@ -431,6 +431,78 @@ def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     assert "4.1" not in result.output
     assert "2 of 3 measures are worse" in plain_messages.getvalue()
     assert junit.read_text().count("<failure") == 2
+
+
+@pytest.mark.parametrize("way", ["option", "variable"])
+def test_a_check_is_kept_in_a_history_also_where_it_fails(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, way: str
+) -> None:
+    walked = {"subject": {"identifier": "S05"}}
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: walked)
+    monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("lost", 5.25)])
+    file = tmp_path / "accuracy.db"
+    if way == "variable":
+        monkeypatch.setenv("GAITVAL_HISTORY", str(file))
+    options = ("--history", str(file)) if way == "option" else ()
+    for _ in range(2):
+        assert gaitval("check", "--baseline", str(stored), *options).exit_code == 1
+    result = gaitval("history", str(file), "--out", str(tmp_path / "page"))
+    assert result.exit_code == 0
+    assert "2 checks, 0 steps" in result.output
+    assert (tmp_path / "page" / "accuracy.html").is_file()
+
+
+def test_a_file_that_is_no_history_ends_a_check_before_it_walks(
+    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: pytest.fail("walks"))
+    file = tmp_path / "accuracy.db"
+    file.write_text("accuracy\n" * 1000)
+    result = gaitval("check", "--baseline", str(stored), "--history", str(file))
+    assert result.exit_code == 2
+    assert "is no history" in plain_messages.getvalue()
+    assert gaitval("history", str(file)).exit_code == 2
+    assert gaitval("history", str(tmp_path / "none.db")).exit_code == 2
+
+
+REPORTS = Path(__file__).parents[2] / "reports"
+
+
+def _compared(monkeypatch: pytest.MonkeyPatch, worse: float, tmp_path: Path) -> tuple[str, ...]:
+    """Arguments of `compare` with a run whose epsilon is worse than the stored one; without the
+    page, which has tests of its own."""
+    monkeypatch.setattr("gaitval.reporting.comparison_page.write_comparison", lambda *_, **__: None)
+    stored = REPORTS / "S05" / "baseline"
+    metrics = read_json(stored / "metrics.json")
+    for each in metrics["measures"]:
+        each["value"] += worse * (each["measure"] == "epsilon")
+    write_json(tmp_path / "run" / "metrics.json", metrics)
+    return "compare", str(tmp_path / "run"), "--before", str(stored)
+
+
+@pytest.mark.parametrize(
+    ("worse", "options", "code"),
+    [(0.5, (), 0), (0.5, ("--strict",), 1), (0.005, ("--strict",), 0), (-0.5, ("--strict",), 0)],
+)
+def test_a_comparison_fails_only_if_it_is_strict_and_something_got_worse(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO,
+    worse: float, options: tuple[str, ...], code: int,
+) -> None:  # fmt: skip
+    result = gaitval(*_compared(monkeypatch, worse, tmp_path), *options)
+    assert result.exit_code == code
+    told = result.output + plain_messages.getvalue()
+    assert f"{int(worse > 0.01)} measures got worse" in told
+
+
+def test_a_strict_comparison_misses_a_subject_and_needs_an_earlier_version(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    arguments = (*_compared(monkeypatch, 0.0, tmp_path), "--before", str(REPORTS / "S02"))
+    assert gaitval(*arguments).exit_code == 0
+    assert gaitval(*arguments, "--strict").exit_code == 1
+    assert "no walk now of S02" in plain_messages.getvalue()
+    assert gaitval("compare", str(tmp_path / "run"), "--strict").exit_code == 2
+    assert gaitval("compare", str(tmp_path / "none")).exit_code == 2
 
 
 def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.StringIO) -> None:

@@ -45,10 +45,13 @@ def metrics(run_folder) -> dict:
     return json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
 
 
-def test_the_page_is_whole_and_needs_nothing_else(page, html):
+def test_the_page_is_whole_and_needs_nothing_else(page, html, run_folder):
     assert page.open == []
     assert not {"link", "iframe", "object"} & set(page.tags)
-    assert all(link.startswith(("#", "data:text/csv;")) for link in page.links)
+    inside = [link for link in page.links if link.startswith(("#", "data:text/csv;"))]
+    beside = {link.partition("#")[0] for link in page.links if link not in inside}
+    assert beside >= {"metrics.json", "provenance.json", "evidence.toml"}
+    assert all((run_folder / name).is_file() for name in beside)  # what the figures were read from
     assert "@import" not in html
     assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
     assert len(page.identifiers) == len(set(page.identifiers))

@@ -1,0 +1,79 @@
+"""`gaitval compare`: many walks in one report, and what changed between two versions."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.cli import display
+from gaitval.cli.app import command
+from gaitval.errors import ConfigurationError, ToleranceError
+
+
+@command(
+    "gaitval compare reports                  # all runs and baselines below reports/",
+    "gaitval compare reports/S05 runs/patient --out comparison",
+    "gaitval compare runs/new --before runs/old --strict",
+)
+def compare(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN...",
+            help="Run folders, stored baselines, or folders that contain some.",
+            show_default=False,
+        ),
+    ],
+    before: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--before",
+            metavar="FOLDER",
+            help="The same of an earlier version, matched by subject. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Exit code 1 if a measure got worse by more than its margin, or if a subject of "
+            "--before has no walk now.",
+        ),
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
+        "comparison"
+    ),
+) -> None:
+    """Put many walks into one report: comparison.html, comparison.pdf, and tables as CSV.
+
+    Tables by subject, each curve of all people side by side, and, with --before, what improved and
+    what got worse. A change counts only beyond the margin of its measure, which is that of a stored
+    baseline where --before is one. Nothing is simulated.
+    """
+    from gaitval.metrics.versions import matched
+    from gaitval.reporting.comparison_page import write_comparison
+    from gaitval.study.collect import collect, collect_versions
+
+    if strict and not before:
+        raise ConfigurationError(
+            "--strict: there is nothing to have got worse than. Give the earlier version with "
+            "--before FOLDER."
+        )
+    walks = collect(runs)
+    versions = matched(*collect_versions(before, walks)) if before else None
+    write_comparison(out, "comparison", walks, versions)
+    display.plain(f"{len(walks)} walks. Report: {out / 'comparison.html'}, .pdf and .csv")
+    if versions is None:
+        return
+    lost, improved = versions.lost(), versions.improved()
+    display.print_moved([row for _, row in (*lost, *improved)])
+    missing = versions.only_before
+    told = f"{len(lost)} measures got worse by more than their margin, {len(improved)} better"
+    told += f"; no walk now of {', '.join(missing)}" if missing else ""
+    if strict and (lost or missing):
+        raise ToleranceError(
+            f"{told}. The report in {out} says which; if the change is intended, compare with a "
+            "baseline of the new version."
+        )
+    display.plain(told)

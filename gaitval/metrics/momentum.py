@@ -1,0 +1,50 @@
+"""Whether a simulated walk keeps Newton's second law: only what acts on it changes its momentum."""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
+from gaitval.simulation.rollout import Rollout
+
+EVERY = 1.0
+"""s over which the balance is made. A rollout is stored in single precision, 4e-6 m of the centre
+of mass 34 m from where it started, so a velocity over two steps of 2 ms is known to 1e-3 m/s, which
+over a second is 0.01 % of the weight."""
+
+
+def momentum_residual(rollout: Rollout, mass: float) -> float | None:
+    """The largest force that would be needed beside those of ground, gravity and push.
+
+    Over windows of `EVERY` seconds, each half a window later than the one before, the change of
+    momentum of the whole body less the impulse of all external forces, divided by the duration
+    (Newton's second law, integrated by the trapezoidal rule).
+
+    Parameters
+    ----------
+    mass : kg, of the whole body.
+
+    Returns
+    -------
+    residual : size of the largest mean force over a window, in % of body weight; None if the
+        rollout is shorter than two windows.
+    """
+    step = float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else EVERY
+    window = round(EVERY / step)
+    if len(rollout.time) < 2 * window:
+        return None
+    force = rollout.ground_reaction.sum(axis=1) + rollout.root_force[:, 3:]
+    force = force - [0.0, 0.0, mass * GRAVITY]
+    starts = np.arange(1, len(force) - window - 1, window // 2)
+    ends = starts + window
+    velocity = _velocity(rollout.centre_of_mass, step)
+    # Forces act between two samples: those of a step are stored with the state that it ends in.
+    total = np.concatenate([np.zeros((1, 3)), np.cumsum(force, axis=0)])
+    impulse = step * 0.5 * ((total[ends] - total[starts]) + (total[ends + 1] - total[starts + 1]))
+    change = mass * (velocity[ends] - velocity[starts])
+    residual = np.linalg.norm(change - impulse, axis=1) / (window * step)
+    return float(100.0 * residual.max() / (mass * GRAVITY))
+
+
+def _velocity(position: Array, step: float) -> Array:
+    """Central differences of a path (T, 3)."""
+    return np.asarray(np.gradient(position, step, axis=0))

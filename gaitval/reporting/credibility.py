@@ -1,0 +1,531 @@
+"""What a reviewer asks of a simulation: the rows of the report's part on credibility.
+
+The order is that of ASME V&V 40-2018 (question, context of use, risk, verification, validation,
+applicability) and of the eight factors of NASA-STD-7009A; neither is claimed to be met. Every
+figure is read from a file at the moment when the page is written, and says from which file and from
+where in it (a JSON pointer, RFC 6901). What is not known has a row that says so.
+"""
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote
+
+import numpy as np
+
+from gaitval.artefacts import read_json
+from gaitval.metrics.momentum import EVERY, momentum_residual
+from gaitval.reporting.page import number
+from gaitval.simulation.rollout import Rollout
+
+Json = Mapping[str, Any]
+
+EVIDENCE: Final = "evidence.toml"
+"""Figures that the project has measured, not the run: `scripts/credibility_figures.py` writes them.
+A copy lies beside each report, so that its links hold wherever gaitval is installed."""
+
+METRICS: Final = "metrics.json"
+PROVENANCE: Final = "provenance.json"
+UNKNOWN: Final = "not known"
+
+SKILLS: Final = ("angle_skill", "moment_skill", "force_skill")
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A row of the page.
+
+    Attributes
+    ----------
+    what : what the figure is.
+    text : the figure with its unit, or `UNKNOWN`.
+    file : beside the report, from which the figure was read; none for what is not known.
+    pointer : where in that file, or what it was worked out from there.
+    note : how it was worked out, or why it is not known and how it could be.
+    """
+
+    what: str
+    text: str
+    file: str = ""
+    pointer: str = ""
+    note: str = ""
+
+    @property
+    def link(self) -> str:
+        """Where the figure is, as the target of a link; nothing without a file."""
+        return quote(self.file) + (f"#{quote(self.pointer)}" if self.pointer else "")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rows under a heading.
+
+    Attributes
+    ----------
+    factors : of both documents, to which the rows speak.
+    facts, project : figures of the run, and of the project as a whole.
+    """
+
+    title: str
+    factors: str
+    facts: tuple[Fact, ...]
+    project: tuple[Fact, ...] = ()
+
+
+def sections(folder: Path, metrics: Json) -> list[Section]:
+    """The part on credibility of the report of a run folder.
+
+    Parameters
+    ----------
+    metrics : checked content of its `metrics.json`.
+    """
+    project = tomllib.loads(evidence_text())["figure"]
+    found = {
+        part: tuple(_of_project(project, part))
+        for part in ("verification", "validation", "uncertainty", "sensitivity", "history")
+    }
+    return [
+        Section(
+            "What the walk was told",
+            "V&V 40: model inputs, equivalency of inputs. NASA: data pedigree, input pedigree.",
+            tuple(_told(metrics)),
+        ),
+        Section(
+            "Verification: are the equations solved right?",
+            "V&V 40: code and calculation verification. NASA: verification.",
+            tuple(_verified(folder, metrics)),
+            found["verification"],
+        ),
+        Section(
+            "Validation: are they the right equations?",
+            "V&V 40: comparator, output comparison, applicability. NASA: validation.",
+            tuple(_validated(metrics)),
+            found["validation"],
+        ),
+        Section(
+            "Uncertainty",
+            "V&V 40: model inputs, test samples. NASA: uncertainty characterization.",
+            tuple(_uncertain(folder, metrics)),
+            found["uncertainty"],
+        ),
+        Section(
+            "Sensitivity",
+            "V&V 40: model form, model inputs. NASA: results robustness.",
+            tuple(_sensitive(metrics)),
+            found["sensitivity"],
+        ),
+        Section(
+            "History and management",
+            "V&V 40: software quality assurance, use error. NASA: M&S history, M&S process and "
+            "product management.",
+            tuple(_history(folder, metrics)),
+            found["history"],
+        ),
+    ]
+
+
+def evidence_text() -> str:
+    """The figures of the project, as they come with the package."""
+    return resources.files("gaitval.reporting").joinpath(EVIDENCE).read_text("utf-8")
+
+
+def at(values: Any, pointer: str) -> Any:
+    """What a JSON pointer leads to; KeyError where it leads nowhere."""
+    for part in pointer.split("/")[1:]:
+        name = part.replace("~1", "/").replace("~0", "~")
+        values = values[int(name)] if isinstance(values, list) else values[name]
+    return values
+
+
+def _in(
+    values: Json, pointer: str, what: str, unit: str = "", *, digits: int = 3, note: str = "",
+    file: str = METRICS,
+) -> Fact:  # fmt: skip
+    """The figure or the word that a file has at a place."""
+    found = at(values, pointer)
+    if found is None:
+        return Fact(what, UNKNOWN, file, pointer, note or "The file has no value here.")
+    return Fact(what, _text(found, unit, digits), file, pointer, note)
+
+
+def _from(
+    pointer: str, what: str, value: float | None, unit: str = "", *, digits: int = 3, note: str,
+    file: str = METRICS,
+) -> Fact:  # fmt: skip
+    """A figure that was worked out from what a file has at a place."""
+    if value is None:
+        return Fact(what, UNKNOWN, file, pointer, note)
+    return Fact(what, _text(value, unit, digits), file, pointer, note)
+
+
+def _text(value: Any, unit: str, digits: int) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        value = number(value, digits)
+    return f"{value} {unit}".strip()
+
+
+def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
+    for key, figure in project.items():
+        if figure["part"] == part:
+            cases = f"{figure['n']} cases, " if "n" in figure else ""
+            yield Fact(
+                figure["what"][0].upper() + figure["what"][1:],
+                f"{figure['value']:.4g} {figure['unit'] if figure['unit'] != '1' else ''}".strip(),
+                EVIDENCE,
+                f"/figure/{key}/value",
+                f"{figure['source']}, {cases}{figure['date']}.",
+            )
+
+
+def _told(metrics: Json) -> Iterator[Fact]:
+    yield _in(metrics, "/subject/source", "Record")
+    yield _in(metrics, "/subject/licence", "Licence")
+    read = [name for name, by in metrics["told"].items() if by]
+    left = [name for name in metrics["told"] if name not in read]
+    yield _from(
+        "/told", "Told", len(read), f"of {len(metrics['told'])} quantities", note=_list(read)
+    )
+    yield _from("/told", "Untold", len(left), "quantities", note=_list(left))
+    missing = sorted({"moments", "forces"} - set(metrics["recorded"]))
+    yield _from(
+        "/recorded",
+        "Not recorded",
+        len(missing),
+        "of moments and forces",
+        note=_list(missing),
+    )
+    yield _from(
+        "/unseen",
+        "Trials at the same speed that were kept back",
+        len(metrics["unseen"]),
+        note=_list([row["trial"] for row in metrics["unseen"]]),
+    )
+    yield _in(
+        metrics,
+        "/provenance/record",
+        "SHA-256 of the record as it was read",
+    )
+
+
+def _list(names: Sequence[str]) -> str:
+    return f"{', '.join(names)}." if names else "None."
+
+
+def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
+    yield _momentum(folder, metrics)
+    yield Fact(
+        "Balance of angular momentum and of energy in this walk",
+        UNKNOWN,
+        note="A stored walk has no inertia forces of its own. The project's figures follow; the "
+        "balance at every step is asserted in tests/simulation/test_walker.py.",
+    )
+    witness = metrics.get("witness")
+    what = "The same walk in a second engine"
+    if witness is None:
+        yield Fact(
+            what,
+            UNKNOWN,
+            METRICS,
+            "/witness",
+            "`gaitval simulate` and `gaitval validate` write it.",
+        )
+        return
+    yield _in(metrics, "/witness/engine", what)
+    yield _in(metrics, "/witness/fell", "It falls there")
+    yield _in(
+        metrics,
+        "/witness/goals_reached",
+        "Goals of accuracy reached there",
+        f"of {witness['goals']}",
+    )
+
+
+def _momentum(folder: Path, metrics: Json) -> Fact:
+    file = f"rollouts/{metrics['final']}.npz"
+    what = "Force that would be needed beside ground and gravity, largest mean over a second"
+    if not (folder / file).exists():
+        return Fact(what, UNKNOWN, note=f"{file} is not here; `gaitval simulate` writes it.")
+    residual = momentum_residual(Rollout.load(folder / file), metrics["method"]["model_mass_kg"])
+    return _from(
+        "",
+        what,
+        residual,
+        "% of body weight",
+        note="Change of momentum of this walk less the impulse of its external forces."
+        if residual is not None
+        else f"The walk is shorter than {2 * EVERY:g} s.",
+        file=file,
+    )
+
+
+def _validated(metrics: Json) -> Iterator[Fact]:
+    counts = metrics["summary"]
+    yield _in(
+        metrics,
+        "/summary/accepted",
+        "Values within their tolerance",
+        f"of {counts['accepted'] + counts['refused']}",
+        note="The tolerances and their sources are in a table of their own.",
+    )
+    for name, what in zip(SKILLS, ("angles", "moments", "forces"), strict=True):
+        yield from _skill(metrics, name, what)
+    if not metrics["unseen"]:
+        yield Fact(
+            "Error on a trial that was kept back",
+            UNKNOWN,
+            METRICS,
+            "/unseen",
+            "This run has none. `gaitval predict --holdout` and a subject with further trials do.",
+        )
+    for index, row in enumerate(metrics["unseen"]):
+        yield from _kept_back(metrics, index, row)
+    yield _in(
+        metrics,
+        "/record/spatiotemporal/walking_speed",
+        "Speed to which all this applies",
+        "m/s",
+        digits=2,
+        note="Nothing here was compared at another speed, on another ground or with another body.",
+    )
+
+
+def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
+    """Mean skill of the curves of a kind, those that were told apart from the others."""
+    rows = [row for row in metrics["measures"] if row["measure"] == name]
+    if not rows:
+        yield Fact(
+            f"Skill of {what}", UNKNOWN, METRICS, "/measures", "There are too few other people."
+        )
+    for status in ("fitted", "predicted"):
+        values = [row["value"] for row in rows if row["comparison"] == status]
+        measured = [value for value in values if value is not None]
+        if values:
+            below = sum(value < 0.0 for value in measured)
+            yield _from(
+                "/measures",
+                f"Skill of {what} ({'told' if status == 'fitted' else 'untold'}), mean",
+                float(np.mean(measured)) if len(measured) == len(values) else None,
+                digits=2,
+                note=f"{len(values)} curves, of which {below} are nearer to a guess without a "
+                "model; 1 is perfect, 0 no better than the guess.",
+            )
+
+
+def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
+    for kind, unit in metrics["units"].items():
+        errors = [each for each in row["rmse"][kind].values() if each is not None]
+        yield _from(
+            f"/unseen/{index}/rmse/{kind}",
+            f"RMSE of {kind} against {row['trial']}, which was kept back, mean",
+            float(np.mean(errors)) if len(errors) == len(row["rmse"][kind]) else None,
+            unit,
+            note="Between the two recorded trials: "
+            f"{number(float(np.mean(list(row['between'][kind].values()))), 3)} {unit}.",
+        )
+
+
+def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
+    yield from _posterior(metrics["identification"])
+    provenance = _read(folder / PROVENANCE)
+    what = "Seeds of this run"
+    if provenance is None or "seed" not in provenance:
+        yield Fact(what, UNKNOWN, note="provenance.json does not say.")
+    else:
+        yield Fact(
+            what,
+            f"1 (seed {provenance['seed']})",
+            PROVENANCE,
+            "/seed",
+            "What another seed would give is not known of this person; the project's follow.",
+        )
+    yield from _scatter(metrics)
+    consistency = "/record/consistency"
+    yield _in(
+        metrics,
+        f"{consistency}/mean_force/vertical",
+        "Mean vertical force of the record, which steady walking makes 1",
+        "body weights",
+    )
+    yield _in(
+        metrics,
+        f"{consistency}/vertical_rmse_bound_in_stance",
+        "Vertical RMSE below which no steady walk can be, in stance",
+        "body weights",
+        digits=4,
+    )
+    differences = metrics["record"]["consistency"]["moment_asymmetry"]
+    worst = max(differences, key=lambda name: float(differences[name]["rms_difference"]))
+    yield _in(
+        metrics,
+        f"{consistency}/moment_asymmetry/{worst}/rms_difference",
+        f"Right less left moment of the record, largest RMS ({worst.replace('_', ' ')})",
+        "Nm/kg",
+    )
+    if metrics["record"]["plates"] is None:
+        yield Fact(
+            "Faults of the force plates", "none found", METRICS, "/record/plates",
+            "Nothing that the laws of motion show.",
+        )  # fmt: skip
+        return
+    for name, what, unit in (
+        ("scale", "Force plates: factor on their forces", ""),
+        ("shift_right", "Centre of pressure too far forward, right", "m"),
+        ("shift_left", "Centre of pressure too far forward, left", "m"),
+    ):
+        spread = number(metrics["record"]["plates"][f"{name}_sd"], 4)
+        yield _in(
+            metrics,
+            f"/record/plates/{name}",
+            what,
+            unit,
+            digits=4,
+            note=f"± {spread} {unit}".strip() + " (SD); corrected.",
+        )
+
+
+def _posterior(found: Json | None) -> Iterator[Fact]:
+    place = "/identification"
+    if found is None or found["deviance_identified"] is None:
+        yield Fact(
+            "Body parameters", UNKNOWN, METRICS, place,
+            "They were not looked for; the body is as scaled.",
+        )  # fmt: skip
+        return
+    for verdict in ("identified", "weak", "not identified", "at its bound"):
+        names = [
+            str(name).replace("_", " ")
+            for name, each in zip(found["names"], found["verdicts"], strict=True)
+            if each == verdict
+        ]
+        yield _from(
+            f"{place}/verdicts",
+            f"Body parameters: {verdict}",
+            len(names),
+            f"of {len(found['names'])}",
+            note=_list(names),
+        )
+    ratios = np.divide(found["standard_deviation"], found["prior_standard_deviation"])
+    least = int(np.argmin(ratios))
+    yield _from(
+        f"{place}/standard_deviation/{least}",
+        f"Posterior SD over prior SD, smallest ({str(found['names'][least]).replace('_', ' ')})",
+        float(ratios[least]),
+        digits=2,
+        note="Over prior_standard_deviation at the same place.",
+    )
+    yield _in(
+        {"identification": found},
+        f"{place}/search_distance",
+        "Between the results of CMA-ES and of Gauss-Newton",
+        "posterior SD",
+    )
+
+
+def _scatter(metrics: Json) -> Iterator[Fact]:
+    """How much the cycles of the walk differ."""
+    final = metrics["final"]
+    for kind, unit in metrics["units"].items():
+        curves = metrics["walks"][final]["curves"][kind]
+        spreads = [
+            float(np.nanmean(np.array(curve["sd"], dtype=float)))
+            for curve in curves.values()
+            if curve["sd"] is not None
+        ]
+        yield _from(
+            f"/walks/{final}/curves/{kind}",
+            f"SD between the cycles of the walk, {kind}, mean",
+            float(np.mean(spreads)) if len(spreads) == len(curves) else None,
+            unit,
+            note=f"Over {len(curves)} curves and 101 points."
+            if len(spreads) == len(curves)
+            else "Fewer than two gait cycles.",
+        )
+
+
+def _sensitive(metrics: Json) -> Iterator[Fact]:
+    found = metrics["identification"]
+    for which in ("nominal", "identified"):
+        walk = metrics["walks"][which]
+        if walk is not None and walk["epsilon"] is not None:
+            yield _in(
+                metrics,
+                f"/walks/{which}/epsilon/total",
+                f"Error ε with the {which} body parameters",
+            )
+    if found is not None and found["deviance_identified"] is not None:
+        pairs = np.abs(np.tril(np.array(found["correlation"], dtype=float), -1))
+        row, column = (int(each) for each in np.unravel_index(int(pairs.argmax()), pairs.shape))
+        names = [str(found["names"][each]).replace("_", " ") for each in (row, column)]
+        yield _in(
+            metrics,
+            f"/identification/correlation/{row}/{column}",
+            f"Parameters told apart worst: {names[0]} and {names[1]}, correlation",
+            digits=2,
+        )
+    starts = metrics["walks"][metrics["final"]]["starts"]
+    yield _from(
+        f"/walks/{metrics['final']}/starts",
+        "Falls over all start phases",
+        sum(start["fell"] for start in starts),
+        f"of {len(starts)}",
+        note="Each walk starts at another phase of the gait cycle.",
+    )
+    pushes = metrics["push_recovery"]
+    if pushes is None:
+        yield Fact(
+            "Pushes survived", UNKNOWN, METRICS, "/push_recovery",
+            "They were not tested. `gaitval push` tests them.",
+        )  # fmt: skip
+    else:
+        stood = [each for phase in pushes["survived"] for each in phase]
+        yield _from(
+            "/push_recovery/survived",
+            f"Pushes of {pushes['force']:g} N survived",
+            sum(stood),
+            f"of {len(stood)}",
+            note="Within 90° of straight ahead, at all tested phases.",
+        )
+    yield Fact(
+        "How the walk changes with each single parameter",
+        UNKNOWN,
+        note="A run does not work it out. `gaitval screen` does, for the general policy.",
+    )
+
+
+def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
+    for name in ("gaitval", "python", "dartpy"):
+        if name in metrics["provenance"]["versions"]:
+            yield _in(metrics, f"/provenance/versions/{name}", f"Version of {name}")
+    yield _in(metrics, "/provenance/configuration", "SHA-256 of the settings")
+    provenance = _read(folder / PROVENANCE)
+    stages = provenance.get("stages") if provenance else None
+    if isinstance(stages, dict) and stages:
+        seconds = [each.get("seconds") for each in stages.values() if isinstance(each, dict)]
+        known = [float(each) for each in seconds if isinstance(each, int | float)]
+        yield _from(
+            "/stages", "Stages that ran, and how long", sum(known), "s", digits=0,
+            note=f"{len(stages)} stages.", file=PROVENANCE,
+        )  # fmt: skip
+    for what, note in (
+        (
+            "Earlier checks of this walker",
+            "A run does not see them; `gaitval check --history` keeps and `gaitval history` shows.",
+        ),
+        ("Review by others than the developers", "Nothing says that there was any."),
+        ("Qualification of who ran and who reads this", "gaitval cannot know."),
+        ("Use in earlier decisions", "gaitval keeps no record of it."),
+    ):
+        yield Fact(what, UNKNOWN, note=note)
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """A JSON object; None without the file."""
+    if not path.exists():
+        return None
+    found = read_json(path)
+    return found if isinstance(found, dict) else None
