@@ -48,10 +48,14 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
         sheet as `css` and the medium, "screen" or "print", as `medium`.
     """
     environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=jinja2.FunctionLoader(_resource),
     )
     environment.filters["number"] = number
-    page = environment.from_string(_resource(template))
+    page = environment.get_template(template)
     values = {**context, "css": Markup(_resource("report.css"))}
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     # only what the page itself contains: no file and no network, whatever the inputs say

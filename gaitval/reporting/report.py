@@ -22,7 +22,13 @@ from gaitval.metrics.results import check_metrics
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting import (
+    curve_statistics,
+    figures,
+    mechanics_figures,
+    stick_figures,
+    tables,
+)
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -416,7 +422,8 @@ def _drawings(
         drawings["error_bars"] = figures.error_bars(metrics)
     if training is not None:
         drawings["learning"] = figures.learning(training)
-    return {name: Markup(svg) for name, svg in drawings.items()}
+    found = {name: Markup(svg) for name, svg in drawings.items()}
+    return {**found, **curve_statistics.drawings(metrics)}
 
 
 def _context(folder: Path) -> dict[str, Any]:
@@ -447,6 +454,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics["identification"]),
+        "statistics": curve_statistics.tables(metrics),
         "correlated": _correlated(metrics["identification"]),
         "correction": _correction(metrics["correction"]),
         "spatiotemporal": [
