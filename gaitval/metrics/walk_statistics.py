@@ -66,6 +66,8 @@ class CurveStatistics(Result):
     """The same of the cycles of the walk."""
     threshold: Size | None
     """|t| above which the walk differs at `alpha`; null with too few cycles."""
+    normal_threshold: Size | None
+    """The same by random field theory, which takes the cycles for normal."""
     p: Share
     regions: list[RegionResult]
 
@@ -181,6 +183,7 @@ def _of_curve(cycles: Array, expected: Array, where: Any) -> dict[str, Any]:
         "multiple_correlation": multiple_correlation([np.asarray(expected), cycles.mean(axis=0)]),
         "repeatability": multiple_correlation(list(cycles)),
         "threshold": test.threshold,
+        "normal_threshold": test.normal_threshold,
         "p": test.p,
         "regions": [asdict(region) for region in test.regions],
     }
