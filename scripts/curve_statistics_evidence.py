@@ -3,10 +3,10 @@
     python scripts/curve_statistics_evidence.py ../shared/data
 
 Thresholds of `gaitval.metrics.curve_statistics`, by permutation and by random field theory, beside
-those that spm1d finds in the same two ways, on smooth random curves and on strides of the data folder: knee and hip of
-healthy adults and of people with an above-knee prosthesis (two samples), and of people with
-Parkinson's disease off and on medication (pairs). Printed beside: how far the two ways are apart.
-spm1d (GPL) is a tool of development only.
+those that spm1d finds in the same two ways, on smooth random curves and on strides of the data
+folder: knee and hip of healthy adults and of people with an above-knee prosthesis (two samples),
+and of people with Parkinson's disease off and on medication (pairs). Printed beside: how far the
+two ways are apart. spm1d (GPL) is a tool of development only.
 """
 
 import argparse
@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import evidence
 import numpy as np
-import spm1d
 from gps_controls import strides
 from scipy.ndimage import gaussian_filter1d
 
@@ -72,15 +71,17 @@ def recorded_cases(data: Path) -> Iterator[Case]:
         yield Case(f"{angle}, off and on medication", off.to_numpy(), on.to_numpy(), True)
 
 
-def thresholds(case: Case) -> tuple[Thresholds, Thresholds]:
+def thresholds(case: Case, permutations: int = PERMUTATIONS) -> tuple[Thresholds, Thresholds]:
     """Ours and spm1d's."""
+    import spm1d
+
     test = paired_test if case.paired else two_sample_test
-    ours = test(case.first, case.second, permutations=PERMUTATIONS)
+    ours = test(case.first, case.second, permutations=permutations)
     pair = (case.first, case.second)
     np.random.seed(0)  # noqa: NPY002 - spm1d draws from it
     theirs = spm1d.stats.nonparam.ttest_paired if case.paired else spm1d.stats.nonparam.ttest2
     permuted = theirs(*pair).inference(
-        ALPHA, two_tailed=True, iterations=PERMUTATIONS, force_iterations=True
+        ALPHA, two_tailed=True, iterations=permutations, force_iterations=True
     )
     field = (spm1d.stats.ttest_paired if case.paired else spm1d.stats.ttest2)(*pair)
     largest = float(np.abs(np.asarray(field.z) - ours.t).max() / np.abs(ours.t).max())

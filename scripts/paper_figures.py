@@ -4,13 +4,14 @@
     python scripts/paper_figures.py --out paper --evidence # also a row of evidence/report.csv
 
 The paper: V. Kumar, Modelling Human Kinetics and Kinematics during Walking using Reinforcement
-Learning. The stored policy of the subject walks as scaled and as identified, and is pushed; the bars
-over six seeds, the ten people's knees and the pushes they survive are read from `reports/`, where
-simulations wrote them. Each figure is written as SVG, PNG and CSV, and `index.html` shows all with
-what the paper says of them, what our data say, in numbers, and whether that is the same.
+Learning. The stored policy of the subject walks as scaled and as identified, and is pushed; the
+bars over six seeds, the ten people's knees and the pushes they survive are read from `reports/`,
+where simulations wrote them. Each figure is written as SVG, PNG and CSV, and `index.html` shows all
+with what the paper says of them, what our data say, in numbers, and whether that is the same.
 
-Winter's curves carry no licence and are not shipped: the torque loop shows them where the data folder
-(`--data`, else GAITVAL_DATA, else ../shared/data) has them, else the published means of Schwartz 2008.
+Winter's curves carry no licence and are not shipped: the torque loop shows them where the data
+folder (`--data`, else GAITVAL_DATA, else ../shared/data) has them, else the published means of
+Schwartz 2008.
 """
 
 import argparse
@@ -65,9 +66,7 @@ class PaperFigure:
         return claims.counted(self.claims)
 
 
-def figures(
-    subject: str, simulated: paper_data.Simulated, data: Path | None
-) -> list[PaperFigure]:
+def figures(subject: str, simulated: paper_data.Simulated, data: Path | None) -> list[PaperFigure]:
     """All figures of the paper, in its order; they are long to list, each once."""
     runs, errors = paper_data.stored(), paper_data.ablation(subject)
     metrics = runs[subject]

@@ -3,17 +3,18 @@
 A t-test at each of 101 points would call one point in twenty different where nothing is. Here the
 largest |t| of the whole cycle is compared with what it would be if the labels of the curves meant
 nothing: signs of differences are flipped (one sample, pairs) or curves change groups (two samples),
-and each time the largest |t| of the cycle is kept. The threshold is what it exceeds in a share alpha
-of the permutations, so the probability of calling even one point of the cycle different by chance is
-alpha at most, however the points depend on each other and however the values are distributed.
+and each time the largest |t| of the cycle is kept. The threshold is what it exceeds in a share
+alpha of the permutations, so the probability of calling even one point of the cycle different by
+chance is alpha at most, however the points depend on each other and however the values are
+distributed.
 
 Beside it stands the threshold of random field theory, which takes the curves for smooth and normal
-and asks no permutation; where both hold the two agree, and on very smooth curves it is some per cent
-higher.
+and asks no permutation; where both hold the two agree, and on very smooth curves it is some per
+cent higher.
 
 Sources: Nichols and Holmes 2002, Hum Brain Mapp 15:1 (the test); Pataky, Vanrenterghem and Robinson
-2015, J Biomech 48:1277 (on gait curves, as statistical parametric mapping); Worsley et al. 1996, Hum
-Brain Mapp 4:58 (random fields); Kiebel et al. 1999, NeuroImage 10:756 (their smoothness).
+2015, J Biomech 48:1277 (on gait curves, as statistical parametric mapping); Worsley et al. 1996,
+Hum Brain Mapp 4:58 (random fields); Kiebel et al. 1999, NeuroImage 10:756 (their smoothness).
 """
 
 import math
@@ -33,8 +34,8 @@ ALPHA: Final = 0.05
 """Probability of calling any point of a cycle different where nothing is; convention."""
 
 PERMUTATIONS: Final = 10_000
-"""All are tried where there are at most so many, else so many at random: the SD of an estimated p of
-0.05 is then 0.002."""
+"""All are tried where there are at most so many, else so many at random: the SD of an estimated p
+of 0.05 is then 0.002."""
 
 _NO_SPREAD: Final = 1e-9
 """Share of the largest value of the curves below which a spread or a difference is rounding."""
@@ -113,16 +114,17 @@ def one_sample_test(
     ------
     ValueError : fewer than 2 curves, values that are not finite, or shapes that do not fit.
     """
-    differences = _checked(curves, "curves") - np.asarray(expected, dtype=float)
-    if differences.shape != np.shape(curves):
+    values, known = _checked(curves, "curves"), np.asarray(expected, dtype=float)
+    if known.shape not in ((), values.shape[1:]):
         raise ValueError(
-            f"expected has shape {np.shape(expected)}, but the curves have {np.shape(curves)[1]} "
-            "points: give one value for each point."
+            f"expected has shape {known.shape}, but the curves have {values.shape[1]} points: give "
+            "one value for each point."
         )
+    differences = values - known
     count = len(differences)
-    tiny = _NO_SPREAD * float(np.abs(curves).max(initial=0.0))
+    tiny = _NO_SPREAD * float(np.abs(values).max())
     squares = np.sum(differences**2, axis=0)
-    residuals = differences - differences.mean(axis=0)
+    residuals = _residuals(differences, tiny)
 
     def statistic(signs: Array) -> Array:
         means = signs @ differences / count
@@ -203,7 +205,7 @@ def two_sample_test(
         )
     values = np.concatenate([one, other])
     sizes = np.array([len(one), len(other)])
-    tiny = _NO_SPREAD * float(np.abs(values).max(initial=0.0))
+    tiny = _NO_SPREAD * float(np.abs(values).max())
     values = values - values.mean(axis=0)  # keeps the sums of squares exact
     squares, whole = np.sum(values**2, axis=0), np.sum(values, axis=0)
 
@@ -228,7 +230,7 @@ def two_sample_test(
                 yield random.permuted(np.tile(own, (size, 1)), axis=1)
 
     total = math.comb(count, int(sizes[0]))
-    residuals = np.concatenate([one - one.mean(axis=0), other - other.mean(axis=0)])
+    residuals = np.concatenate([_residuals(one, tiny), _residuals(other, tiny)])
     labelled = _Labelled(statistic, own[None], relabelled, total, residuals, count - 2)
     return _tested(labelled, where, alpha, permutations, seed)
 
@@ -249,6 +251,12 @@ def _t(difference: Array, error: Array, tiny: float) -> Array:
     """Difference over its standard error; 0 where both are no more than rounding."""
     unlike = np.abs(difference) > tiny
     return np.where(unlike, difference / np.maximum(error, tiny or 1.0), 0.0)
+
+
+def _residuals(curves: Array, tiny: float) -> Array:
+    """Of curves from their mean; 0 where they are no more than rounding."""
+    found = curves - curves.mean(axis=0)
+    return np.where(np.abs(found) > tiny, found, 0.0)
 
 
 def _batches(count: int) -> Iterator[int]:
@@ -338,7 +346,7 @@ def random_field_threshold(
     """
     tested = np.ones(residuals.shape[1], dtype=bool) if where is None else where
     squares = np.sum(residuals**2, axis=0)
-    known = tested & (squares > _NO_SPREAD**2 * squares.max(initial=0.0))
+    known = tested & (squares > 0.0)
     if not known.any():
         return None
     slopes = np.sum(np.gradient(residuals, axis=1)[:, known] ** 2, axis=0)

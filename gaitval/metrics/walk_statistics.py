@@ -1,10 +1,10 @@
-"""What `metrics.json` says of whole curves: where the walk differs, how alike it is, and how far both
-walk and record are from healthy gait.
+"""What `metrics.json` says of whole curves: where the walk differs, how alike it is, and how far
+both walk and record are from healthy gait.
 
 The record is a mean curve without its strides, so the only scatter that the test knows is that of
-the walk's cycles: a region says that the walk, repeated, would differ there again; whether the person
-would, it cannot say. Cycles follow one another and are a little alike, which makes regions a little
-too wide.
+the walk's cycles: a region says that the walk, repeated, would differ there again; whether the
+person would, it cannot say. Cycles follow one another and are a little alike, which makes regions a
+little too wide.
 """
 
 import csv
@@ -17,7 +17,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 from pydantic import Field
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.coordinates import SIDES
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.record import GaitRecord
@@ -33,7 +33,7 @@ from gaitval.metrics.gait_profile import (
 )
 from gaitval.metrics.record_results import Kinds
 from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.typed import Count, Number, Result, Size
+from gaitval.metrics.typed import Count, Result, Size
 from gaitval.metrics.unseen import multiple_correlation
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
@@ -133,7 +133,10 @@ def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> 
 
 
 def walk_statistics(
-    curves: Curves, progression: Mapping[str, Array], record: GaitRecord, recorded: Mapping[str, Any]
+    curves: Curves,
+    progression: Mapping[str, Array],
+    record: GaitRecord,
+    recorded: Mapping[str, Any],
 ) -> dict[str, Any] | None:
     """The statistics of a walk's cycles, to be written as JSON; None with fewer than two cycles.
 
@@ -166,15 +169,14 @@ def walk_statistics(
     }
 
 
-def _tested(
-    kind: str, name: str, curves: Curves, recorded: Mapping[str, Any]
-) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _tested(kind: str, name: str, curves: Curves, recorded: Mapping[str, Any]) -> Flags:
     """Points at which a curve is tested: of forces those where walk or record is in stance."""
     if kind != "forces":
         return np.ones(SAMPLES, dtype=bool)
     vertical = f"vertical_{name[-1]}"
-    on_ground = curves.forces[vertical].mean(axis=0) > STANCE_THRESHOLD
-    return on_ground | (np.asarray(recorded["forces"][vertical]) > 100.0 * STANCE_THRESHOLD)
+    on_ground: Flags = curves.forces[vertical].mean(axis=0) > STANCE_THRESHOLD
+    recorded_on: Flags = np.asarray(recorded["forces"][vertical]) > 100.0 * STANCE_THRESHOLD
+    return on_ground | recorded_on
 
 
 def _of_curve(cycles: Array, expected: Array, where: Any) -> dict[str, Any]:
@@ -206,7 +208,8 @@ def _profiles(
 
 
 def _profile(found: GaitProfile) -> dict[str, Any]:
-    return {"scores": found.scores, **found.sides, "total": found.total}
+    sides = {str(side): score for side, score in found.sides.items()}
+    return {"scores": found.scores, **sides, "total": found.total}
 
 
 def _bands(walked: Mapping[str, Any], recorded: Mapping[str, Any]) -> dict[str, Any]:
