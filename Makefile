@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation wheel clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation paper wheel clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -88,6 +88,9 @@ identification: setup ## Identify virtual people and the built-in ones (20 min),
 ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
 	@$(BIN)/python scripts/ablation.py run
 	@$(BIN)/python scripts/ablation.py table
+
+paper: setup ## Every figure of the paper from our own data, and what agrees (3 min), into paper/; OUT=
+	@$(BIN)/python scripts/paper_figures.py $(if $(OUT),--out $(OUT))
 
 wheel: setup ## Build the wheel into dist/, and beside it what it runs on (CycloneDX)
 	@$(BIN)/python -m build --wheel

@@ -202,7 +202,10 @@ def survives(environment: WalkingEnvironment, trial: PushTrial) -> bool:
     return not score_rollout(environment, trial.policy, seconds=seconds, **trial.settings()).fell
 
 
-def _trace(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
+def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
+    """Velocity of the centre of mass from a cycle before the push on, in an environment that is
+    `without_drift`.
+    """
     rollout = record_rollout(
         environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
     )
@@ -322,7 +325,7 @@ def push_recovery(
             on_progress=progress,
         )
         traces = journal.results(
-            partial(pool.each, _trace),
+            partial(pool.each, trace_of),
             trials(task, policy, mu, _shown(settings)),
             write=_trace_values,
             read=_trace_from,

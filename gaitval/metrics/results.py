@@ -34,6 +34,7 @@ from gaitval.metrics.typed import (
     named,
     same_version,
 )
+from gaitval.metrics.walk_statistics import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.told import QUANTITIES, Quantity
 
@@ -484,6 +485,8 @@ class Metrics(Result):
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
     witness: WitnessResult | None = None
+    curve_statistics: WalkStatistics | None = None
+    """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None
     correction: CorrectionResult | None
     training: dict[str, Any] | None

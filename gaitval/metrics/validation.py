@@ -40,6 +40,7 @@ from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.typed import tidy
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.unseen import unseen
+from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
 from gaitval.metrics.whole_body import (
     walked_centre_of_mass,
     whole_body_measures,
@@ -222,6 +223,21 @@ def _walk(
         *endurance_measures(walks.starts),
         Measure("epsilon", "walk", None if error is None else error.total),
     ]
+
+
+def _statistics(
+    rollout: Rollout,
+    record: GaitRecord,
+    recorded: Json,
+    model: BodyModel,
+    configuration: Configuration,
+) -> Json | None:
+    """Statistics of the whole curves of a walk."""
+    cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
+    filters = low_pass_of(record, configuration.validation.filter_frequency)
+    curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
+    feet = foot_progression(rollout, cycles, model)
+    return walk_statistics(curves, feet, record, recorded["curves"])
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
@@ -446,6 +462,9 @@ def validate(
             "summary": _summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,
+            "curve_statistics": _statistics(
+                (identified or nominal).compared, record, recorded, model, configuration
+            ),
             "witness": witness and _witness(witness, _walk(witness, *shared)[1]),
             "identification": identification,
             "correction": correction,

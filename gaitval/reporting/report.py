@@ -20,7 +20,14 @@ from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import credibility, figure_data, figures, mechanics_figures, tables
+from gaitval.reporting import (
+    credibility,
+    curve_statistics,
+    figure_data,
+    figures,
+    mechanics_figures,
+    tables,
+)
 from gaitval.reporting.page import Draw, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
@@ -338,7 +345,7 @@ def _drawings(
         drawings["error_bars"] = partial(figures.error_bars, metrics)
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
-    return drawings
+    return drawings | curve_statistics.drawings(metrics)
 
 
 def _context(folder: Path) -> dict[str, Any]:
@@ -369,6 +376,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics["identification"]),
+        "statistics": curve_statistics.tables(metrics),
         "correlated": _correlated(metrics["identification"]),
         "correction": _correction(metrics["correction"]),
         "spatiotemporal": [

@@ -1,0 +1,133 @@
+"""Gait Profile Score and Movement Analysis Profile: how far gait is from that of healthy adults.
+
+The gait variable score of an angle is the RMS difference over the cycle from the mean of healthy
+people; the nine of a side are the Movement Analysis Profile, their RMS is the side's Gait Profile
+Score, and the RMS of both sides' the person's (Baker et al. 2009, Gait Posture 30:265; Baker et al.
+2012, Gait Posture 35:612). A difference of 1.6 degrees is the smallest that matters clinically (the
+latter). The healthy people are 42 adults at their own speed over ground (Fukuchi et al. 2018), in
+`gps_controls.csv`; `scripts/gps_controls.py` makes it.
+"""
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+
+PROFILE_ANGLES: Final[tuple[str, ...]] = (
+    "pelvis_tilt",
+    "hip_flexion",
+    "knee_angle",
+    "ankle_angle",
+    "pelvis_list",
+    "hip_adduction",
+    "pelvis_rotation",
+    "hip_rotation",
+    "foot_progression",
+)
+"""The nine variables by the names and signs of `gait.record.GaitRecord`: sagittal, frontal,
+transverse."""
+
+SMALLEST_DIFFERENCE: Final = 1.6
+"""Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Healthy people, to whom gait is compared.
+
+    Attributes
+    ----------
+    curves : (101,) deg, their mean, both sides together, by name of `PROFILE_ANGLES`.
+    scores : mean and standard deviation of their own `GaitProfile.scores`, deg.
+    total : the same of `GaitProfile.total`.
+    people : how many.
+    """
+
+    curves: Mapping[str, Array]
+    scores: Mapping[str, tuple[float, float]]
+    total: tuple[float, float]
+    people: int
+
+
+@dataclass(frozen=True)
+class GaitProfile:
+    """Distances from healthy gait, deg.
+
+    Attributes
+    ----------
+    scores : gait variable scores by name with `_r` or `_l`: the Movement Analysis Profile.
+    sides : Gait Profile Score of each side.
+    total : of both.
+    """
+
+    scores: Mapping[str, float]
+    sides: Mapping[Side, float]
+    total: float
+
+
+@cache
+def load_controls() -> Controls:
+    """The 42 adults of `gps_controls.csv`."""
+    text = resources.files("gaitval.metrics").joinpath("gps_controls.csv").read_text("utf-8")
+    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+    names = rows[0][1:]
+    by_label = {row[0]: np.array(row[1:], dtype=float) for row in rows[1:]}
+    curves = np.array([by_label[str(percent)] for percent in range(101)])
+    means, spreads = by_label["score"], by_label["sd"]
+    scores = {
+        name: (float(mean), float(spread))
+        for name, mean, spread in zip(names, means, spreads, strict=True)
+    }
+    return Controls(
+        curves={name: curves[:, names.index(name)] for name in PROFILE_ANGLES},
+        scores={name: scores[name] for name in PROFILE_ANGLES},
+        total=scores["total"],
+        people=round(by_label["people"][0]),
+    )
+
+
+def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> GaitProfile:
+    """Score mean curves of both sides.
+
+    Parameters
+    ----------
+    angles : (101,) deg by name of `PROFILE_ANGLES` with `_r` or `_l`, signs of `GaitRecord`. A
+        variable that both sides lack is left out, which makes a total that cannot be compared with
+        one of nine.
+    controls : (101,) deg by name, such as `Controls.curves`.
+
+    Raises
+    ------
+    ValueError : no variable is there for both sides.
+    """
+    used = [
+        name
+        for name in PROFILE_ANGLES
+        if name in controls and f"{name}_r" in angles and f"{name}_l" in angles
+    ]
+    if not used:
+        raise ValueError(
+            f"none of the angles of a gait profile ({', '.join(PROFILE_ANGLES)}) is there for both "
+            f"sides; seen: {', '.join(sorted(angles)) or 'none'}."
+        )
+    scores = {
+        f"{name}_{side[0]}": _rms(np.asarray(angles[f"{name}_{side[0]}"]) - controls[name])
+        for name in used
+        for side in SIDES
+    }
+    sides: dict[Side, float] = {
+        side: _rms(np.array([scores[f"{name}_{side[0]}"] for name in used])) for side in SIDES
+    }
+    return GaitProfile(scores, sides, math.hypot(*sides.values()) / math.sqrt(2.0))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

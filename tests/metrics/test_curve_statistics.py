@@ -1,0 +1,149 @@
+from itertools import product
+
+import numpy as np
+import pytest
+from curve_statistics_evidence import smooth_curves
+from scipy import stats
+
+from gaitval.metrics.curve_statistics import (
+    one_sample_test,
+    paired_test,
+    random_field_threshold,
+    two_sample_test,
+)
+
+
+def test_t_is_students():
+    one, other = smooth_curves(9, 15.0, 1), smooth_curves(7, 15.0, 2) + 0.4
+    assert np.allclose(two_sample_test(one, other).t, stats.ttest_ind(one, other).statistic)
+    assert np.allclose(one_sample_test(one, 0.2).t, stats.ttest_1samp(one, 0.2).statistic)
+    assert np.allclose(paired_test(one[:7], other).t, stats.ttest_rel(one[:7], other).statistic)
+
+
+def test_few_pairs_are_permuted_completely():
+    curves = smooth_curves(7, 15.0, 3) + 0.3
+    found = one_sample_test(curves)
+    largest = [
+        np.abs(stats.ttest_1samp(np.array(signs)[:, None] * curves, 0.0).statistic).max()
+        for signs in product((-1.0, 1.0), repeat=7)
+    ]
+    own = np.abs(found.t).max()
+    assert found.exact
+    assert found.permutations == 64  # flipping all signs changes no |t|
+    assert found.p == pytest.approx(np.mean(np.array(largest) >= own * (1.0 - 1e-9)))
+    above = np.mean(np.array(largest) > found.threshold * (1.0 + 1e-9))
+    assert above <= 0.05 < above + 2.0 / 64.0
+
+
+def test_nothing_is_found_where_nothing_is():
+    """Of 300 pairs of groups from one distribution a share alpha may be called different: 5 ±
+    3.8 % (3 SD). Point by point it would be a third of them."""
+    wrong = sum(
+        bool(
+            two_sample_test(
+                smooth_curves(6, 15.0, 2 * i), smooth_curves(6, 15.0, 2 * i + 1)
+            ).regions
+        )
+        for i in range(300)
+    )
+    assert 0.012 <= wrong / 300 <= 0.088
+
+
+def test_a_difference_is_found_where_it_is():
+    one, other = smooth_curves(15, 15.0, 5), smooth_curves(15, 15.0, 6)
+    one[:, 40:61] += 3.0
+    (region,) = two_sample_test(one, other).regions
+    assert abs(region.first - 40) <= 3
+    assert abs(region.last - 60) <= 3
+    assert region.p <= 0.001
+    back = two_sample_test(other, one)
+    assert np.allclose(back.t, -two_sample_test(one, other).t)
+
+
+def test_only_what_is_asked_is_tested():
+    one, other = smooth_curves(15, 15.0, 5), smooth_curves(15, 15.0, 6)
+    one[:, 40:61] += 3.0
+    where = np.ones(101, dtype=bool)
+    where[30:71] = False
+    found = two_sample_test(one, other, where=where)
+    assert not found.regions
+    assert not found.t[30:71].any()
+    assert found.threshold < two_sample_test(one, other).threshold
+
+
+def test_curves_without_spread_are_no_difference():
+    flat = np.tile(np.linspace(0.0, 1.0, 101), (6, 1))
+    found = two_sample_test(flat, flat)
+    assert not found.t.any()
+    assert found.p == 1.0
+    assert found.normal_threshold is None
+    assert not one_sample_test(flat, flat[0]).regions
+    assert one_sample_test(flat, flat[0] + 1.0).regions == one_sample_test(flat, 5.0).regions
+
+
+def test_too_few_pairs_cannot_be_told_apart():
+    found = paired_test(smooth_curves(5, 15.0, 1) + 9.0, smooth_curves(5, 15.0, 2))
+    assert found.threshold is None
+    assert found.p == 1.0 / 16.0
+    assert not found.regions
+    assert found.share() == 0.0
+
+
+def test_scale_and_order_change_nothing():
+    one, other = smooth_curves(6, 15.0, 7) + 0.5, smooth_curves(6, 15.0, 8)
+    found, scaled = two_sample_test(one, other), two_sample_test(1e4 * one[::-1], 1e4 * other)
+    assert scaled.threshold == pytest.approx(found.threshold)
+    assert scaled.p == found.p
+
+
+def test_the_seed_is_fixed():
+    one, other = smooth_curves(20, 15.0, 7), smooth_curves(20, 15.0, 8)
+    found = [two_sample_test(one, other, permutations=500) for _ in range(2)]
+    assert not found[0].exact
+    assert found[0].permutations == 500
+    assert found[0].threshold == found[1].threshold
+
+
+def test_a_field_of_one_point_is_students_threshold():
+    residuals = smooth_curves(12, 15.0, 9)[:, :1].repeat(3, axis=1)
+    where = np.array([False, True, False])
+    found = random_field_threshold(residuals, 11, where=where)
+    # two one-sided tests at alpha/2, each as 1 - exp(-p)
+    assert found == pytest.approx(stats.t.isf(-np.log1p(-0.025), 11), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("curves", "words"),
+    [
+        (np.zeros(101), "at least 2 curves"),
+        (np.zeros((1, 101)), "at least 2 curves"),
+        (np.full((3, 101), np.nan), "curve 0 is nan at point 0"),
+    ],
+)
+def test_what_cannot_be_tested_is_named(curves, words):
+    with pytest.raises(ValueError, match=words):
+        one_sample_test(curves)
+
+
+def test_shapes_that_do_not_fit_are_named():
+    curves = smooth_curves(4, 15.0, 1)
+    with pytest.raises(ValueError, match="one value for each point"):
+        one_sample_test(curves, np.zeros(50))
+    with pytest.raises(ValueError, match="same shape"):
+        paired_test(curves, curves[:3])
+    with pytest.raises(ValueError, match="same points"):
+        two_sample_test(curves, curves[:, :50])
+
+
+@pytest.mark.parametrize("width", [10.0, 25.0])
+@pytest.mark.parametrize("paired", [True, False])
+def test_spm1d_finds_the_same_thresholds(width, paired):
+    """Both draw 2000 permutations at random, which leaves each threshold an SD of about 1 %."""
+    spm1d = pytest.importorskip("spm1d")
+    from curve_statistics_evidence import Case, thresholds
+
+    assert spm1d.__version__ >= "0.4.55"
+    case = Case("", smooth_curves(14, width, 11), smooth_curves(14, width, 12), paired)
+    ours, theirs = thresholds(case, permutations=2000)
+    assert ours.permuted == pytest.approx(theirs.permuted, rel=0.05)
+    assert ours.field == pytest.approx(theirs.field, rel=0.002)

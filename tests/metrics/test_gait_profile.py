@@ -1,0 +1,72 @@
+import gps_controls
+import healthy_bands
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+
+WBDS = {"S01": "WBDS01", "S03": "WBDS12", "S05": "WBDS14"}
+"""Built-in subjects whose overground strides are among the controls'."""
+
+
+def _both(curves, shift=0.0):
+    return {f"{name}_{side}": curve + shift for name, curve in curves.items() for side in "rl"}
+
+
+def test_the_mean_of_healthy_people_scores_nothing_and_an_offset_itself():
+    controls = load_controls().curves
+    assert gait_profile(_both(controls), controls).total == 0.0
+    found = gait_profile(_both(controls, 3.0), controls)
+    assert list(found.scores.values()) == pytest.approx([3.0] * 18)
+    assert found.total == pytest.approx(3.0)
+
+
+def test_the_score_is_the_rms_of_its_variables_and_of_its_sides():
+    controls = load_controls().curves
+    angles = _both(controls)
+    angles["knee_angle_r"] = angles["knee_angle_r"] + 9.0
+    found = gait_profile(angles, controls)
+    assert found.scores["knee_angle_r"] == pytest.approx(9.0)
+    assert found.sides["right"] == pytest.approx(3.0)  # one of nine
+    assert found.sides["left"] == 0.0
+    assert found.total == pytest.approx(3.0 / np.sqrt(2.0))
+
+
+def test_variables_that_are_missing_are_left_out():
+    controls = load_controls().curves
+    angles = _both(controls, 2.0)
+    del angles["foot_progression_l"]
+    found = gait_profile(angles, controls)
+    assert len(found.scores) == 16
+    assert found.total == pytest.approx(2.0)
+    with pytest.raises(ValueError, match="none of the angles"):
+        gait_profile({"knee_angle_r": controls["knee_angle"]}, controls)
+
+
+def test_the_shipped_people_are_those_of_the_data(gait_data):
+    assert gps_controls.controls_file(gait_data) == gps_controls.FILE.read_text("utf-8")
+    assert healthy_bands.bands_file(gait_data) == healthy_bands.FILE.read_text("utf-8")
+
+
+def test_groups_score_as_their_source_says(gait_data):
+    """Stated with one digit: a group's mean to 0.05, one of a rounded reference to a little
+    more."""
+    for group, (mean, spread) in gps_controls.differences(gait_data).items():
+        assert mean <= 0.1, group
+        assert spread <= 0.1, group
+
+
+def test_signs_are_those_of_the_same_people_in_the_built_in_subjects(gait_data):
+    """Treadmill and overground, but the same persons: each angle must move the same way. Pelvic
+    tilt hardly moves at all, so the mean over people is looked at."""
+    table, phase = gps_controls.strides(gait_data).xs("control"), np.linspace(0.0, 1.0, 101)
+    for name in PROFILE_ANGLES:
+        alike = []
+        for subject, person in WBDS.items():
+            angles = load_subject(subject).record().angles
+            alike += [
+                np.corrcoef(angles[f"{name}_{side}"](phase), table.loc[person, side, name])[0, 1]
+                for side in "rl"
+            ]
+        assert np.mean(alike) > 0.6, name

@@ -1,0 +1,120 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.gait.record import GaitRecord, LowPass
+from gaitval.metrics.comparison import Curves, recorded_curves, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.walk_statistics import (
+    foot_progression,
+    healthy_bands,
+    walk_statistics,
+)
+
+RECORD = synthetic_record()
+CYCLES = 8
+
+
+def _scattered(shift: float = 0.0) -> Curves:
+    """Cycles about the record with an SD of a hundredth of each curve's range; the right knee is
+    off by `shift` rad from 20 to 40 %."""
+    random = np.random.default_rng(1)
+    found = recorded_curves(RECORD)
+    for kind in (found.angles, found.moments, found.forces):
+        for name, curve in kind.items():
+            smooth = np.cumsum(random.standard_normal((CYCLES, 101)), axis=1) / 10.0
+            kind[name] = curve + 0.01 * np.ptp(curve) * (smooth - smooth.mean(axis=0))
+    found.angles["knee_angle_r"][:, 20:41] += shift
+    return found
+
+
+def _feet() -> dict[str, np.ndarray]:
+    return {f"foot_progression_{side}": np.zeros((CYCLES, 101)) for side in "rl"}
+
+
+def _statistics(curves: Curves, record: GaitRecord = RECORD):
+    return walk_statistics(curves, _feet(), record, by_kind(recorded_curves(record)))
+
+
+def test_a_walk_about_the_record_differs_nowhere():
+    found = _statistics(_scattered())
+    for kind in found["curves"].values():
+        for name, curve in kind.items():
+            assert curve["regions"] == [], name
+            assert curve["multiple_correlation"] > 0.999, name
+            assert curve["repeatability"] > 0.9, name
+
+
+def test_a_part_that_is_off_is_found():
+    (region,) = _statistics(_scattered(0.05))["curves"]["angles"]["knee_angle_r"]["regions"]
+    assert (region["first"], region["last"]) == (20, 40)
+    assert region["p"] == 1.0 / 128.0  # of all 2^8 / 2 permutations
+
+
+def test_forces_are_not_tested_in_swing():
+    curves = _scattered()
+    curves.forces["forward_r"][:, 75:90] += 0.1
+    assert _statistics(curves)["curves"]["forces"]["forward_r"]["regions"] == []
+
+
+def test_record_and_walk_are_scored_from_the_same_angles():
+    found = _statistics(_scattered(np.radians(30.0)))["profiles"]
+    assert "foot_progression" not in found["variables"]  # the made-up record has none
+    assert len(found["variables"]) == 8
+    changed = {
+        name
+        for name, score in found["walk"]["scores"].items()
+        if score != pytest.approx(found["record"]["scores"][name], abs=1e-6)
+    }
+    assert changed == {"knee_angle_r"}
+
+
+def test_shares_within_the_bands_are_counted():
+    bands, curves = healthy_bands(), _scattered()
+    mean, spread = bands["angles"]["knee_angle"]
+    inside = np.where(np.arange(101) < 50, 1.9, 2.1) * spread
+    curves.angles["knee_angle_l"] = np.radians(np.tile(mean + inside, (CYCLES, 1)))
+    found = _statistics(curves)["bands"]["angles"]["knee_angle_l"]
+    assert found["walk"] == pytest.approx(50 / 101)
+
+
+def test_one_cycle_has_no_statistics():
+    one = Curves(
+        *({name: curve[:1] for name, curve in kind.items()} for kind in vars(_scattered()).values())
+    )
+    assert _statistics(one) is None
+
+
+def test_feet_are_seen_from_above():
+    """Both feet of a walk that is turned to the left by 0.2 rad point 0.2 rad more to the left,
+    which is towards the midline for the right one only."""
+    configuration = sharp_filter(cycles=5, start_phases=(0.0,))
+    walk = perfect_walk(RECORD, cycles=8.0)
+    cycles = find_cycles(walk, configuration).first(4)
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.2])
+    positions = walk.positions.copy()
+    positions[:, :3] = (turn * Rotation.from_rotvec(positions[:, :3])).as_rotvec()
+    straight = foot_progression(walk, cycles, MODEL)
+    turned = foot_progression(replace(walk, positions=positions), cycles, MODEL)
+    for side, sign in (("r", 1.0), ("l", -1.0)):
+        key = f"foot_progression_{side}"
+        assert np.allclose(turned[key] - straight[key], sign * 0.2, atol=1e-6)
+
+
+def test_all_curves_of_a_simulated_walk_are_there():
+    configuration = sharp_filter(cycles=5, start_phases=(0.0,))
+    walk = perfect_walk(RECORD, cycles=8.0)
+    cycles = find_cycles(walk, configuration).first(4)
+    curves = simulated_curves(walk, cycles, mass=MODEL.mass, filters=LowPass(40.0, 40.0))
+    feet = foot_progression(walk, cycles, MODEL)
+    found = walk_statistics(curves, feet, RECORD, by_kind(recorded_curves(RECORD)))
+    assert {kind: set(each) for kind, each in found["curves"].items()} == {
+        kind: set(each) for kind, each in by_kind(curves).items()
+    }
+    assert found["profiles"]["walk"]["total"] == pytest.approx(
+        found["profiles"]["record"]["total"], abs=0.05
+    )
