@@ -77,7 +77,7 @@ def _polynomial(element: Element, where: str) -> Function:
     coefficients = numbers(element, "coefficients", where)
     if len(coefficients) == 0:
         raise ModelError(f"{where}: a PolynomialFunction without coefficients.")
-    return lambda x: np.polyval(coefficients, x)
+    return lambda x: np.asarray(np.polyval(coefficients, x), dtype=float)
 
 
 def _multiplier(element: Element, where: str) -> Function:

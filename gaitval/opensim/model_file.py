@@ -51,6 +51,7 @@ OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""
 
 X, Y, Z = np.eye(3)
+NOWHERE: Final = (0.0, 0.0, 0.0)
 Axes = tuple[tuple[int, Array], ...]
 
 SIMPLE: Final[Mapping[str, Axes]] = {
@@ -148,7 +149,7 @@ def _bodies(parts: _Parts, model: Element) -> dict[str, Body]:
         bodies[name] = Body(
             name,
             number(element, "mass", where, default=0.0),
-            numbers(element, "mass_center", where, count=3, default=np.zeros(3)),
+            numbers(element, "mass_center", where, count=3, default=NOWHERE),
             _inertia(element, where),
         )
         parts.frames[name] = Frame(name, np.eye(3), np.zeros(3))
@@ -196,7 +197,7 @@ def _socket(element: Element, name: str) -> str:
 def _fixed_to(
     on: Frame, element: Element, where: str, tags: tuple[str, str] = ("translation", "orientation")
 ) -> Frame:
-    place, turn = (numbers(element, tag, where, count=3, default=np.zeros(3)) for tag in tags)
+    place, turn = (numbers(element, tag, where, count=3, default=NOWHERE) for tag in tags)
     rotation = Rotation.from_euler("XYZ", turn).as_matrix()
     return Frame(on.body, on.rotation @ rotation, on.origin + on.rotation @ place)
 
