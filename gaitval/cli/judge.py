@@ -82,7 +82,11 @@ def judge(
     rows = [["limit", "of", "value", "limit", "verdict"]]
     for one in result.limits:
         if one.decides and not one.passed:
-            value = "not measured" if one.value is None else f"{one.value:.4g} {one.unit}"
+            value = (
+                "not measured"
+                if one.value is None
+                else f"{one.value:.4g} {one.unit}".removesuffix(" 1")
+            )
             sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[one.relation]
             rows.append([one.title, one.target, value, f"{sign} {one.limit:g}", "FAILED"])
     if len(rows) > 1:

@@ -9,7 +9,7 @@ from typing import Final
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.interpolate import PPoly, make_interp_spline
+from scipy.interpolate import PPoly
 from scipy.linalg import solve_banded
 
 from gaitval.arrays import Array
@@ -154,16 +154,6 @@ def _straight_beyond(spline: Function, x: Array, y: Array, slopes: tuple[float, 
     return value
 
 
-def _natural_spline(element: Element, where: str) -> Function:
-    """A cubic spline without curvature at the ends; straight on beyond them."""
-    x, y = _points(element, where, 2)
-    if len(x) == 2:
-        return _piecewise_linear(element, where)
-    spline = make_interp_spline(x, y, k=3, bc_type="natural")
-    slopes = np.asarray(spline(x[[0, -1]], 1))
-    return _straight_beyond(spline, x, y, (float(slopes[0]), float(slopes[1])))
-
-
 _READERS: Final[Mapping[str, Callable[[Element, str], Function]]] = {
     "Constant": _constant,
     "LinearFunction": _linear,
@@ -171,6 +161,7 @@ _READERS: Final[Mapping[str, Callable[[Element, str], Function]]] = {
     "MultiplierFunction": _multiplier,
     "PiecewiseLinearFunction": _piecewise_linear,
     "SimmSpline": _simm_spline,
-    "NaturalCubicSpline": _natural_spline,
-    "natCubicSpline": _natural_spline,
+    # Older names of the same spline; it never was a natural one.
+    "NaturalCubicSpline": _simm_spline,
+    "natCubicSpline": _simm_spline,
 }

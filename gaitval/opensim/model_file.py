@@ -286,8 +286,8 @@ def _coordinate(
 
 
 def _motion(name: str, axes: Sequence[tuple[TransformAxis, bool]]) -> Motion:
-    """As OpenSim decides it: by the first movement that is the coordinate itself."""
-    for place, (axis, itself) in enumerate(axes):
+    """As OpenSim decides it: by the last movement that is the coordinate itself."""
+    for place, (axis, itself) in reversed(list(enumerate(axes))):
         if axis.coordinate == name and itself:
             return "rotational" if place < 3 else "translational"
     return "coupled"
