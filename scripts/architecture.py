@@ -24,6 +24,7 @@ ORDER = (
     "interface",
     "study",
     "session",
+    "judging",
     "reporting",
     "learning_control",
     "virtual",

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from gaitval.judging.results import JUDGE_VERSION, JudgeResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
     SCHEMA_VERSION,
@@ -31,6 +32,9 @@ def schemas() -> dict[Path, dict[str, Any]]:
         ),
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
+        ),
+        PACKAGE / "judging/judge.schema.json": schema(
+            JudgeResult, name="judge", version=JUDGE_VERSION
         ),
         PACKAGE / "session/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION

@@ -1,6 +1,6 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import compare, data, history, imports, recording, screen, study, virtual
+from gaitval.cli import compare, data, history, imports, judge, recording, screen, study, virtual
 from gaitval.cli.app import main
 
 __all__ = [
@@ -8,6 +8,7 @@ __all__ = [
     "data",
     "history",
     "imports",
+    "judge",
     "main",
     "recording",
     "screen",

@@ -319,9 +319,22 @@ def residuals(
             "The residuals cannot be judged: no foot has a ground reaction in the whole motion. "
             "Check that the force plates were recorded and assigned to the feet."
         )
-    force, moment = result.residual_force[chosen], result.residual_moment[chosen]
-    height = float(result.centre_of_mass[chosen, 2].mean()) - ground_height
-    peak = result.peak_external_force
+    return residual_measures(
+        result.residual_force[chosen],
+        result.residual_moment[chosen],
+        height=float(result.centre_of_mass[chosen, 2].mean()) - ground_height,
+        peak=result.peak_external_force,
+    )
+
+
+def residual_measures(force: Array, moment: Array, *, height: float, peak: float) -> Residuals:
+    """Measures of residual force and moment, (T, 3) N and Nm.
+
+    Parameters
+    ----------
+    height : m, mean height of the centre of mass above the ground.
+    peak : N, largest ground reaction on one foot; NaN if not known, as are then the shares.
+    """
     return Residuals(
         force_rms=float(np.sqrt((force**2).mean(axis=0)).max()),
         force_peak=float(np.abs(force).max()),
@@ -329,5 +342,5 @@ def residuals(
         moment_peak=float(np.abs(moment).max()),
         force_share=float(np.linalg.norm(force, axis=1).max() / peak),
         moment_share=float(np.linalg.norm(moment, axis=1).max() / (height * peak)),
-        frames=int(chosen.sum()),
+        frames=len(force),
     )

@@ -65,7 +65,27 @@ RECORDING_UNITS = {
 scaling are distances between the landmarks in standing and the scaled model; residuals are those of
 inverse dynamics with the measured ground reaction."""
 
-UNITS = WALK_UNITS | RECORDING_UNITS
+JUDGED_UNITS = {
+    "moment_band_distance": "SD",
+    "side_correlation": "1",
+    "angle_beyond_range": "deg",
+    "coupler_error": "deg",
+    "model_mass_error": "%",
+    "weight_error": "%",
+    "body_mass_index": "kg/m²",
+    "mass_share_factor": "1",
+    "gyration_factor": "1",
+    "inertia_triangle": "1",
+    "side_length_difference": "%",
+    "side_mass_difference": "%",
+    "angle_side_difference": "deg",
+    "moment_side_difference": "Nm/kg",
+}
+"""What else is measured on a model and results of OpenSim (`gaitval judge`), with units; see
+`gaitval.judging`. A factor is how many times a value is larger or smaller than the expected one, so
+it is at least 1."""
+
+UNITS = WALK_UNITS | RECORDING_UNITS | JUDGED_UNITS
 
 Text = Annotated[str, Field(min_length=1)]
 

@@ -15,7 +15,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N
 from gaitval.mocap.mot import read_ground_reaction
-from gaitval.mocap.recording import Recording
+from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_forces, read_wbds_markers
 
@@ -161,8 +161,23 @@ def _with_forces(recording: Recording, path: Path) -> Recording:
     """The recording with the plates of a force file, cut to the time that both cover."""
     text = path.suffix.lower() == ".txt"
     rate, start, plates = read_wbds_forces(path) if text else read_ground_reaction(path)
-    if text:
-        start = recording.start
+    return with_plates(recording, path, plates, rate=rate, start=recording.start if text else start)
+
+
+def with_plates(
+    recording: Recording, path: Path, plates: tuple[Plate, ...], *, rate: float, start: float
+) -> Recording:
+    """The recording with force plates, cut to the time that both cover.
+
+    Parameters
+    ----------
+    path : where the plates come from.
+    rate, start : Hz and s, of the plates' samples.
+
+    Raises
+    ------
+    RecordError : the rates do not divide, or the forces are of another time or another place.
+    """
     ratio = rate / recording.marker_rate
     per_frame = round(ratio)
     if per_frame < 1 or abs(ratio - per_frame) > 0.002 * ratio:

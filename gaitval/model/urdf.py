@@ -16,7 +16,6 @@ from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
-from xml.parsers import expat
 
 import numpy as np
 import xacro
@@ -34,6 +33,7 @@ from gaitval.model.body import (
     ContactSphere,
     Segment,
 )
+from gaitval.model.safe_xml import parse_xml, read_xml
 
 TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
@@ -215,16 +215,21 @@ def _shape(model: BodyModel) -> dict[str, float]:
 
 
 def _parse(path: Path) -> yourdfpy.Robot:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
-    if len(content) > LARGEST_FILE:
-        raise ModelError(
-            f"{path}: {len(content)} bytes, but a body model has about 40,000. Write it again "
-            "with `gaitval scale`."
-        )
-    _check_xml(path, content)
+    content = read_xml(
+        path,
+        largest=LARGEST_FILE,
+        usual="a body model has about 40,000",
+        mend="Write it again with `gaitval scale`.",
+    )
+
+    def no_mesh(tag: str) -> None:
+        if tag == "mesh":
+            raise ModelError(
+                f"{path}: refers to a mesh file, but a body model has none. Write it again with "
+                "`gaitval scale`."
+            )
+
+    parse_xml(path, content, root="robot", kind="a URDF", on_start=no_mesh)
     try:
         return yourdfpy.URDF.load(
             io.BytesIO(content), build_scene_graph=False, load_meshes=False
@@ -233,34 +238,6 @@ def _parse(path: Path) -> yourdfpy.Robot:
         raise ModelError(
             f"{path}: cannot be read as URDF ({error!r}). Write it again with `gaitval scale`."
         ) from None
-
-
-def _check_xml(path: Path, content: bytes) -> None:
-    """Refuse what is not XML, and what could make a parser read other files."""
-    tags: set[str] = set()
-
-    def start(tag: str, attributes: Mapping[str, str]) -> None:
-        if not tags and tag != "robot":
-            raise ModelError(f"{path}: the outermost element is <{tag}>, not <robot>.")
-        if tag == "mesh":
-            raise ModelError(
-                f"{path}: refers to a mesh file, but a body model has none. Write it again with "
-                "`gaitval scale`."
-            )
-        tags.add(tag)
-
-    def doctype(*_: Any) -> None:
-        raise ModelError(
-            f"{path}: has a document type, which is refused because a URDF needs none. Remove it."
-        )
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = start
-    parser.StartDoctypeDeclHandler = doctype
-    try:
-        parser.Parse(content, True)
-    except (expat.ExpatError, ValueError, LookupError) as error:
-        raise ModelError(f"{path}: not XML ({error}); it is truncated or not a URDF.") from None
 
 
 def _body_model(robot: yourdfpy.Robot) -> BodyModel:

@@ -22,6 +22,7 @@ from gaitval.reporting.figures import (
     NAMES,
     PERCENT,
     RECORD_COLOUR,
+    RECORD_SHADE,
     SETTINGS,
     STYLES,
     WIDTH,
@@ -57,6 +58,7 @@ def cycle_curves(
     label: str,
     figure_name: str,
     factor: float = 1.0,
+    bands: Mapping[str, tuple[Array, Array]] | None = None,
 ) -> str:
     """Mean ± SD over the gait cycle: one panel per curve, with right and left in each.
 
@@ -66,7 +68,10 @@ def cycle_curves(
         or "_l"; a name without a side is drawn in black.
     stance_fraction : toe-off of each side as a fraction of its gait cycle; NaN if not known.
     label : quantity and unit of the drawn values, which are those of `curves` times `factor`.
+    bands : lowest and highest (101,) of healthy people, by name as `curves`; drawn in grey, once
+        for both sides.
     """
+    bands = bands or {}
     names = curve_names(curves)
     rows = max(1, -(-len(names) // COLUMNS))
     with matplotlib.rc_context(SETTINGS):
@@ -74,6 +79,10 @@ def cycle_curves(
         panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
         for axes, name in zip(panels, names, strict=False):
             _panel(axes, curves, name, stance_fraction, factor)
+            band = bands.get(f"{name}_r", bands.get(f"{name}_l"))
+            if band is not None:
+                low, high = (factor * np.asarray(edge, dtype=float) for edge in band)
+                axes.fill_between(PERCENT, low, high, color=RECORD_SHADE, linewidth=0, zorder=0)
         for axes in panels[len(names) :]:
             axes.set_visible(False)
         for index, axes in enumerate(panels[: len(names)]):
@@ -89,6 +98,8 @@ def cycle_curves(
         handles.append(
             Line2D([], [], color="#707070", linewidth=0.6, linestyle=(0, (2, 2)), label="toe-off")
         )
+        if bands:
+            handles.append(Patch(facecolor=RECORD_SHADE, label="healthy ± SD"))
         figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
         return svg(figure, figure_name)
 

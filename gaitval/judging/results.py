@@ -1,0 +1,145 @@
+"""Content of `judge.json`, as typed models; `scripts/schemas.py` writes the schema beside them."""
+
+from typing import Annotated, Final, Literal
+
+from pydantic import Field
+
+from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256
+
+JUDGE_VERSION: Final = 1
+"""Of `judge.json`."""
+
+Figure = Number | None
+Curve = Annotated[list[Number], Field(min_length=101, max_length=101)]
+
+
+class JudgedInput(Result):
+    """A file that was read."""
+
+    role: Literal[
+        "model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"
+    ]
+    name: str
+    sha256: Sha256
+    size: Count
+    """Bytes."""
+
+
+class JudgedModel(Result):
+    """The model."""
+
+    name: str
+    version: Count
+    """Of the file's format."""
+    mass_kg: Figure
+    bodies: Count
+    coordinates: Count
+    markers: Count
+    thigh_and_shank_m: Figure
+    """Mean of the sides."""
+    stature_m: Figure
+    """Told, or that of the legs."""
+    stature_told: Flag
+    senses: dict[str, Literal[-1, 0, 1]]
+    """Of each joint angle: 1 if the model's is positive as gaitval's is, -1 if it is negative, 0
+    if it turns about another axis."""
+
+
+class JudgedTrial(Result):
+    """The motion."""
+
+    start_s: Number
+    end_s: Number
+    frames: Count
+    events_from: Literal["forces", "motion"]
+    cycles: dict[Literal["right", "left"], Count]
+    """Complete gait cycles."""
+    walking_speed_m_s: Figure
+    speed_group: str | None
+    """Of the published bands."""
+    weight_ratio: Figure
+    """Mean vertical force over the model's weight."""
+
+
+class JudgedMarkerErrors(Result):
+    """Distances of measured and model markers."""
+
+    source: Literal["placed", "log"]
+    """Placed by gaitval, or read from the log of inverse kinematics."""
+    rms_m: Number
+    largest_m: Number
+    frames: Count
+    by_marker: dict[str, dict[Literal["rms_m", "largest_m", "at_s", "seen"], Number]]
+    log_difference_m: Figure = None
+    """Largest difference of a frame's RMS or largest error from the log's."""
+    log_frames: Count = 0
+
+
+class JudgedResiduals(Result):
+    """Residual force and moment at the root; N, Nm, shares of 1."""
+
+    force_rms: Number
+    force_peak: Number
+    moment_rms: Number
+    moment_peak: Number
+    force_share: Figure
+    moment_share: Figure
+    peak_ground_reaction: Figure
+    centre_of_mass_height: Number
+    frames: Count
+
+
+class JudgedMoment(Result):
+    """A mean moment, Nm/kg in gaitval's signs, beside the band of healthy people."""
+
+    mean: Curve
+    low: Curve
+    high: Curve
+    distance: Number
+    """SD."""
+    distance_if_negated: Number
+
+
+class JudgedSegment(Result):
+    """Mass of a segment as a share of the whole, and what de Leva's table has."""
+
+    mass_kg: Number
+    share: Number
+    expected_share: Number
+
+
+class JudgedLimit(Result):
+    """A limit, and whether it is kept."""
+
+    id: str
+    title: str
+    target: str
+    value: Figure
+    limit: Number
+    relation: Literal["at_most", "at_least", "exactly"]
+    unit: str
+    passed: Flag
+    decides: Flag
+    """Whether the verdict depends on it; others are shown only."""
+
+
+class JudgeResult(Result):
+    """What `gaitval judge` found."""
+
+    schema_version: Literal[1]
+    versions: dict[str, str]
+    inputs: list[JudgedInput]
+    passed: Flag
+    """No limit that decides has failed."""
+    model: JudgedModel
+    trial: JudgedTrial | None
+    marker_errors: JudgedMarkerErrors | None
+    residuals: JudgedResiduals | None
+    moments: dict[str, JudgedMoment]
+    angles_deg: dict[str, Curve]
+    """Mean angles over the gait cycle, in gaitval's signs."""
+    segments: dict[str, JudgedSegment]
+    limits: list[JudgedLimit]
+    findings: list[str]
+    not_judged: list[str]
+    """What could not be judged, and why."""

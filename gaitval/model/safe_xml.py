@@ -1,0 +1,102 @@
+"""XML from outside, parsed so that it can do no harm.
+
+A document may not have a document type: with one come entities, which read other files or grow
+without end. Size and depth are bounded.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+from gaitval.errors import ModelError
+
+DEPTH: Final = 100
+"""Most elements inside each other; an OpenSim model with muscles has about twenty."""
+
+
+def read_xml(path: Path, *, largest: int, usual: str, mend: str) -> bytes:
+    """Bytes of an XML file.
+
+    Parameters
+    ----------
+    largest : bytes, the most that is read.
+    usual : how large such a file is, for the message.
+    mend : what to do about one that is too large.
+
+    Raises
+    ------
+    ModelError : it is missing, not a file, may not be read, or is too large.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise ModelError(f"{path}: is not a file. Give the file itself.")
+        size = path.stat().st_size
+        content = path.read_bytes() if size <= largest else b""
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
+    if size > largest:
+        raise ModelError(f"{path}: {size} bytes, but {usual}. {mend}")
+    return content
+
+
+def parse_xml(
+    path: Path,
+    content: bytes,
+    *,
+    root: str,
+    kind: str,
+    on_start: Callable[[str], None] = lambda _: None,
+) -> ElementTree.Element:
+    """The tree of a document; what is not XML of this kind, or not safe, is refused.
+
+    Names are taken as they are, without namespaces: OpenSim writes elements such as
+    `HuntCrossleyForce::ContactParameters`, at which ElementTree's own parser stops.
+
+    Parameters
+    ----------
+    root : name of the outermost element.
+    kind : what such a file is called, with its article: "a URDF".
+    on_start : is called with the name of every element, and may refuse it.
+
+    Raises
+    ------
+    ModelError : not XML, another outermost element, a document type, or too deep.
+    """
+    builder = ElementTree.TreeBuilder()
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        if depth == 0 and tag != root:
+            raise ModelError(f"{path}: the outermost element is <{tag:.80}>, not <{root}>.")
+        depth += 1
+        if depth > DEPTH:
+            raise ModelError(
+                f"{path}: more than {DEPTH} elements lie in each other, which {kind} does not have."
+            )
+        on_start(tag)
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def doctype(*_: Any) -> None:
+        raise ModelError(
+            f"{path}: has a document type, which is refused because {kind} needs none. Remove it."
+        )
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = builder.data
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise ModelError(f"{path}: not XML ({error}); it is truncated or not {kind}.") from None
+    return builder.close()

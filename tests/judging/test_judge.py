@@ -1,0 +1,399 @@
+"""`gaitval judge` on a walk whose faults are known, because the tests put them in."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from gaitval.cli import app as cli
+from gaitval.errors import GaitvalError, RecordError
+from gaitval.judging.judge import Judgement, Request, judge
+from gaitval.judging.markers import logged_errors
+from gaitval.judging.moments import bands, speed_group
+from gaitval.judging.write import result_of, write_judgement
+from gaitval.mocap.mot import StorageTable, read_storage, write_storage
+
+NOISE_M = 0.005
+"""Of the markers, see conftest.py."""
+
+
+def failed(found: Judgement) -> set[tuple[str, str]]:
+    return {(verdict.tolerance.id, verdict.target) for verdict in found.failed}
+
+
+def value(found: Judgement, measure: str, target: str) -> float:
+    (one,) = [m.value for m in found.measures if (m.measure, m.target) == (measure, target)]
+    assert one is not None
+    return one
+
+
+def with_columns(path: Path, out: Path, change) -> Path:
+    """A storage file with columns changed: `change(name, values)` gives the new values."""
+    table = read_storage(path)
+    values = np.column_stack([change(name, table.column(name)) for name in table.columns])
+    write_storage(out, StorageTable(table.columns, table.time, values, table.in_degrees))
+    return out
+
+
+def edited(path: Path, out: Path, pattern: str, to) -> Path:
+    text, count = re.subn(pattern, to, path.read_text(), flags=re.DOTALL)
+    assert count
+    out.write_text(text)
+    return out
+
+
+@pytest.fixture(scope="module")
+def sound(judged_files) -> Judgement:
+    """Of what has no fault."""
+    return judge(
+        Request(
+            model=judged_files / "model.osim",
+            ik=judged_files / "ik.mot",
+            id=judged_files / "id.sto",
+            markers=judged_files / "walk.trc",
+            external_loads=judged_files / "loads.xml",
+            mass=64.95,
+            height=1.53,
+        )
+    )
+
+
+# ---- Without a fault. ----
+
+
+def test_a_sound_walk_keeps_every_limit(sound):
+    assert failed(sound) == set()
+    assert not [one for one in sound.findings if one.startswith(("Sign", "Axis", "Markers"))]
+
+
+def test_marker_errors_are_the_noise_that_was_added(sound):
+    assert sound.marker_errors.whole_rms == pytest.approx(np.sqrt(3) * NOISE_M, rel=0.02)
+
+
+def test_the_walk_balances_its_forces(sound):
+    """Its ground reaction is what its motion needs; the files round."""
+    assert value(sound, "residual_force_share", "root") < 0.1
+    assert value(sound, "weight_error", "model") < 1.0
+
+
+def test_speed_and_cycles_are_those_of_the_walk(sound):
+    assert sound.gait.speed == pytest.approx(1.12, rel=0.03)
+    assert all(sum(c.kinetics_valid for c in cycles) >= 1 for cycles in sound.gait.cycles.values())
+
+
+def test_right_and_left_signs_are_read_from_the_model(sound):
+    assert set(sound.skeleton.senses) == {
+        f"{name}_{side}"
+        for side in "rl"
+        for name in (
+            "hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle",
+            "subtalar_angle",
+        )
+    }  # fmt: skip
+    assert set(sound.skeleton.senses.values()) == {1}
+
+
+# ---- Faults. ----
+
+
+def test_a_knee_that_bends_negatively_is_understood(everything, judged_files, tmp_path):
+    """As in Gait2392: model, motion and moment all have the other sign, and nothing is wrong."""
+
+    def negated(match):
+        numbers = " ".join(str(-float(word)) for word in match[2].split())
+        return match[1] + numbers + match[3]
+
+    def turned(name, values):
+        return -values if name.startswith("knee_angle_r") else values
+
+    model = edited(everything.model, tmp_path / "model.osim",
+                   r'(<coordinates>knee_angle_r</coordinates>\s*<axis>)([^<]*)(</axis>)',
+                   negated)  # fmt: skip
+    found = judge(
+        replace(
+            everything,
+            model=model,
+            ik=with_columns(everything.ik, tmp_path / "ik.mot", turned),
+            id=with_columns(everything.id, tmp_path / "id.sto", turned),
+        )
+    )
+    assert found.skeleton.senses["knee_angle_r"] == -1
+    assert found.skeleton.senses["knee_angle_l"] == 1
+    assert failed(found) == set()
+    assert any("opposite directions in this model" in one for one in found.findings)
+    np.testing.assert_allclose(
+        found.moments["knee_angle_r"][0], judge(everything).moments["knee_angle_r"][0], atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("name", ["hip_flexion_r", "knee_angle_l", "ankle_angle_r"])
+def test_a_moment_of_the_wrong_sign_is_noticed(everything, tmp_path, name):
+    def negated(column, values):
+        return -values if column == f"{name}_moment" else values
+
+    found = judge(replace(everything, id=with_columns(everything.id, tmp_path / "id.sto", negated)))
+    assert ("moment-band", name) in failed(found)
+    assert any(f"the moment of {name} is" in one for one in found.findings)
+    assert ("moment-sides", f"{name[:-2]} moment") in failed(found)
+
+
+def test_a_model_of_ten_times_the_mass_is_noticed(everything, tmp_path):
+    def tenfold(match):
+        return f"<mass>{10 * float(match[1])}</mass>"
+
+    model = edited(everything.model, tmp_path / "model.osim", r"<mass>([^<]*)</mass>", tenfold)
+    found = judge(replace(everything, model=model))
+    assert {("model-mass", "model"), ("model-weight", "model"),
+            ("body-mass-index-high", "model")} <= failed(found)  # fmt: skip
+    # Also without knowing the person, from the model's own legs.
+    alone = judge(Request(model=model))
+    assert failed(alone) >= {("body-mass-index-high", "model")}
+
+
+def test_a_heavy_shank_and_an_impossible_inertia_are_noticed(everything, tmp_path):
+    shank = r'(<Body name="tibia_r">.*?<mass>)[^<]*(</mass>)'
+    toes = r'(<Body name="toes_l">.*?<inertia>)[^<]*(</inertia>)'
+    model = edited(everything.model, tmp_path / "heavy.osim", shank, r"\g<1>12\g<2>")
+    model = edited(model, tmp_path / "model.osim", toes, r"\g<1>1e-4 2e-4 1e-3 0 0 0\g<2>")
+    found = judge(Request(model=model))
+    assert {("mass-share", "shank_r"), ("inertia", "toes_l")} <= failed(found)
+    assert value(found, "inertia_triangle", "toes_l") == pytest.approx(10 / 3)
+    negative = edited(model, tmp_path / "negative.osim", toes, r"\g<1>-1 1 1 0 0 0\g<2>")
+    found = judge(Request(model=negative))
+    assert ("inertia", "toes_l") in failed(found)
+    assert any("toes_l is not positive" in one for one in found.findings)
+
+
+def test_a_marker_that_moved_is_noticed_and_named(everything, tmp_path):
+    moved = re.compile(r'(<Marker name="shank_l.1">.*?<location>)([^<]*)(</location>)', re.DOTALL)
+
+    def shifted(match):
+        x, y, z = map(float, match[2].split())
+        return f"{match[1]}{x} {y + 0.1} {z}{match[3]}"
+
+    model = edited(everything.model, tmp_path / "model.osim", moved.pattern, shifted)
+    found = judge(replace(everything, model=model))
+    assert ("ik-marker-largest", "trial") in failed(found)
+    worst = max(result_of(found).marker_errors.by_marker.items(), key=lambda one: one[1]["rms_m"])
+    assert worst[0] == "shank_l.1"
+    assert worst[1]["rms_m"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_residuals_are_found_in_newtons_and_as_a_share(everything, tmp_path):
+    def pushed(name, values):
+        return values + 80.0 if name == "pelvis_tx_force" else values
+
+    found = judge(replace(everything, id=with_columns(everything.id, tmp_path / "id.sto", pushed)))
+    assert found.residuals.force_peak == pytest.approx(80.0, abs=1.0)
+    assert ("residual-force-share", "root") in failed(found)
+    share = found.residuals.force_peak / found.gait.peak_force
+    assert found.residuals.force_share == pytest.approx(share, rel=0.02)
+    assert ("residual-force-peak", "root") not in failed(found)
+    found = judge(replace(found.request, reduced=True))
+    assert ("residual-force-peak", "root") in failed(found)
+
+
+def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judged_files):
+    """Generalised forces of tilted axes; the moment was put in about fixed ones."""
+    from gaitval.judging.residuals import residual_wrench
+    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim, from_opensim
+    from gaitval.opensim.model_file import read_model
+
+    model = read_model(everything.model)
+    random = np.random.default_rng(2)
+    coordinates = random.uniform(-0.6, 0.6, (5, 31))
+    wrench = random.normal(0.0, 50.0, (5, 6))
+    project = np.hstack([wrench, np.zeros((5, 25))])
+    paired = forces_to_opensim(from_opensim(coordinates), project)
+    force, moment = residual_wrench(
+        model,
+        dict(zip(OPENSIM_COORDINATES, coordinates.T, strict=True)),
+        dict(zip(OPENSIM_COORDINATES, paired.T, strict=True)),
+    )
+    turned = wrench.reshape(5, 2, 3)[:, :, [0, 2, 1]] * [1.0, 1.0, -1.0]
+    np.testing.assert_allclose(moment, turned[:, 0], atol=1e-6)
+    np.testing.assert_allclose(force, turned[:, 1], atol=1e-6)
+
+
+def test_feet_exchanged_in_the_external_loads_are_noticed(everything, judged_files, tmp_path):
+    text = everything.external_loads.read_text()
+    swapped = text.replace("calcn_r", "calcn_x").replace("calcn_l", "calcn_r")
+    loads = tmp_path / "loads.xml"
+    loads.write_text(swapped.replace("calcn_x", "calcn_l"))
+    found = judge(replace(everything, external_loads=loads, grf=judged_files / "grf.mot"))
+    assert sum("Right and left are exchanged" in one for one in found.findings) == 2
+
+
+def test_an_angle_beyond_what_a_knee_can_do_is_noticed(everything, tmp_path):
+    def bent(name, values):
+        return values - 40.0 if name == "knee_angle_l" else values
+
+    found = judge(
+        Request(model=everything.model, ik=with_columns(everything.ik, tmp_path / "i.mot", bent))
+    )
+    assert ("angle-range", "knee_angle_l") in failed(found)
+
+
+# ---- What is given, and what can be judged of it. ----
+
+
+def test_the_log_of_inverse_kinematics_stands_in_for_markers(everything, tmp_path):
+    log = tmp_path / "errors.sto"
+    errors = np.array([[0.01, 0.02], [0.03, 0.05]])
+    names = ("marker_error_RMS", "marker_error_max")
+    write_storage(log, StorageTable(names, np.array([0.0, 0.01]), errors))
+    found = judge(replace(everything, markers=None, marker_errors=log))
+    assert value(found, "ik_marker_largest", "trial") == pytest.approx(5.0)
+    assert value(found, "ik_marker_rms", "trial") == pytest.approx(100 * np.sqrt(5e-4))
+    assert ("ik-marker-largest", "trial") in failed(found)
+
+
+def test_a_log_of_another_trial_is_noticed(everything, tmp_path):
+    log = tmp_path / "errors.sto"
+    names = ("marker_error_RMS", "marker_error_max")
+    write_storage(log, StorageTable(names, np.array([0.0, 0.01]), np.full((2, 2), 0.08)))
+    found = judge(replace(everything, marker_errors=log))
+    assert any("the log of inverse kinematics differs by" in one for one in found.findings)
+    assert logged_errors(log).whole_rms == pytest.approx(0.08)
+
+
+def test_only_markers_that_the_set_up_uses_count(everything, tmp_path):
+    setup = tmp_path / "ik.xml"
+    tasks = "".join(
+        f'<IKMarkerTask name="{name}"><apply>{apply}</apply><weight>{weight}</weight>'
+        "</IKMarkerTask>"
+        for name, apply, weight in (
+            ("pelvis.0", "true", 1), ("pelvis.1", "false", 1), ("pelvis.2", "true", 0),
+            ("foot_l.1", "true", 5),
+        )
+    )  # fmt: skip
+    setup.write_text(
+        '<OpenSimDocument Version="40000"><InverseKinematicsTool><IKTaskSet><objects>'
+        f"{tasks}</objects></IKTaskSet></InverseKinematicsTool></OpenSimDocument>"
+    )
+    found = judge(replace(everything, ik_setup=setup))
+    assert found.marker_errors.names == ("pelvis.0", "foot_l.1")
+
+
+def test_a_model_alone_is_judged_as_far_as_it_goes(everything):
+    found = judge(Request(model=everything.model))
+    assert failed(found) == set()
+    assert any("--ik" in one for one in found.not_judged)
+    assert {m.measure for m in found.measures} >= {"inertia_triangle", "mass_share_factor"}
+
+
+def test_without_forces_the_residuals_have_no_share(everything):
+    found = judge(replace(everything, external_loads=None))
+    assert found.residuals.force_peak < 1.0
+    assert any("--grf" in one for one in found.not_judged)
+    assert result_of(found).residuals.force_share is None
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "told"),
+    [
+        ("ik", "Coordinates\nendheader\ntime\tfish\n0\t1\n", "none of the model's coordinates"),
+        ("id", "x\nendheader\ntime\tfish\n0\t1\n", "no moment of the model's coordinates"),
+        ("id", "x\nendheader\ntime\tknee_angle_r_moment\n90\t1\n", "same trial"),
+        ("marker_errors", "x\nendheader\ntime\tfish\n0\t1\n", "marker_error_RMS"),
+        ("external_loads", "<OpenSimDocument/>", "no <ExternalLoads>"),
+        ("ik_setup", "<OpenSimDocument/>", "no <InverseKinematicsTool>"),
+        ("model", "<OpenSimDocument/>", "another version"),
+        ("grf", "nothing", "endheader"),
+        ("markers", "nothing", "not a TRC file"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused(everything, tmp_path, field, text, told):
+    path = tmp_path / {"markers": "bad.trc"}.get(field, "bad.xml")
+    path.write_text(text)
+    with pytest.raises(GaitvalError, match=told) as refused:
+        judge(replace(everything, **{field: path}))
+    assert refused.value.exit_code == 2
+
+
+def test_markers_of_another_time_are_refused(everything, tmp_path):
+    table = read_storage(everything.ik)
+    late = tmp_path / "late.mot"
+    write_storage(
+        late, StorageTable(table.columns, table.time + 99, table.values, table.in_degrees)
+    )
+    with pytest.raises(RecordError, match="same trial"):
+        judge(replace(everything, ik=late, id=None, external_loads=None))
+
+
+# ---- Bands. ----
+
+
+def test_the_bands_have_the_signs_of_this_project():
+    """A heel strike is followed by hip extension; an ankle pushes off; a knee extends in stance."""
+    free = {name: bands()["free", name].middle for name in ("hip_flexion", "ankle_angle")}
+    assert free["hip_flexion"][5] < -0.3
+    assert free["ankle_angle"].min() < -1.2
+    assert 40 < free["ankle_angle"].argmin() < 55
+    assert bands()["free", "knee_angle"].middle[10:20].min() < 0.0
+
+
+def test_a_band_is_one_sd_away_at_its_edge_of_constant_width():
+    band = bands()["free", "hip_flexion"]
+    assert band.distance(band.middle) == 0.0
+    assert band.distance(band.high) == pytest.approx(1.0)
+    assert speed_group(1.2, 0.9) == "free"
+    assert speed_group(0.3, 0.9) == "very slow"
+    assert speed_group(3.0, 0.9) == "very fast"
+
+
+def test_the_shipped_bands_are_those_of_the_raw_data(gait_data):
+    import moment_bands
+
+    source = json.loads((gait_data / "normative/Schwartz2008.json").read_text())
+    assert moment_bands.OUT.read_text() == moment_bands.table(source)
+
+
+# ---- Files, page and command. ----
+
+
+def test_the_files_follow_the_schema_and_the_page_says_the_verdict(sound, tmp_path):
+    result = write_judgement(sound, tmp_path)
+    assert result.passed
+    stored = json.loads((tmp_path / "judge.json").read_text())
+    schema = json.loads((Path(cli.__file__).parents[1] / "judging/judge.schema.json").read_text())
+    jsonschema.validate(stored, schema)
+    page = (tmp_path / "judge.html").read_text()
+    assert re.search(r"All \d+ limits kept", page)
+    assert (tmp_path / "judge.pdf").read_bytes().startswith(b"%PDF")
+    assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_names_from_outside_are_escaped(everything, tmp_path):
+    text = everything.model.read_text().replace('"shank_l.1"', '"&lt;script&gt;alert(1)"')
+    model = tmp_path / "model.osim"
+    model.write_text(text.replace('<Model name="', '<Model name="&lt;b&gt;'))
+    write_judgement(judge(Request(model=model)), tmp_path)
+    page = (tmp_path / "judge.html").read_text()
+    assert "<script>" not in page
+    assert "&lt;b&gt;" in page
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    result = CliRunner().invoke(cli.app, ["judge", *map(str, arguments)])
+    return result.exit_code, result.output
+
+
+def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
+    code, output = run(everything.model, "--out", tmp_path / "fine")
+    assert code == 0, output
+    assert "0 failed" in output
+    code, output = run(everything.model, "--mass", 90, "--out", tmp_path / "failed")
+    assert code == 1, output
+    assert "FAILED" in output
+    assert (tmp_path / "failed/judge.html").is_file()
+    code, output = run(tmp_path / "none.osim", "--out", tmp_path / "none")
+    assert code == 2
+    assert not (tmp_path / "none").exists()
+    code, output = run(everything.model, "--mass", 170, "--height", 70, "--out", tmp_path / "x")
+    assert code == 2
