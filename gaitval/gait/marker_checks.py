@@ -1,6 +1,7 @@
-"""Whether the markers of the feet are in walking where they are in standing.
+"""Whether trajectories are those of markers that cameras saw, and whether the markers of the feet
+are in walking where they are in standing.
 
-Axes: the project's (REP-103, z up).
+The limits were measured on the recordings named in `force_checks`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -8,16 +9,96 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.arrays import Array, runs
 from gaitval.gait.doubts import Doubt
 from gaitval.mocap.recording import Recording
 
-LARGEST_HEIGHT_CHANGE: Final = 0.02
+LARGEST_NOISE: Final = 0.004
+"""m, standard deviation of each coordinate: at most 0.2 mm. In the single cycles of a made-up walk
+4 mm move angles by 1.3 degrees and moments by 0.06 Nm/kg, in proportion."""
+DIFFERENCES: Final = 4
+"""Order of the differences of frames that leave noise and little motion: what moves at 5 Hz is an
+eighth of itself at 50 Hz, and a hundredth at 100 Hz."""
+DIFFERENCES_NOISE: Final = 70.0**0.5
+"""By what they enlarge noise: the root of the sum of the squares of 1, 4, 6, 4 and 1."""
+MEDIAN_TO_SD: Final = 1.4826
+"""Standard deviation of a normal distribution over the median of its absolute values."""
+
+STUCK_SECONDS: Final = 0.05
+"""A coordinate that repeats itself for longer while the marker moves on is cut off there: at most
+0.01 s (a single frame)."""
+STUCK_FRAMES: Final = 5
+STUCK_TRAVEL: Final = 0.02
+"""m that the marker moves meanwhile: the rounding of a file hides no more."""
+
+LARGEST_HEIGHT_CHANGE: Final = 0.010
 """m. When a foot is flat, each of its markers is as high as in standing, but for what the floor of
-the two trials differs by: within 8 mm in the recordings named in `force_checks`."""
+the two trials differs by: within 8 mm, and 4 mm where both were recorded on one day. A head of a
+metatarsal that is 12 mm lower turns the subtalar joint by 3 degrees."""
 FLAT_PERCENTILE: Final = 15.0
 """Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
 FEWEST_MARKERS: Final = 4
+NAMED: Final = 3
+"""Markers that a doubt names; of more it says how many."""
 _ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
+
+
+def trajectory_doubts(recording: Recording) -> Iterator[Doubt]:
+    """Markers whose trajectories cannot be as the cameras saw them.
+
+    Parameters
+    ----------
+    recording : as read, in the axes of its file, along which coordinates are cut off or repeated.
+    """
+    noise = _noise(recording)
+    noisy = [name for name in noise if noise[name] > LARGEST_NOISE]
+    if noisy:
+        worst = max(noisy, key=lambda name: noise[name])
+        where = ", ".join(noisy) if len(noisy) <= NAMED else f"{len(noisy)} of {len(noise)} markers"
+        yield Doubt(
+            "noise", where, noise[worst], LARGEST_NOISE, "m",
+            f"from frame to frame {worst} scatters by {1000 * noise[worst]:.1f} mm (cameras: below "
+            f"1 mm; at most {1000 * LARGEST_NOISE:.0f} mm): angles and moments of single cycles "
+            "are off. Look at the calibration of the cameras, or the reconstruction",
+        )  # fmt: skip
+    for number, name in enumerate(recording.names):
+        path = recording.markers[:, number]
+        seconds = _longest_stuck(path, recording.marker_rate) / recording.marker_rate
+        if seconds > 0.0:
+            yield Doubt(
+                "stuck coordinate", name, seconds, STUCK_SECONDS, "s",
+                f"one of its coordinates stays exactly the same for {seconds:.2f} s while the "
+                "marker moves on: the trajectory was cut off at the edge of the volume, or filled. "
+                "Look at the trajectory in the recording program",
+            )  # fmt: skip
+
+
+def _noise(recording: Recording) -> dict[str, float]:
+    """Standard deviation of a coordinate of each marker, m; those without enough frames left out.
+
+    The median is that of most frames, so a heel that strikes the ground is not taken for noise.
+    """
+    if len(recording.markers) <= DIFFERENCES:
+        return {}
+    wander = np.abs(np.diff(recording.markers, n=DIFFERENCES, axis=0)) / DIFFERENCES_NOISE
+    found = {}
+    for number, name in enumerate(recording.names):
+        own = wander[:, number][np.isfinite(wander[:, number]).all(axis=1)]
+        if len(own):
+            found[name] = float(MEDIAN_TO_SD * np.sqrt((np.median(own, axis=0) ** 2).mean()))
+    return found
+
+
+def _longest_stuck(path: Array, rate: float) -> int:
+    """Frames for which a coordinate repeats itself while the marker moves on, 0 if they are few."""
+    longest = 0
+    for column in range(3):
+        same = np.diff(path[:, column], prepend=np.nan) == 0.0
+        for begin, end in zip(*runs(same), strict=True):
+            enough = end - begin > max(STUCK_SECONDS * rate, STUCK_FRAMES)
+            if enough and np.ptp(path[begin:end], axis=0).max() > STUCK_TRAVEL:
+                longest = max(longest, int(end - begin))
+    return longest
 
 
 def foot_marker_doubts(
@@ -27,6 +108,7 @@ def foot_marker_doubts(
 
     Parameters
     ----------
+    standing, walking : in the project's axes (REP-103, z up).
     landmarks : see `foot_markers`.
     """
     changes = {}

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from weasyprint.text.fonts import FontConfiguration
 from weasyprint.urls import URLFetcher
 
-from gaitval.artefacts import replacing, write_text
+from gaitval.artefacts import replacing, scratch, write_text
 
 _FONTS: Final = {
     ("normal", "normal"): "STIXGeneral.ttf",
@@ -56,10 +56,11 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
-    fonts = FontConfiguration()
     document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
-    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
-    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+    with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        fonts = FontConfiguration()
+        fonts._folder = own  # else in the system's temporary files, where a kill leaves it
+        faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
         document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
 
 
