@@ -57,6 +57,8 @@ CLIPPED_SAMPLES: Final = 5
 STUCK_SECONDS: Final = 0.025
 """A channel that stays the same for longer under load has not been read anew: in the recordings at
 most one sample of 300 Hz repeats the one before."""
+STUCK_STEPS: Final = 4.0
+"""A channel that was stuck goes on by more than so many of its smallest changes."""
 STUCK_SHARE: Final = 1e-10
 """Of the weight (and of a metre): changes below this are the rounding of turned axes."""
 CLIPPED_SHARE: Final = 1e-4
@@ -270,9 +272,7 @@ def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[
     longest, stuck = 0.0, ""
     for name, values in channels.items():
         if np.ptp(values[loaded]) > DEAD_FORCE[1] * DEAD_MOMENT_M[1] * weight:
-            same = loaded[1:] & (np.abs(np.diff(values)) <= STUCK_SHARE * weight)
-            begins, ends = runs(same)
-            seconds = int((ends - begins).max(initial=0)) / rate
+            seconds = _longest_stuck(values, loaded, STUCK_SHARE * weight) / rate
             longest, stuck = max((longest, stuck), (seconds, name))
     if longest > max(STUCK_SECONDS, CLIPPED_SAMPLES / rate):
         yield Doubt(
@@ -281,6 +281,19 @@ def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[
             "it: samples were lost there and the last one repeated. Look at the raw channels",
             plate=plate.name,
         )  # fmt: skip
+
+
+def _longest_stuck(values: Array, loaded: Flags, rounding: float) -> int:
+    """Samples under load for which a channel repeats itself and then jumps. One that is stored in
+    steps also repeats itself at a peak, but goes on by one step.
+    """
+    changes = np.abs(np.diff(values))
+    jump = STUCK_STEPS * float(changes[changes > rounding].min(initial=np.inf))
+    longest = 0
+    for begin, end in zip(*runs(loaded[1:] & (changes <= rounding)), strict=True):
+        if end == len(changes) or changes[end] > jump:
+            longest = max(longest, int(end - begin))
+    return longest
 
 
 def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:

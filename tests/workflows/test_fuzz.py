@@ -44,6 +44,23 @@ def test_a_case_is_made_again_from_its_seed(kinds):
         assert len({fuzz_cases.damaged(kind, made, seed) for seed in range(20)}) > 10
 
 
+@pytest.mark.parametrize(
+    ("case", "mutator", "words"),
+    [
+        ("wbds:3", "frozen", "stuck channel"),
+        ("c3d_walking:6", "c3d_channels", "stuck channel"),
+        ("trc:43", "clipped", "stuck coordinate"),
+        ("trc:90", "noisy", "noise"),
+        ("c3d_standing:163", "c3d_points", "height of a foot's marker"),
+    ],
+)
+def test_what_once_went_through_without_a_word_is_told(worker, case, mutator, words):
+    kind, _, seed = case.partition(":")
+    found = worker.run(kind, int(seed))
+    assert (found.mutator, found.outcome) == (mutator, "told"), found
+    assert words in found.why
+
+
 def _force_that_is_silent_in_mid_stance(data: bytes, _: np.random.Generator) -> bytes:
     table = MOT.read(data)
     columns = [table.head[-1].split("\t").index(f"ground_force_l_v{axis}") for axis in "xyz"]
