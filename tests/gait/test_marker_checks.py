@@ -76,11 +76,11 @@ def test_a_file_in_whole_millimetres_is_not_cut_off():
 
 
 def test_a_marker_that_is_lower_in_standing_than_its_other_side():
-    assert not list(foot_marker_doubts(stood(R_MT1=0.011), walked(), LANDMARKS))
-    (doubt,) = foot_marker_doubts(stood(R_MT1=-0.014), walked(), LANDMARKS)
+    assert not list(foot_marker_doubts(stood(R_MT1=0.013), walked(), LANDMARKS))
+    (doubt,) = foot_marker_doubts(stood(R_MT1=-0.016), walked(), LANDMARKS)
     assert doubt.where == "R.MT1 and L.MT1"
-    assert doubt.value == pytest.approx(0.014, abs=1e-4)
-    assert "rise by 14 and 0 mm" in doubt.message
+    assert doubt.value == pytest.approx(0.016, abs=1e-4)
+    assert "rise by 16 and 0 mm" in doubt.message
 
 
 def test_feet_on_another_floor_are_not_asymmetric():
@@ -93,4 +93,4 @@ def test_a_marker_beside_which_there_is_none():
     one_side = [name for name in NAMES if name != "L.MT1"]
     columns = [NAMES.index(name) for name in one_side]
     lacking = replace(recording, names=tuple(one_side), markers=recording.markers[:, columns])
-    assert not list(foot_marker_doubts(stood(R_MT1=-0.014), lacking, LANDMARKS))
+    assert not list(foot_marker_doubts(stood(R_MT1=-0.016), lacking, LANDMARKS))
