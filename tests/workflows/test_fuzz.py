@@ -7,7 +7,7 @@ import sys
 import fuzz_cases
 import numpy as np
 import pytest
-from fuzz import BAD, Worker, cases, run_case
+from fuzz import BAD, Case, Worker, cases, merged, run_case
 from fuzz_mutators import MOT
 
 CASES = 150
@@ -78,6 +78,22 @@ def test_a_plate_that_is_silent_in_mid_stance_is_told_of(kinds, worker, tmp_path
     case = run_case("mot", 0, silent, worker.results["mot"], tmp_path)
     assert case.outcome in ("told", "refused"), case
     assert "motion" in case.why
+
+
+def test_figures_are_replaced_seed_by_seed():
+    def found(first, last, outcome):
+        return [Case("trc", n, "walk.trc", "cut", outcome, "", {}, 1.0) for n in range(first, last)]
+
+    stored = {}
+    merged(stored, found(0, 10, "silent"))
+    merged(stored, found(20, 25, "refused"))
+    merged(stored, found(0, 12, "told"))
+    assert [(run["seeds"], run["outcomes"], run["bad"]) for run in stored["trc"]] == [
+        ([0, 11], {"told": 12}, []),
+        ([20, 24], {"refused": 5}, []),
+    ]
+    with pytest.raises(SystemExit, match=r"a part of \[0, 11\]"):
+        merged(stored, found(0, 5, "told"))
 
 
 @pytest.mark.parametrize("wrong", ["raises", "nonsense", "dies"])
