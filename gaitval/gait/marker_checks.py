@@ -39,7 +39,7 @@ LARGEST_HEIGHT_CHANGE: Final = 0.02
 the two trials differs by: within 8 mm."""
 LARGEST_ASYMMETRY: Final = 0.014
 """m, by which such a change of one foot's marker, beside the rest of the foot, may differ from that
-of the other foot: at most 5 mm in 22 public recordings, 8 mm in the walk of Rajagopal et al. 2016
+of the other foot: at most 5 mm in 21 public recordings, 8 mm in the walk of Rajagopal et al. 2016
 and in a natural walk of the OpenCap validation (10 mm with trunk sway). A head of a metatarsal that
 is 12 mm lower in standing turns the subtalar joint by 3 degrees."""
 FLAT_PERCENTILE: Final = 15.0
