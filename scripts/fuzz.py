@@ -1,7 +1,7 @@
 """Damages input files in seeded ways and looks at what the project makes of them.
 
     python scripts/fuzz.py [--cases 2000] [--seed 0] [--kinds trc mot …] [--minutes 15] [--store]
-    python scripts/fuzz.py --replay trc:17
+    python scripts/fuzz.py --replay trc:17 [mot:3 …] [--store]
 
 Each case runs in another process, with a limit of time and memory. Its outcome is one of
 
@@ -14,7 +14,8 @@ Each case runs in another process, with a limit of time and memory. Its outcome 
 
 With `--log FILE` each case is written there, and not run again by the same command. `--store` puts
 the figures of each kind into reports/robustness/fuzz.json, in place of those of the same seeds, and
-writes the rows of reports/evidence/robustness.csv for all that is stored.
+writes the rows of reports/evidence/robustness.csv for all that is stored. Replayed cases replace
+those that were bad, for only of these it is stored what they were.
 """
 
 import argparse
@@ -28,7 +29,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from multiprocessing.connection import Connection
@@ -258,9 +259,37 @@ def merged(stored: dict[str, list[dict[str, Any]]], found: list[Case]) -> None:
         stored[kind] = sorted([*kept, new], key=lambda run: run["seeds"])
 
 
-def _store(found: list[Case]) -> None:
+def replaced(stored: dict[str, list[dict[str, Any]]], found: list[Case]) -> None:
+    """Put the outcomes of cases in the place of those that were bad.
+
+    Raises
+    ------
+    SystemExit : one of them is not among the bad ones.
+    """
+    for case in found:
+        for run in stored.get(case.kind, []):
+            old = [bad for bad in run["bad"] if bad["seed"] == case.seed]
+            if old:
+                break
+        else:
+            sys.exit(f"{case.kind}:{case.seed} is not among the bad cases that are stored")
+        run["bad"].remove(old[0])
+        counts = Counter(run["outcomes"])
+        counts[old[0]["outcome"]] -= 1
+        counts[case.outcome] += 1
+        run["outcomes"] = dict(sorted((+counts).items()))
+        told = {name: value for name, value in asdict(case).items() if name in _TOLD}
+        if case.outcome in BAD:
+            run["bad"].append(told)
+        else:
+            was = {"was": old[0]["outcome"], "date": datetime.now(UTC).date().isoformat()}
+            run.setdefault("mended", []).append(told | was)
+
+
+def _store(found: list[Case], put: Callable[[dict[str, Any], list[Case]], None]) -> None:
+    """Store cases, by `merged` or `replaced`, and write the rows of all that is stored."""
     kinds = read_json(STORE)["kinds"] if STORE.exists() else {}
-    merged(kinds, found)
+    put(kinds, found)
     write_json(STORE, {"limits": fuzz_cases.LIMITS, "kinds": kinds})
     runs = [run for each in kinds.values() for run in each]
     count, bad = sum(run["cases"] for run in runs), sum(len(run["bad"]) for run in runs)
@@ -283,7 +312,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--kinds", nargs="+")
     parser.add_argument("--minutes", type=float, default=float("inf"))
     parser.add_argument("--log", type=Path, help="a line of JSON for each case; goes on from it")
-    parser.add_argument("--replay", metavar="KIND:SEED")
+    parser.add_argument("--replay", metavar="KIND:SEED", nargs="+", default=[])
     parser.add_argument("--store", action="store_true")
     return parser.parse_args()
 
@@ -294,10 +323,11 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="gaitval-fuzz-") as folder:
         kinds = fuzz_cases.kinds(Path(folder))
     if given.replay:
-        kind, _, seed = given.replay.partition(":")
-        worker = Worker({kind: kinds[kind]})
-        found = [worker.run(kind, int(seed))]
-        print(json.dumps(asdict(found[0]), indent=1))
+        wanted = [case.partition(":")[::2] for case in given.replay]
+        worker = Worker({kind: kinds[kind] for kind, _ in wanted})
+        found = [worker.run(kind, int(seed)) for kind, seed in wanted]
+        for case in found:
+            print(json.dumps(asdict(case), indent=1))
     else:
         chosen = given.kinds or list(kinds)
         worker = Worker({name: kinds[name] for name in chosen})
@@ -315,7 +345,7 @@ def main() -> int:
             print(f"{name}: {counts}")
     worker.close()
     if given.store:
-        _store(found)
+        _store(found, replaced if given.replay else merged)
     return int(any(case.outcome in BAD for case in found))
 
 

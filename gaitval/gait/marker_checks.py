@@ -177,7 +177,7 @@ def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> It
             "height of a foot's marker", " and ".join(landmarks[f"{side}.{part}"] for side in "RL"),
             abs(right - left), LARGEST_ASYMMETRY, "m",
             "from standing to the flat foot of the walk they rise by "
-            f"{round(1000 * right)} and {round(1000 * left)} mm beside the rest of their feet (elsewhere "
-            f"within {1000 * LARGEST_ASYMMETRY:.0f} mm of each other): one of them has moved or is "
-            "mislabelled in one of the trials, or one foot is never put down flat",
+            f"{round(1000 * right)} and {round(1000 * left)} mm beside the rest of their feet "
+            f"(elsewhere within {1000 * LARGEST_ASYMMETRY:.0f} mm of each other): one of them has "
+            "moved or is mislabelled in one of the trials, or one foot is never put down flat",
         )  # fmt: skip

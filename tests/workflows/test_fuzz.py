@@ -7,7 +7,7 @@ import sys
 import fuzz_cases
 import numpy as np
 import pytest
-from fuzz import BAD, Case, Worker, cases, merged, run_case
+from fuzz import BAD, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
 CASES = 150
@@ -94,6 +94,21 @@ def test_figures_are_replaced_seed_by_seed():
     ]
     with pytest.raises(SystemExit, match=r"a part of \[0, 11\]"):
         merged(stored, found(0, 5, "told"))
+
+
+def test_a_bad_case_is_replaced_by_what_it_is_now():
+    def case(seed, outcome):
+        return Case("trc", seed, "walk.trc", "cut", outcome, "", {}, 1.0)
+
+    stored = {}
+    merged(stored, [case(0, "silent"), case(1, "told"), case(2, "silent")])
+    replaced(stored, [case(0, "told"), case(2, "fault")])
+    (run,) = stored["trc"]
+    assert run["outcomes"] == {"fault": 1, "told": 2}
+    assert [(bad["seed"], bad["outcome"]) for bad in run["bad"]] == [(2, "fault")]
+    assert [(one["seed"], one["was"]) for one in run["mended"]] == [(0, "silent")]
+    with pytest.raises(SystemExit, match="trc:1 is not among the bad cases"):
+        replaced(stored, [case(1, "refused")])
 
 
 @pytest.mark.parametrize("wrong", ["raises", "nonsense", "dies"])
