@@ -7,12 +7,14 @@
 Each is killed (SIGKILL, its own process only, as when memory runs out) after a random part of the
 processor time that it takes without a kill, and started again by the same command. In every second
 case all its files are dated a day ahead before that, as if the clock had gone back. Then every file
-must be equal, byte for byte, to that without a kill, except for the times in `provenance.json`; and
-no process, shared memory or temporary file may be left beyond those that a run without a kill
-leaves (torch keeps an empty folder for its compiler).
+must be equal, byte for byte, to that without a kill, but for times (`provenance.json`, `wall_seconds` in
+`training.csv` and with it the hash of that file in `stages.json`) and TensorBoard's logs, which are
+named after time and process; and no process, shared memory or temporary file may be left beyond
+those that a run without a kill leaves (torch keeps an empty folder for its compiler).
 """
 
 import argparse
+import csv
 import json
 import os
 import random
@@ -22,8 +24,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -47,8 +49,14 @@ SECONDS: Final = 1800.0
 DAY: Final = 86400.0
 TIMES: Final = ("started", "finished", "seconds")
 """Of each stage in `provenance.json`."""
-BARE: Final = (".lock",)
-"""Files whose contents are nobody's."""
+TRAINING: Final = "training.csv"
+CLOCK: Final = "wall_seconds"
+"""Its column with times."""
+BARE: Final = (".lock", "events.out.tfevents")
+"""How the names of files begin whose contents are nobody's."""
+ENDING_SECONDS: Final = 300.0
+"""s in which what a killed process started has to end: a worker that is only just starting takes
+some seconds of a processor, which may be busy."""
 JOBS: Final = ("import", "study", "report", "check")
 Json = dict[str, Any]
 
@@ -153,20 +161,28 @@ def finished_study(work: Path, temporary: Path, known: Path | None) -> None:
 
 def contents(folder: Path) -> dict[str, bytes]:
     """All files of a folder, without what differs from run to run (see the top of this file)."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.name not in BARE:
-            found[path.relative_to(folder).as_posix()] = (
-                _without_times(path) if path.name == "provenance.json" else path.read_bytes()
-            )
-    return found
+    return {
+        path.relative_to(folder).as_posix(): _without_times(path)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.name.startswith(BARE)
+    }
 
 
 def _without_times(path: Path) -> bytes:
+    if path.name == TRAINING:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [{**row, CLOCK: ""} for row in csv.DictReader(file)]
+        return json.dumps(rows).encode()
+    if path.name not in ("provenance.json", "stages.json"):
+        return path.read_bytes()
     values = json.loads(path.read_text(encoding="utf-8"))
-    for stage in values.get("stages", {}).values():
+    stages = values.get("stages", {}) if path.name == "provenance.json" else values
+    for stage in stages.values():
         for name in TIMES:
             stage.pop(name, None)
+        for files in (stage.get("inputs"), stage.get("outputs")):
+            for name in [name for name in files or () if name.endswith(TRAINING)]:
+                files[name] = ""
     return json.dumps(values, sort_keys=True).encode()
 
 
@@ -209,13 +225,17 @@ def shared_memory(session: int) -> set[str]:
     return {name for name in found if not name.endswith("(deleted)") and Path(name).exists()}
 
 
-def _wait(until: Callable[[], bool], seconds: float) -> bool:
-    end = time.monotonic() + seconds
-    while not until():
-        if time.monotonic() > end:
-            return False
+def _still_there(session: int) -> list[str]:
+    """Commands of the processes of a session that do not end by themselves."""
+    end = time.monotonic() + ENDING_SECONDS
+    while (alive := processes(session)) and time.monotonic() < end:
         time.sleep(0.1)
-    return True
+    commands = []
+    for process in alive:
+        with suppress(OSError):
+            words = Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+            commands.append(words[:200])
+    return commands
 
 
 def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json | None:
@@ -229,9 +249,7 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
     process.communicate()
     if process.returncode != -signal.SIGKILL:
         return None
-    # Its workers notice that it has gone.
-    _wait(lambda: not processes(process.pid), 30.0)
-    alive = processes(process.pid)
+    alive = _still_there(process.pid)  # its workers notice that it has gone
     if clock_back:
         ahead = time.time() + DAY
         for path in (*job.folder.rglob("*"), *temporary.rglob("*")):
@@ -241,11 +259,11 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
             os.utime(path, (time.time() - DAY,) * 2, follow_symlinks=False)
     again = job.start(temporary)
     told, _ = again.communicate(timeout=SECONDS)
-    alive += processes(again.pid)
+    alive += _still_there(again.pid)
     return {
         "returned": again.returncode,
         "told": told[-500:] if again.returncode else "",
-        "processes": len(alive),
+        "processes": alive,
         "blocks": sorted(name for name in blocks if Path(name).exists()),
         "files": sorted(path.name for path in temporary.iterdir()),
     }
@@ -334,7 +352,7 @@ def survived(kill: Json) -> bool:
 
 def left(kill: Json) -> int:
     """Number of processes, blocks of shared memory and temporary files that a kill left."""
-    return int(kill["processes"] + len(kill["blocks"]) + len(kill["files"]))
+    return sum(len(kill[what]) for what in ("processes", "blocks", "files"))
 
 
 def unspoilt(both: Json) -> bool:

@@ -1,6 +1,7 @@
 """A killed import is started again with the same results, and two at once do not spoil each other.
 `python scripts/kills.py` kills studies, reports and checks as well, at many moments."""
 
+import json
 import sys
 
 import kills
@@ -38,14 +39,32 @@ def test_two_imports_into_one_folder(work):
     assert kills.unspoilt(both), both
 
 
+def test_only_times_may_differ(tmp_path):
+    def written(name, seconds, value):
+        folder = tmp_path / name
+        (folder / "policy").mkdir(parents=True)
+        (folder / "policy" / "training.csv").write_text(f"wall_seconds,reward\n{seconds},{value}\n")
+        (folder / f"events.out.tfevents.{seconds}").write_bytes(b"a log")
+        stage = {"outputs": {"policy/training.csv": f"hash of {seconds}", "policy.json": value}}
+        (folder / "stages.json").write_text(json.dumps({"train-1": stage}))
+        (folder / "provenance.json").write_text(
+            json.dumps({"stages": {"train-1": {"seconds": seconds, "seed": value}}})
+        )
+        return kills.contents(folder)
+
+    assert written("a", 1.5, 7) == written("b", 2.5, 7)
+    other, first = written("c", 1.5, 8), written("d", 1.5, 7)
+    assert {name for name in first if first[name] != other[name]} == {*first}
+
+
 def test_what_a_kill_spoils_is_seen():
     """Else the rows of evidence prove nothing."""
-    good = {"returned": 0, "differ": [], "processes": 0, "blocks": [], "files": []}
+    good = {"returned": 0, "differ": [], "processes": [], "blocks": [], "files": []}
     assert kills.survived(good)
     assert kills.left(good) == 0
     assert not kills.survived({**good, "differ": ["subject.toml"]})
     assert not kills.survived({**good, "returned": 70})
-    assert kills.left({**good, "files": ["weasyprint-1"], "processes": 2}) == 3
+    assert kills.left({**good, "files": ["weasyprint-1"], "processes": ["a", "b"]}) == 3
     assert kills.unspoilt({"same": True, "codes": [0, 2]})
     assert not kills.unspoilt({"same": True, "codes": [0, 70]})
     assert not kills.unspoilt({"same": False, "codes": [0, 0]})
