@@ -5,12 +5,13 @@
     python scripts/kills.py twice                          # two of each in one folder at once
 
 Each is killed (SIGKILL, its own process only, as when memory runs out) after a random part of the
-processor time that it takes without a kill, and started again by the same command. In every second
-case all its files are dated a day ahead before that, as if the clock had gone back. Then every file
-must be equal, byte for byte, to that without a kill, but for times (`provenance.json`, `wall_seconds` in
-`training.csv` and with it the hash of that file in `stages.json`) and TensorBoard's logs, which are
-named after time and process; and no process, shared memory or temporary file may be left beyond
-those that a run without a kill leaves (torch keeps an empty folder for its compiler).
+processor time that it takes without a kill, and started again by the same command. In every
+second case all its files are dated a day ahead before that, as if the clock had gone back. Then
+every file must be equal, byte for byte, to that without a kill, but for times (in
+`provenance.json`; `wall_seconds` in `training.csv`, and so its hash in `stages.json`) and
+TensorBoard's logs, which are named after time and process; and no process, shared memory or
+temporary file may be left beyond those that a run without a kill leaves (torch keeps an empty
+folder for its compiler).
 """
 
 import argparse
@@ -111,7 +112,7 @@ class Job:
         process, used = self.start(temporary), 0.0
         while process.poll() is None:
             used = max(used, processor_time(process.pid))
-            time.sleep(0.05)
+            time.sleep(0.2)
         if process.returncode:
             told = process.stdout.read() if process.stdout else ""
             raise RuntimeError(f"{self.commands}: exit code {process.returncode}\n{told[-3000:]}")
@@ -243,7 +244,7 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
     job.prepared()
     process = job.start(temporary)
     while process.poll() is None and processor_time(process.pid) < after:
-        time.sleep(0.01)
+        time.sleep(0.05)
     blocks = shared_memory(process.pid)
     process.kill()
     process.communicate()
