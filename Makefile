@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation paper wheel clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation paper wheel audit clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -95,6 +95,9 @@ paper: setup ## Every figure of the paper from our own data, and what agrees (3 
 wheel: setup ## Build the wheel into dist/, and beside it what it runs on (CycloneDX)
 	@$(BIN)/python -m build --wheel
 	@$(BIN)/python scripts/sbom.py
+
+audit: setup ## Known weaknesses of the locked packages, by pip-audit; says when it cannot be said
+	@$(BIN)/python scripts/audit.py
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
 	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks

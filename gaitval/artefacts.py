@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import platform
+import shutil
 import tempfile
 import tomllib
 import zipfile
@@ -39,7 +40,8 @@ LIBRARIES = (
 
 
 PARTIAL = ".partial-"
-"""How the name of a file begins that is still being written (`replacing`)."""
+"""How the name of a file begins that is still being written (`replacing`), and of a folder that
+is needed only for a while (`scratch`)."""
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
@@ -120,13 +122,34 @@ def replacing(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def scratch(folder: Path) -> Iterator[Path]:
+    """A folder in `folder` for files that are needed only for a while, removed when the block ends.
+
+    What a kill leaves is removed by `remove_partial`; nobody would look for it among the temporary
+    files of a system.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
+    folder = Path(folder)
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name:
+            yield Path(name)
+
+
 def remove_partial(folder: Path) -> None:
     """Remove what a killed process left of files that it was writing; call it with the folder
     locked, because another process may be writing.
     """
     for depth in ("", "*/", "*/*/", "*/*/*/"):
         for left in folder.glob(f"{depth}{PARTIAL}*"):
-            left.unlink(missing_ok=True)
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left)
+            else:
+                left.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -1,7 +1,7 @@
 """Damages input files in seeded ways and looks at what the project makes of them.
 
     python scripts/fuzz.py [--cases 2000] [--seed 0] [--kinds trc mot …] [--minutes 15] [--store]
-    python scripts/fuzz.py --replay trc:17
+    python scripts/fuzz.py --replay trc:17 [mot:3 …] [--store]
 
 Each case runs in another process, with a limit of time and memory. Its outcome is one of
 
@@ -12,7 +12,10 @@ Each case runs in another process, with a limit of time and memory. Its outcome 
 * silent: the result is another, or cannot be, and nothing says so;
 * fault: any other exception, the end of the process, over a minute of computing, over 2 GB.
 
-`--store` writes reports/robustness/fuzz.json and the row of reports/evidence/robustness.csv.
+With `--log FILE` each case is written there, and not run again by the same command. `--store` puts
+the figures of each kind into reports/robustness/fuzz.json, in place of those of the same seeds, and
+writes the rows of reports/evidence/robustness.csv for all that is stored. Replayed cases replace
+those that were bad, for only of these it is stored what they were.
 """
 
 import argparse
@@ -26,12 +29,12 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
@@ -40,7 +43,7 @@ import evidence  # noqa: E402
 import fuzz_cases  # noqa: E402
 import numpy as np  # noqa: E402
 
-from gaitval.artefacts import write_json  # noqa: E402
+from gaitval.artefacts import read_json, write_json  # noqa: E402
 from gaitval.errors import GaitvalError  # noqa: E402
 
 SECONDS: Final = 60.0
@@ -181,9 +184,16 @@ class Worker:
 
 
 def cases(
-    worker: Worker, count: int, seed: int, *, minutes: float = float("inf")
+    worker: Worker,
+    count: int,
+    seed: int,
+    *,
+    minutes: float = float("inf"),
+    known: Mapping[tuple[str, int], Case] | None = None,
 ) -> Iterator[Case]:
-    """Cases of all kinds in turn, each with the seeds `seed`, `seed` + 1, …"""
+    """Cases of all kinds in turn, each with the seeds `seed`, `seed` + 1, …; those that are known
+    are not run.
+    """
     end = time.monotonic() + 60.0 * minutes
     names = [name for name in worker.kinds for _ in range(fuzz_cases.TURNS.get(name, 1))]
     seeds = dict.fromkeys(names, seed)
@@ -191,8 +201,17 @@ def cases(
         if time.monotonic() > end:
             return
         name = names[i % len(names)]
-        yield worker.run(name, seeds[name])
+        case = (known or {}).get((name, seeds[name]))
+        yield worker.run(name, seeds[name]) if case is None else case
         seeds[name] += 1
+
+
+def logged(log: Path | None) -> dict[tuple[str, int], Case]:
+    """The cases of a log."""
+    if log is None or not log.exists():
+        return {}
+    found = [Case(**json.loads(line)) for line in log.read_text().splitlines()]
+    return {(case.kind, case.seed): case for case in found}
 
 
 def counted(found: list[Case]) -> dict[str, dict[str, int]]:
@@ -203,28 +222,84 @@ def counted(found: list[Case]) -> dict[str, dict[str, int]]:
     return {kind: dict(sorted(counts.items())) for kind, counts in sorted(table.items())}
 
 
-def _store(found: list[Case], seed: int, command: str) -> None:
-    bad = [case for case in found if case.outcome in BAD]
-    write_json(
-        STORE,
-        {
-            "seed": seed,
-            "date": datetime.now(UTC).date().isoformat(),
-            "cases": len(found),
-            "limits": fuzz_cases.LIMITS,
-            "outcomes": counted(found),
-            "mutators": dict(sorted(Counter(case.mutator for case in found).items())),
-            "bad": [
-                {name: value for name, value in asdict(case).items() if name in _TOLD}
-                for case in bad
-            ],
-        },
-    )
+def _run(found: list[Case]) -> dict[str, Any]:
+    """The figures of cases of one kind."""
+    seeds = [case.seed for case in found]
+    return {
+        "seeds": [min(seeds), max(seeds)],
+        "date": datetime.now(UTC).date().isoformat(),
+        "cases": len(found),
+        "outcomes": dict(sorted(Counter(case.outcome for case in found).items())),
+        "mutators": dict(sorted(Counter(case.mutator for case in found).items())),
+        "bad": [
+            {name: value for name, value in asdict(case).items() if name in _TOLD}
+            for case in found
+            if case.outcome in BAD
+        ],
+    }
+
+
+def merged(stored: dict[str, list[dict[str, Any]]], found: list[Case]) -> None:
+    """Put cases in the place of the stored ones of the same kinds and seeds.
+
+    Raises
+    ------
+    SystemExit : they are only a part of those; nobody could then say what of the stored figures
+        still holds.
+    """
+    for kind in {case.kind for case in found}:
+        new = _run([case for case in found if case.kind == kind])
+        first, last = new["seeds"]
+        kept = []
+        for run in stored.get(kind, []):
+            if run["seeds"][1] < first or run["seeds"][0] > last:
+                kept.append(run)
+            elif not first <= run["seeds"][0] <= run["seeds"][1] <= last:
+                sys.exit(f"{kind}: the seeds {first} to {last} are a part of {run['seeds']}")
+        stored[kind] = sorted([*kept, new], key=lambda run: run["seeds"])
+
+
+def replaced(stored: dict[str, list[dict[str, Any]]], found: list[Case]) -> None:
+    """Put the outcomes of cases in the place of those that were bad.
+
+    Raises
+    ------
+    SystemExit : one of them is not among the bad ones.
+    """
+    for case in found:
+        for run in stored.get(case.kind, []):
+            old = [bad for bad in run["bad"] if bad["seed"] == case.seed]
+            if old:
+                break
+        else:
+            sys.exit(f"{case.kind}:{case.seed} is not among the bad cases that are stored")
+        run["bad"].remove(old[0])
+        counts = Counter(run["outcomes"])
+        counts[old[0]["outcome"]] -= 1
+        counts[case.outcome] += 1
+        run["outcomes"] = dict(sorted((+counts).items()))
+        told = {name: value for name, value in asdict(case).items() if name in _TOLD}
+        if case.outcome in BAD:
+            run["bad"].append(told)
+        else:
+            was = {"was": old[0]["outcome"], "date": datetime.now(UTC).date().isoformat()}
+            run.setdefault("mended", []).append(told | was)
+
+
+def _store(found: list[Case], put: Callable[[dict[str, Any], list[Case]], None]) -> None:
+    """Store cases, by `merged` or `replaced`, and write the rows of all that is stored."""
+    kinds = read_json(STORE)["kinds"] if STORE.exists() else {}
+    put(kinds, found)
+    write_json(STORE, {"limits": fuzz_cases.LIMITS, "kinds": kinds})
+    runs = [run for each in kinds.values() for run in each]
+    count, bad = sum(run["cases"] for run in runs), sum(len(run["bad"]) for run in runs)
+    command = f"python scripts/fuzz.py --cases {count} --store"
     what = "malformed inputs run through: tracebacks, exit 70, hangs, silent nonsense"
-    row = evidence.none_may(what, len(bad), "cases", len(found), command)
+    row = evidence.none_may(what, bad, "cases", count, command)
     size = "malformed inputs run through: number"
-    count = evidence.Row(size, len(found), "cases", ">=", 5000, 2000, len(found), command)
-    evidence.write("robustness", [row, count])
+    evidence.write(
+        "robustness", [row, evidence.Row(size, count, "cases", ">=", 5000, 2000, count, command)]
+    )
 
 
 _TOLD: Final = ("kind", "seed", "file", "mutator", "outcome", "why")
@@ -236,8 +311,8 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+")
     parser.add_argument("--minutes", type=float, default=float("inf"))
-    parser.add_argument("--log", type=Path, help="a line of JSON for each case")
-    parser.add_argument("--replay", metavar="KIND:SEED")
+    parser.add_argument("--log", type=Path, help="a line of JSON for each case; goes on from it")
+    parser.add_argument("--replay", metavar="KIND:SEED", nargs="+", default=[])
     parser.add_argument("--store", action="store_true")
     return parser.parse_args()
 
@@ -248,17 +323,19 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="gaitval-fuzz-") as folder:
         kinds = fuzz_cases.kinds(Path(folder))
     if given.replay:
-        kind, _, seed = given.replay.partition(":")
-        worker = Worker({kind: kinds[kind]})
-        found = [worker.run(kind, int(seed))]
-        print(json.dumps(asdict(found[0]), indent=1))
+        wanted = [case.partition(":")[::2] for case in given.replay]
+        worker = Worker({kind: kinds[kind] for kind, _ in wanted})
+        found = [worker.run(kind, int(seed)) for kind, seed in wanted]
+        for case in found:
+            print(json.dumps(asdict(case), indent=1))
     else:
         chosen = given.kinds or list(kinds)
         worker = Worker({name: kinds[name] for name in chosen})
         found = []
-        for case in cases(worker, given.cases, given.seed, minutes=given.minutes):
+        known = logged(given.log)
+        for case in cases(worker, given.cases, given.seed, minutes=given.minutes, known=known):
             found.append(case)
-            if given.log:
+            if given.log and (case.kind, case.seed) not in known:
                 with given.log.open("a") as log:
                     log.write(json.dumps(asdict(case)) + "\n")
             if case.outcome in BAD:
@@ -268,7 +345,7 @@ def main() -> int:
             print(f"{name}: {counts}")
     worker.close()
     if given.store:
-        _store(found, given.seed, f"python scripts/fuzz.py --cases {len(found)} --store")
+        _store(found, replaced if given.replay else merged)
     return int(any(case.outcome in BAD for case in found))
 
 

@@ -5,13 +5,17 @@
     python scripts/kills.py twice                          # two of each in one folder at once
 
 Each is killed (SIGKILL, its own process only, as when memory runs out) after a random part of the
-processor time that it takes without a kill, and started again by the same command. In every second
-case all its files are dated a day ahead before that, as if the clock had gone back. Then every file
-must be equal, byte for byte, to that without a kill, except for the times in `provenance.json`; and
-no process, shared memory or temporary file may be left.
+processor time that it takes without a kill, and started again by the same command. In every
+second case all its files are dated a day ahead before that, as if the clock had gone back. Then
+every file must be equal, byte for byte, to that without a kill, but for times (in
+`provenance.json`; `wall_seconds` in `training.csv`, and so its hash in `stages.json`) and
+TensorBoard's logs, which are named after time and process; and no process, shared memory or
+temporary file may be left beyond those that a run without a kill leaves (torch keeps an empty
+folder for its compiler).
 """
 
 import argparse
+import csv
 import json
 import os
 import random
@@ -21,8 +25,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -46,8 +50,14 @@ SECONDS: Final = 1800.0
 DAY: Final = 86400.0
 TIMES: Final = ("started", "finished", "seconds")
 """Of each stage in `provenance.json`."""
-BARE: Final = (".lock",)
-"""Files whose contents are nobody's."""
+TRAINING: Final = "training.csv"
+CLOCK: Final = "wall_seconds"
+"""Its column with times."""
+BARE: Final = (".lock", "events.out.tfevents")
+"""How the names of files begin whose contents are nobody's."""
+ENDING_SECONDS: Final = 300.0
+"""s in which what a killed process started has to end: a worker that is only just starting takes
+some seconds of a processor, which may be busy."""
 JOBS: Final = ("import", "study", "report", "check")
 Json = dict[str, Any]
 
@@ -102,7 +112,7 @@ class Job:
         process, used = self.start(temporary), 0.0
         while process.poll() is None:
             used = max(used, processor_time(process.pid))
-            time.sleep(0.05)
+            time.sleep(0.2)
         if process.returncode:
             told = process.stdout.read() if process.stdout else ""
             raise RuntimeError(f"{self.commands}: exit code {process.returncode}\n{told[-3000:]}")
@@ -138,29 +148,42 @@ def jobs(work: Path) -> dict[str, Job]:
     }
 
 
-def finished_study(work: Path, temporary: Path) -> None:
-    """A study to report, which `report` starts from."""
+def finished_study(work: Path, temporary: Path, known: Path | None) -> None:
+    """A study to report, which `report` starts from; `known` is one that is finished already."""
+    if known is not None and known.exists():
+        shutil.copytree(known, work / "finished")
+        return
     quick = [f"--set={each}" for each in QUICK]
     Job([["subject", "5", f"--out={work / 'run'}", *quick]], work / "run").whole(temporary)
     shutil.move(work / "run", work / "finished")
+    if known is not None:
+        shutil.copytree(work / "finished", known)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
     """All files of a folder, without what differs from run to run (see the top of this file)."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.name not in BARE:
-            found[path.relative_to(folder).as_posix()] = (
-                _without_times(path) if path.name == "provenance.json" else path.read_bytes()
-            )
-    return found
+    return {
+        path.relative_to(folder).as_posix(): _without_times(path)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.name.startswith(BARE)
+    }
 
 
 def _without_times(path: Path) -> bytes:
+    if path.name == TRAINING:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [{**row, CLOCK: ""} for row in csv.DictReader(file)]
+        return json.dumps(rows).encode()
+    if path.name not in ("provenance.json", "stages.json"):
+        return path.read_bytes()
     values = json.loads(path.read_text(encoding="utf-8"))
-    for stage in values.get("stages", {}).values():
+    stages = values.get("stages", {}) if path.name == "provenance.json" else values
+    for stage in stages.values():
         for name in TIMES:
             stage.pop(name, None)
+        for files in (stage.get("inputs"), stage.get("outputs")):
+            for name in [name for name in files or () if name.endswith(TRAINING)]:
+                files[name] = ""
     return json.dumps(values, sort_keys=True).encode()
 
 
@@ -203,13 +226,17 @@ def shared_memory(session: int) -> set[str]:
     return {name for name in found if not name.endswith("(deleted)") and Path(name).exists()}
 
 
-def _wait(until: Callable[[], bool], seconds: float) -> bool:
-    end = time.monotonic() + seconds
-    while not until():
-        if time.monotonic() > end:
-            return False
+def _still_there(session: int) -> list[str]:
+    """Commands of the processes of a session that do not end by themselves."""
+    end = time.monotonic() + ENDING_SECONDS
+    while (alive := processes(session)) and time.monotonic() < end:
         time.sleep(0.1)
-    return True
+    commands = []
+    for process in alive:
+        with suppress(OSError):
+            words = Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+            commands.append(words[:200])
+    return commands
 
 
 def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json | None:
@@ -217,15 +244,13 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
     job.prepared()
     process = job.start(temporary)
     while process.poll() is None and processor_time(process.pid) < after:
-        time.sleep(0.01)
+        time.sleep(0.05)
     blocks = shared_memory(process.pid)
     process.kill()
     process.communicate()
     if process.returncode != -signal.SIGKILL:
         return None
-    # Its workers notice that it has gone.
-    _wait(lambda: not processes(process.pid), 30.0)
-    left = processes(process.pid)
+    alive = _still_there(process.pid)  # its workers notice that it has gone
     if clock_back:
         ahead = time.time() + DAY
         for path in (*job.folder.rglob("*"), *temporary.rglob("*")):
@@ -235,11 +260,11 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
             os.utime(path, (time.time() - DAY,) * 2, follow_symlinks=False)
     again = job.start(temporary)
     told, _ = again.communicate(timeout=SECONDS)
-    left += processes(again.pid)
+    alive += _still_there(again.pid)
     return {
         "returned": again.returncode,
         "told": told[-500:] if again.returncode else "",
-        "processes": len(left),
+        "processes": alive,
         "blocks": sorted(name for name in blocks if Path(name).exists()),
         "files": sorted(path.name for path in temporary.iterdir()),
     }
@@ -255,20 +280,21 @@ def workplace() -> Iterator[tuple[Path, Path, dict[str, Job]]]:
         yield work, temporary, jobs(work)
 
 
-def kills(count: int, seed: int, names: list[str]) -> None:
+def kills(count: int, seed: int, names: list[str], study: Path | None = None) -> None:
     """Kill each of the jobs in turn, until there are so many kills in the store."""
     with workplace() as (work, temporary, made):
         if "report" in names:
-            finished_study(work, temporary)
-        usual: dict[str, tuple[float, dict[str, bytes]]] = {}
+            finished_study(work, temporary, study)
+            emptied(temporary)
+        usual: dict[str, tuple[float, dict[str, bytes], list[str]]] = {}
         while len(done := _stored().get("kills", [])) < count:
             number = len(done)
             name = names[number % len(names)]
             job = made[name]
             if name not in usual:
                 job.prepared()
-                usual[name] = job.whole(temporary), contents(job.folder)
-            seconds, wanted = usual[name]
+                usual[name] = job.whole(temporary), contents(job.folder), emptied(temporary)
+            seconds, wanted, always = usual[name]
             share = random.Random(f"{seed} {number}").uniform(0.02, 1.0)
             found, tries = None, 0
             while found is None:  # it ended before
@@ -276,14 +302,22 @@ def kills(count: int, seed: int, names: list[str]) -> None:
                     job, share * seconds * 0.9**tries, temporary, clock_back=number % 2 == 1
                 )
                 tries += 1
+            found["files"] = sorted({*found["files"]} - {*always})
             now = contents(job.folder)
             differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
             found |= {"job": name, "share": round(share, 3), "clock_back": number % 2 == 1}
             found |= {"differ": differ, "seed": seed}
             _save(kills=[*done, found])
-            shutil.rmtree(temporary)
-            temporary.mkdir()
+            emptied(temporary)
             print(json.dumps(found), flush=True)
+
+
+def emptied(folder: Path) -> list[str]:
+    """The names of what is in a folder, which is empty afterwards."""
+    names = sorted(path.name for path in folder.iterdir())
+    shutil.rmtree(folder)
+    folder.mkdir()
+    return names
 
 
 def twice(names: list[str]) -> None:
@@ -296,18 +330,35 @@ def twice(names: list[str]) -> None:
             job.whole(temporary)
             wanted = contents(job.folder)
             job.prepared()
-            both = [job.start(temporary) for _ in range(2)]
-            told = [process.communicate(timeout=SECONDS)[0] for process in both]
-            codes = sorted(process.returncode for process in both)
-            same = contents(job.folder) == wanted
-            found[name] = {"codes": codes, "same": same, "told": [text[-300:] for text in told]}
+            found[name] = at_once(job, wanted, temporary)
             print(json.dumps({name: found[name]}), flush=True)
             _save(twice={**_stored().get("twice", {}), name: found[name]})
+
+
+def at_once(job: Job, wanted: Mapping[str, bytes], temporary: Path) -> Json:
+    """Start a job that is `prepared` twice: the exit codes, and whether the files are those that
+    are wanted.
+    """
+    both = [job.start(temporary) for _ in range(2)]
+    told = [process.communicate(timeout=SECONDS)[0] for process in both]
+    codes = sorted(process.returncode for process in both)
+    same = contents(job.folder) == wanted
+    return {"codes": codes, "same": same, "told": [text[-300:] for text in told]}
 
 
 def survived(kill: Json) -> bool:
     """Whether a job that was killed ended well with the same files."""
     return kill["returned"] == 0 and not kill["differ"]
+
+
+def left(kill: Json) -> int:
+    """Number of processes, blocks of shared memory and temporary files that a kill left."""
+    return sum(len(kill[what]) for what in ("processes", "blocks", "files"))
+
+
+def unspoilt(both: Json) -> bool:
+    """Whether of two at once one was refused, or both ended well, and the files are right."""
+    return both["same"] and both["codes"] in ([0, 0], [0, 2])
 
 
 def rows(stored: Json) -> list[evidence.Row]:
@@ -317,19 +368,19 @@ def rows(stored: Json) -> list[evidence.Row]:
     if done:
         n = len(done)
         share = 100.0 * sum(map(survived, done)) / n
-        left = sum(each["processes"] + len(each["blocks"]) + len(each["files"]) for each in done)
         made = [
             evidence.Row(
                 "kills survived bit-equal (import, study, report, check)",
                 share, "%", ">=", 100, 100, n, COMMAND,
             ),
             evidence.none_may(
-                "shared memory, processes and temporary files left by kills", left, "1", n, COMMAND
+                "shared memory, processes and temporary files left by kills",
+                sum(map(left, done)), "1", n, COMMAND,
             ),
         ]  # fmt: skip
     if "twice" in stored:
         each = stored["twice"].values()
-        wrong = sum(not one["same"] or one["codes"] not in ([0, 0], [0, 2]) for one in each)
+        wrong = sum(not unspoilt(one) for one in each)
         what = "two at once in one folder that spoil each other"
         made.append(evidence.none_may(what, wrong, "1", len(each), f"{COMMAND} twice"))
     return made
@@ -351,10 +402,13 @@ def main() -> None:
     parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice", "rows"])
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--study", type=Path, metavar="FOLDER", help="the study to report, for a run in parts"
+    )
     parser.add_argument("--jobs", nargs="+", choices=JOBS, default=list(JOBS))
     arguments = parser.parse_args()
     if arguments.what == "kills":
-        kills(arguments.kills, arguments.seed, arguments.jobs)
+        kills(arguments.kills, arguments.seed, arguments.jobs, arguments.study)
     elif arguments.what == "twice":
         twice([name for name in arguments.jobs if name in ("import", "study")])
     print(evidence.write("robustness", rows(_stored())))

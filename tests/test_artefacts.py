@@ -219,10 +219,12 @@ def test_a_fault_that_is_not_the_disks_stays_what_it_is(tmp_path: Path) -> None:
 KILLED_WHILE_WRITING = """
 import os, sys
 from pathlib import Path
-from gaitval.artefacts import replacing
+from gaitval.artefacts import replacing, scratch
 
-with replacing(Path(sys.argv[1]) / "report.pdf") as temporary:
+folder = Path(sys.argv[1])
+with replacing(folder / "report.pdf") as temporary, scratch(folder) as own:
     temporary.write_text("half")
+    (own / "font").write_text("whole")
     os._exit(9)
 """
 
@@ -233,6 +235,6 @@ def test_what_a_kill_leaves_is_removed_and_nothing_else(tmp_path: Path) -> None:
     (folder / "report.pdf").write_text("old")
     (folder / ".hidden").write_text("theirs")
     subprocess.run([sys.executable, "-c", KILLED_WHILE_WRITING, str(folder)], check=False)
-    assert len(list(folder.iterdir())) == 3
+    assert len(list(folder.iterdir())) == 4
     remove_partial(tmp_path)
     assert sorted(path.name for path in folder.iterdir()) == [".hidden", "report.pdf"]

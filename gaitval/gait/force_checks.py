@@ -54,6 +54,13 @@ CLIPPED_SECONDS: Final = 0.025
 """A force that stays at its largest value for longer is cut off there: a peak of walking of 3 Hz
 is within a thousandth of its height for 5 ms, and stored in steps of 0.5 N for 13 ms."""
 CLIPPED_SAMPLES: Final = 5
+STUCK_SECONDS: Final = 0.025
+"""A channel that stays the same for longer under load has not been read anew: in the recordings at
+most one sample of 300 Hz repeats the one before."""
+STUCK_STEPS: Final = 4.0
+"""A channel that was stuck goes on by more than so many of its smallest changes."""
+STUCK_SHARE: Final = 1e-10
+"""Of the weight (and of a metre): changes below this are the rounding of turned axes."""
 CLIPPED_SHARE: Final = 1e-4
 """Samples this near, relatively, to the largest are equal to it."""
 
@@ -233,15 +240,60 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
                 f"{doubtful:g} {unit}): its channel is dead, or has no calibration",
                 certain=size < impossible, plate=plate.name,
             )  # fmt: skip
+    saturated = False
     for axis, name in enumerate(("fore-aft", "sideways", "vertical")):
         longest = _longest_at_extreme(plate.force[:, axis], loaded, 0.02 * weight) / rate
         if longest > max(CLIPPED_SECONDS, CLIPPED_SAMPLES / rate):
+            saturated = True
             yield Doubt(
                 "saturated channel", where, longest, CLIPPED_SECONDS, "s",
                 f"the {name} force stays at its largest value for {1000 * longest:.0f} ms: the "
                 "amplifier or the converter is saturated there. Record with a larger range",
                 plate=plate.name,
             )  # fmt: skip
+    if not saturated:
+        yield from _stuck(plate, loaded, weight, rate)
+
+
+def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[Doubt]:
+    """The channel that repeats itself for longest, if that is too long."""
+    axes, centre = _own_axes(plate)
+    channels = {
+        f"{name} force": (plate.force @ axes)[:, axis]
+        for axis, name in enumerate(("first horizontal", "second horizontal", "vertical"))
+    }
+    channels["free moment"] = plate.free_moment[:, 2]
+    if plate.moment is not None:
+        about = (plate.moment - np.cross(centre, plate.force)) @ axes
+        channels |= {
+            f"moment about the {name} axis": about[:, axis]
+            for axis, name in enumerate(("first", "second", "vertical"))
+        }
+    longest, stuck = 0.0, ""
+    for name, values in channels.items():
+        if np.ptp(values[loaded]) > DEAD_FORCE[1] * DEAD_MOMENT_M[1] * weight:
+            seconds = _longest_stuck(values, loaded, STUCK_SHARE * weight) / rate
+            longest, stuck = max((longest, stuck), (seconds, name))
+    if longest > max(STUCK_SECONDS, CLIPPED_SAMPLES / rate):
+        yield Doubt(
+            "stuck channel", f"plate {plate.name}", longest, STUCK_SECONDS, "s",
+            f"its {stuck} stays exactly the same for {1000 * longest:.0f} ms while a foot is on "
+            "it: samples were lost there and the last one repeated. Look at the raw channels",
+            plate=plate.name,
+        )  # fmt: skip
+
+
+def _longest_stuck(values: Array, loaded: Flags, rounding: float) -> int:
+    """Samples under load for which a channel repeats itself and then jumps. One that is stored in
+    steps also repeats itself at a peak, but goes on by one step.
+    """
+    changes = np.abs(np.diff(values))
+    jump = STUCK_STEPS * float(changes[changes > rounding].min(initial=np.inf))
+    longest = 0
+    for begin, end in zip(*runs(loaded[1:] & (changes <= rounding)), strict=True):
+        if end == len(changes) or changes[end] > jump:
+            longest = max(longest, int(end - begin))
+    return longest
 
 
 def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:
@@ -280,9 +332,7 @@ def _ranges(
     for axis, name in ((0, "fore-aft"), (1, "sideways")):
         size = float(np.ptp(plate.force[loaded, axis])) / weight
         yield f"the {name} force", size, DEAD_FORCE, "of the weight"
-    axes, centre = np.eye(3), np.zeros(3)
-    if np.isfinite(plate.corners).all():
-        axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
+    axes, centre = _own_axes(plate)
     point = (plate.centre_of_pressure[loaded] - centre) @ axes
     for axis, name in ((0, "first"), (1, "second")):
         size = float(np.ptp(point[:, axis]))
@@ -291,6 +341,13 @@ def _ranges(
         about = plate.moment - np.cross(centre, plate.force)
         size = float(np.ptp((about @ axes)[loaded, 2])) / weight
         yield "the vertical moment", size, DEAD_MOMENT_M, "m of the weight"
+
+
+def _own_axes(plate: Plate) -> tuple[Array, Array]:
+    """Axes, as columns, and middle of a plate; those of the recording where they are unknown."""
+    if np.isfinite(plate.corners).all():
+        return plate_axes(plate.corners), plate.corners.mean(axis=0)
+    return np.eye(3), np.zeros(3)
 
 
 def _longest_at_extreme(values: Array, loaded: Flags, least: float) -> int:

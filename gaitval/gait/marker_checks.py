@@ -1,6 +1,7 @@
-"""Whether the markers of the feet are in walking where they are in standing.
+"""Whether trajectories are those of markers that cameras saw, and whether the markers of the feet
+are in walking where they are in standing.
 
-Axes: the project's (REP-103, z up).
+The limits were measured on the recordings named in `force_checks`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -8,16 +9,106 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.arrays import Array, runs
 from gaitval.gait.doubts import Doubt
 from gaitval.mocap.recording import Recording
 
+LARGEST_NOISE: Final = 0.004
+"""m, standard deviation of each coordinate: at most 0.2 mm. In the single cycles of a made-up walk
+4 mm move angles by 1.3 degrees and moments by 0.06 Nm/kg, in proportion."""
+DIFFERENCES: Final = 4
+"""Order of the differences of frames that leave noise and little motion: what moves at 5 Hz is an
+eighth of itself at 50 Hz, and a hundredth at 100 Hz."""
+DIFFERENCES_NOISE: Final = 70.0**0.5
+"""By what they enlarge noise: the root of the sum of the squares of 1, 4, 6, 4 and 1."""
+MEDIAN_TO_SD: Final = 1.4826
+"""Standard deviation of a normal distribution over the median of its absolute values."""
+
+STUCK_SECONDS: Final = 0.05
+"""A coordinate that repeats itself for longer while the marker moves on is cut off there: at most
+0.01 s (a single frame)."""
+STUCK_FRAMES: Final = 5
+STUCK_TRAVEL: Final = 0.02
+"""m that the marker moves meanwhile."""
+COARSE: Final = 1e-4
+"""m. Of a file that is rounded to more nothing is said: at a turn, a coordinate that swings by 2 cm
+once a second is within half a millimetre for 0.07 s, and within 0.05 mm for 0.02 s."""
+
 LARGEST_HEIGHT_CHANGE: Final = 0.02
 """m. When a foot is flat, each of its markers is as high as in standing, but for what the floor of
-the two trials differs by: within 8 mm in the recordings named in `force_checks`."""
+the two trials differs by: within 8 mm."""
+LARGEST_ASYMMETRY: Final = 0.014
+"""m, by which such a change of one foot's marker, beside the rest of the foot, may differ from that
+of the other foot: at most 5 mm in 21 public recordings, 8 mm in the walk of Rajagopal et al. 2016
+and in a natural walk of the OpenCap validation (10 mm with trunk sway). A head of a metatarsal that
+is 12 mm lower in standing turns the subtalar joint by 3 degrees."""
 FLAT_PERCENTILE: Final = 15.0
 """Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
 FEWEST_MARKERS: Final = 4
+NAMED: Final = 3
+"""Markers that a doubt names; of more it says how many."""
 _ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
+
+
+def trajectory_doubts(recording: Recording) -> Iterator[Doubt]:
+    """Markers whose trajectories cannot be as the cameras saw them.
+
+    Parameters
+    ----------
+    recording : as read, in the axes of its file, along which coordinates are cut off or repeated.
+    """
+    noise = _noise(recording)
+    noisy = [name for name in noise if noise[name] > LARGEST_NOISE]
+    if noisy:
+        worst = max(noisy, key=lambda name: noise[name])
+        where = ", ".join(noisy) if len(noisy) <= NAMED else f"{len(noisy)} of {len(noise)} markers"
+        yield Doubt(
+            "noise", where, noise[worst], LARGEST_NOISE, "m",
+            f"from frame to frame {worst} scatters by {1000 * noise[worst]:.1f} mm (cameras: below "
+            f"1 mm; at most {1000 * LARGEST_NOISE:.0f} mm): angles and moments of single cycles "
+            "are off. Look at the calibration of the cameras, or the reconstruction",
+        )  # fmt: skip
+    for number, name in enumerate(recording.names):
+        path = recording.markers[:, number]
+        seconds = _longest_stuck(path, recording.marker_rate) / recording.marker_rate
+        if seconds > 0.0:
+            yield Doubt(
+                "stuck coordinate", name, seconds, STUCK_SECONDS, "s",
+                f"one of its coordinates stays exactly the same for {seconds:.2f} s while the "
+                "marker moves on: the trajectory was cut off at the edge of the volume, or filled. "
+                "Look at the trajectory in the recording program",
+            )  # fmt: skip
+
+
+def _noise(recording: Recording) -> dict[str, float]:
+    """Standard deviation of a coordinate of each marker, m; those without enough frames left out.
+
+    The median is that of most frames, so a heel that strikes the ground is not taken for noise.
+    """
+    if len(recording.markers) <= DIFFERENCES:
+        return {}
+    wander = np.abs(np.diff(recording.markers, n=DIFFERENCES, axis=0)) / DIFFERENCES_NOISE
+    found = {}
+    for number, name in enumerate(recording.names):
+        own = wander[:, number][np.isfinite(wander[:, number]).all(axis=1)]
+        if len(own):
+            found[name] = float(MEDIAN_TO_SD * np.sqrt((np.median(own, axis=0) ** 2).mean()))
+    return found
+
+
+def _longest_stuck(path: Array, rate: float) -> int:
+    """Frames for which a coordinate repeats itself while the marker moves on, 0 if they are few."""
+    longest = 0
+    for column in range(3):
+        changes = np.abs(np.diff(path[:, column], prepend=np.nan))
+        if changes[changes > 0.0].min(initial=np.inf) > COARSE:
+            continue
+        same = changes == 0.0
+        for begin, end in zip(*runs(same), strict=True):
+            enough = end - begin > max(STUCK_SECONDS * rate, STUCK_FRAMES)
+            if enough and np.ptp(path[begin:end], axis=0).max() > STUCK_TRAVEL:
+                longest = max(longest, int(end - begin))
+    return longest
 
 
 def foot_marker_doubts(
@@ -27,8 +118,32 @@ def foot_marker_doubts(
 
     Parameters
     ----------
+    standing, walking : in the project's axes (REP-103, z up).
     landmarks : see `foot_markers`.
     """
+    changes = _height_changes(standing, walking, landmarks)
+    if len(changes) < FEWEST_MARKERS:
+        return
+    floor = float(np.median(list(changes.values())))
+    moved = {mark: change - floor for mark, change in changes.items()}
+    far = [mark for mark, change in moved.items() if abs(change) > LARGEST_HEIGHT_CHANGE]
+    for mark in far:
+        size = abs(moved[mark])
+        yield Doubt(
+            "height of a foot's marker", landmarks[mark], size, LARGEST_HEIGHT_CHANGE, "m",
+            f"with the foot flat it is {1000 * size:.0f} mm "
+            f"{'higher' if moved[mark] > 0.0 else 'lower'} in walking than in standing (elsewhere "
+            f"within {1000 * LARGEST_HEIGHT_CHANGE:.0f} mm): it has moved or is mislabelled in "
+            "one of the trials, or the foot is never put down flat",
+        )  # fmt: skip
+    if not far:
+        yield from _asymmetry(changes, landmarks)
+
+
+def _height_changes(
+    standing: Recording, walking: Recording, landmarks: Mapping[str, str]
+) -> dict[str, float]:
+    """How much higher each landmark of the feet is in the walk's flat foot than in standing, m."""
     changes = {}
     for landmark, name in landmarks.items():
         shown = name in standing.names and name in walking.names
@@ -39,16 +154,30 @@ def foot_marker_doubts(
             )
             if len(stood) and len(walked):
                 flat = np.percentile(walked, FLAT_PERCENTILE)
-                changes[name] = float(flat - np.median(stood))
-    if len(changes) < FEWEST_MARKERS:
+                changes[landmark] = float(flat - np.median(stood))
+    return changes
+
+
+def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> Iterator[Doubt]:
+    """The landmark whose height changes most differently in the two feet, if that is too much."""
+    beside = {
+        side: {
+            mark[2:]: change - float(np.median(list(own.values()))) for mark, change in own.items()
+        }
+        for side in "RL"
+        for own in [{mark: change for mark, change in changes.items() if mark[0] == side}]
+    }
+    both = beside["R"].keys() & beside["L"].keys()
+    if not both:
         return
-    floor = float(np.median(list(changes.values())))
-    for name, change in changes.items():
-        if abs(change - floor) > LARGEST_HEIGHT_CHANGE:
-            yield Doubt(
-                "height of a foot's marker", name, abs(change - floor), LARGEST_HEIGHT_CHANGE, "m",
-                f"with the foot flat it is {1000 * abs(change - floor):.0f} mm "
-                f"{'higher' if change > floor else 'lower'} in walking than in standing (elsewhere "
-                f"within {1000 * LARGEST_HEIGHT_CHANGE:.0f} mm): it has moved or is mislabelled in "
-                "one of the trials, or the foot is never put down flat",
-            )  # fmt: skip
+    part = max(sorted(both), key=lambda part: abs(beside["R"][part] - beside["L"][part]))
+    right, left = (beside[side][part] for side in "RL")
+    if abs(right - left) > LARGEST_ASYMMETRY:
+        yield Doubt(
+            "height of a foot's marker", " and ".join(landmarks[f"{side}.{part}"] for side in "RL"),
+            abs(right - left), LARGEST_ASYMMETRY, "m",
+            "from standing to the flat foot of the walk they rise by "
+            f"{round(1000 * right)} and {round(1000 * left)} mm beside the rest of their feet "
+            f"(elsewhere within {1000 * LARGEST_ASYMMETRY:.0f} mm of each other): one of them has "
+            "moved or is mislabelled in one of the trials, or one foot is never put down flat",
+        )  # fmt: skip

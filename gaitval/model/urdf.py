@@ -9,7 +9,6 @@ import hashlib
 import io
 import json
 import re
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -22,7 +21,7 @@ import xacro
 import yourdfpy
 
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
+from gaitval.artefacts import scratch, write_text
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.model.body import (
@@ -102,8 +101,8 @@ def write_urdf(model: BodyModel, path: Path) -> None:
             f"the model's name {model.name!r} cannot be used in a URDF: use letters, digits, "
             "spaces, dots, hyphens and underscores."
         )
-    with tempfile.TemporaryDirectory() as folder:
-        body = Path(folder) / "body.json"
+    with scratch(Path(path).parent) as folder:
+        body = folder / "body.json"
         body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
         document = xacro.process_file(
             str(template_folder() / TEMPLATE), mappings={"name": model.name, "body": str(body)}

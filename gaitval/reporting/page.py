@@ -18,7 +18,7 @@ from markupsafe import Markup, escape
 from weasyprint.text.fonts import FontConfiguration
 from weasyprint.urls import URLFetcher
 
-from gaitval.artefacts import replacing, write_text
+from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.reporting import filling
 from gaitval.reporting.catalogue import SOURCE, translations
@@ -153,23 +153,24 @@ def write_page(
     }
     write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
-    lay_out = _printer(chosen.paper)
-    document = lay_out(page.render(values, medium="print"))
-    higher = filling.stretches(document)
-    for each, factor in higher.items():
-        with stretched(factor):
-            drawn[each] = Markup(draws[each]())
-    if higher:
+    with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        lay_out = _printer(chosen.paper, own)
         document = lay_out(page.render(values, medium="print"))
-    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        higher = filling.stretches(document)
+        for each, factor in higher.items():
+            with stretched(factor):
+                drawn[each] = Markup(draws[each]())
+        if higher:
+            document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 
 
-def _printer(paper: str) -> Callable[[str], weasyprint.Document]:
-    """What lays a page out on sheets of a size."""
+def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:
+    """What lays a page out on sheets of a size; fonts are prepared in the folder `own`."""
     # only what the page itself contains: no file and no network, whatever the inputs say
     fetcher = URLFetcher(allowed_protocols=("data",))
     fonts = FontConfiguration()
+    fonts._folder = own  # else in the system's temporary files, where a kill leaves it
     sheets = [
         weasyprint.CSS(string=text, url_fetcher=fetcher, font_config=fonts)
         for text in (_font_faces(), f"@page {{ size: {_PAPERS[paper]} }}")

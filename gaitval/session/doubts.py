@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from gaitval.gait.doubts import Doubt
-from gaitval.gait.event_checks import StoredEvents, event_doubts
+from gaitval.gait.event_checks import StoredEvents, contact_doubts, event_doubts
+from gaitval.gait.events import marker_events
 from gaitval.gait.force_checks import force_doubts, place_doubts, whole_stances
 from gaitval.gait.motion_checks import motion_doubts, swing_doubts, weight_doubts
 from gaitval.gait.plate_contacts import OUTSIDE
@@ -58,6 +59,7 @@ def trial_doubts(
         forces.rate,
         request.mass_kg,
     )
+    found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
     named = {doubt.plate for doubt in of_plates}
     # a plate that is doubted already explains why its force and the motion disagree
     return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

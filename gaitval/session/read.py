@@ -16,7 +16,7 @@ from gaitval.gait.cycles import (
 )
 from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import FOOT_CUTOFF_HZ
-from gaitval.gait.marker_checks import foot_marker_doubts
+from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.mocap.axes import (
     LaboratoryAxes,
     check_axes,
@@ -118,6 +118,7 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             names=(str(request.static), recording.source),
         )
         for doubt in (
+            *trajectory_doubts(walking[number]),
             *displaced_doubts(displaced(distances, marker_set)),
             *foot_marker_doubts(standing, recording, landmarks),
         ):

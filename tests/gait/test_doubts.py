@@ -66,6 +66,30 @@ def test_a_clipped_force_but_not_one_stored_in_steps(step, clipped):
     assert len(found) == clipped
 
 
+@pytest.mark.parametrize("channel", ["force", "moment", "free_moment"])
+def test_a_channel_that_repeats_itself_for_a_while(channel):
+    plate = waves(rate=300.0)
+    plate = replace(plate, free_moment=np.gradient(plate.force, axis=0) * [0, 0, 1.0])
+    values = getattr(plate, channel)
+    assert not list(channel_doubts(plate, 300.0))
+    values[30:36] = values[30]  # 17 ms
+    assert not list(channel_doubts(plate, 300.0))
+    values[30:45] = values[30]
+    (doubt,) = channel_doubts(plate, 300.0)
+    assert (doubt.check, doubt.plate, doubt.certain) == ("stuck channel", plate.name, False)
+    assert doubt.value == pytest.approx(14 / 300.0)
+
+
+@pytest.mark.parametrize("step", [2.0, 5.0])
+def test_a_plate_that_stores_steps_is_not_stuck(step):
+    plate = waves(rate=1000.0)
+    force = np.round(plate.force / step) * step
+    longest = np.diff(np.flatnonzero(np.diff(force[:500, 1]))).max()
+    assert longest > 25, "it repeats itself at a peak"
+    found = channel_doubts(replace(plate, force=force, moment=None), 1000.0)
+    assert "stuck channel" not in {doubt.check for doubt in found}
+
+
 def test_figures_of_a_known_stance():
     """The synthetic walk pushes forward and left by a tenth and a twentieth of the weight."""
     recording = walk(plates=BELTS, belt=1.2)

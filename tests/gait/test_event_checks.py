@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitval.gait.event_checks import event_doubts, stored_events
-from gaitval.mocap.recording import Event
+from gaitval.gait.event_checks import contact_doubts, event_doubts, stored_events
+from gaitval.mocap.recording import Event, FootForces
 
 OTHER = {"right": "left", "left": "right"}
 
@@ -47,3 +47,25 @@ def test_events_on_another_clock():
 def test_an_event_that_was_not_found_does_not_match():
     (compared,) = stored_events(walk(), walk()[:4])
     assert (compared.matched, compared.other_foot) == (4, 0)
+
+
+def carried(late=0.0, known=True):
+    """Forces of `walk`: each foot for 0.7 s, the fourth strike of all too late."""
+    rate, strikes = 1000.0, walk()
+    force = np.zeros((6000, 2, 3))
+    for number, strike in enumerate(strikes):
+        begin = strike.time + (late if number == 3 else 0.0)
+        column = 0 if strike.side == "right" else 1
+        force[round(begin * rate) : round((strike.time + 0.7) * rate), column, 2] = 700.0
+    valid = np.full((6000, 2), known)
+    return FootForces(rate, 0.0, force, np.zeros_like(force), np.zeros_like(force), valid)
+
+
+@pytest.mark.parametrize("usual", [0.0, -0.03])
+def test_a_strike_that_strays(usual):
+    shown = [Event(e.time - usual, e.side, e.kind) for e in walk()]
+    assert not list(contact_doubts(carried(0.03), shown))
+    (doubt,) = contact_doubts(carried(0.06), shown)
+    assert (doubt.where, doubt.value) == ("left foot", pytest.approx(0.06, abs=0.002))
+    assert "heel strikes is at 2.01 s, 60 ms later" in doubt.message
+    assert not list(contact_doubts(carried(0.06, known=False), shown))

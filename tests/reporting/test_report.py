@@ -5,11 +5,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import weasyprint
 from html_page import Page, an_hour_later, only_html
 from report_run import build_run
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
-from gaitval.artefacts import write_json
+from gaitval.artefacts import PARTIAL, write_json
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -173,6 +174,27 @@ def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monk
     write_report(tmp_path)
     for name in ("report.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
+
+
+def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path, monkeypatch):
+    run, temporary = tmp_path / "run", tmp_path / "tmp"
+    for folder in (run, temporary):
+        folder.mkdir()
+    build_run(run)
+    before = {path.name for path in run.iterdir()}
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+    seen = []
+    drawn = weasyprint.HTML.write_pdf
+
+    def watched(document, target, **options):
+        drawn(document, target, **options)
+        seen.extend([*temporary.iterdir(), *run.glob(f"{PARTIAL}*/*")])
+
+    monkeypatch.setattr(weasyprint.HTML, "write_pdf", watched)
+    write_report(run)
+    assert len(seen) == 4, "the faces of the font, in a folder of ours"
+    assert not list(temporary.iterdir())
+    assert {path.name for path in run.iterdir()} - before == {"report.html", "report.pdf"}
 
 
 def test_hostile_text_stays_text(tmp_path, monkeypatch):

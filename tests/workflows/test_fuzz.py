@@ -7,7 +7,7 @@ import sys
 import fuzz_cases
 import numpy as np
 import pytest
-from fuzz import BAD, Worker, cases, run_case
+from fuzz import BAD, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
 CASES = 150
@@ -44,6 +44,23 @@ def test_a_case_is_made_again_from_its_seed(kinds):
         assert len({fuzz_cases.damaged(kind, made, seed) for seed in range(20)}) > 10
 
 
+@pytest.mark.parametrize(
+    ("case", "mutator", "words"),
+    [
+        ("wbds:3", "frozen", "stuck channel"),
+        ("c3d_walking:6", "c3d_channels", "stuck channel"),
+        ("trc:43", "clipped", "stuck coordinate"),
+        ("trc:90", "noisy", "noise"),
+        ("c3d_standing:163", "c3d_points", "height of a foot's marker"),
+    ],
+)
+def test_what_once_went_through_without_a_word_is_told(worker, case, mutator, words):
+    kind, _, seed = case.partition(":")
+    found = worker.run(kind, int(seed))
+    assert (found.mutator, found.outcome) == (mutator, "told"), found
+    assert words in found.why
+
+
 def _force_that_is_silent_in_mid_stance(data: bytes, _: np.random.Generator) -> bytes:
     table = MOT.read(data)
     columns = [table.head[-1].split("\t").index(f"ground_force_l_v{axis}") for axis in "xyz"]
@@ -61,6 +78,37 @@ def test_a_plate_that_is_silent_in_mid_stance_is_told_of(kinds, worker, tmp_path
     case = run_case("mot", 0, silent, worker.results["mot"], tmp_path)
     assert case.outcome in ("told", "refused"), case
     assert "motion" in case.why
+
+
+def test_figures_are_replaced_seed_by_seed():
+    def found(first, last, outcome):
+        return [Case("trc", n, "walk.trc", "cut", outcome, "", {}, 1.0) for n in range(first, last)]
+
+    stored = {}
+    merged(stored, found(0, 10, "silent"))
+    merged(stored, found(20, 25, "refused"))
+    merged(stored, found(0, 12, "told"))
+    assert [(run["seeds"], run["outcomes"], run["bad"]) for run in stored["trc"]] == [
+        ([0, 11], {"told": 12}, []),
+        ([20, 24], {"refused": 5}, []),
+    ]
+    with pytest.raises(SystemExit, match=r"a part of \[0, 11\]"):
+        merged(stored, found(0, 5, "told"))
+
+
+def test_a_bad_case_is_replaced_by_what_it_is_now():
+    def case(seed, outcome):
+        return Case("trc", seed, "walk.trc", "cut", outcome, "", {}, 1.0)
+
+    stored = {}
+    merged(stored, [case(0, "silent"), case(1, "told"), case(2, "silent")])
+    replaced(stored, [case(0, "told"), case(2, "fault")])
+    (run,) = stored["trc"]
+    assert run["outcomes"] == {"fault": 1, "told": 2}
+    assert [(bad["seed"], bad["outcome"]) for bad in run["bad"]] == [(2, "fault")]
+    assert [(one["seed"], one["was"]) for one in run["mended"]] == [(0, "silent")]
+    with pytest.raises(SystemExit, match="trc:1 is not among the bad cases"):
+        replaced(stored, [case(1, "refused")])
 
 
 @pytest.mark.parametrize("wrong", ["raises", "nonsense", "dies"])

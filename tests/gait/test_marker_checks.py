@@ -1,0 +1,96 @@
+"""Trajectories that no camera saw so are doubted; those of a steady walk are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.mocap.recording import Recording
+
+RATE = 100.0
+NAMES = tuple(f"{side}.{part}" for side in "RL" for part in ("Heel", "Ankle", "MT1", "MT5"))
+LANDMARKS = {name: name for name in NAMES}
+HEIGHTS = 0.03 + 0.01 * np.arange(len(NAMES))
+
+
+def walked(noise: float = 0.0, step: float = 0.0) -> Recording:
+    """Six seconds at 1.2 m/s: markers sway by 2 cm and are lifted by 20 cm, half of the time."""
+    random = np.random.default_rng(0)
+    time = np.arange(600) / RATE
+    lifted = 0.2 * np.clip(np.sin(2 * np.pi * time), 0.0, None)
+    markers = np.empty((600, len(NAMES), 3))
+    markers[..., 0] = 1.2 * time[:, None]
+    markers[..., 1] = 0.02 * np.sin(2 * np.pi * time)[:, None]
+    markers[..., 2] = lifted[:, None] + HEIGHTS
+    markers += random.normal(0.0, max(noise, 1e-7), markers.shape)
+    if step:
+        markers = np.round(markers / step) * step
+    return Recording("walk", "project", NAMES, markers, RATE)
+
+
+def stood(**moved: float) -> Recording:
+    heights = HEIGHTS + [moved.get(name.replace(".", "_"), 0.0) for name in NAMES]
+    markers = np.stack([np.zeros(8), np.zeros(8), heights], axis=1)[None]
+    return Recording("stand", "project", NAMES, markers, RATE)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.0005, 0.003])
+def test_a_walk_that_cameras_saw(noise):
+    assert not list(trajectory_doubts(walked(noise)))
+
+
+def test_noise_is_measured_whatever_the_motion():
+    (doubt,) = trajectory_doubts(walked(0.006))
+    assert doubt.check == "noise"
+    assert doubt.value == pytest.approx(0.006, rel=0.15)
+    assert doubt.where == "8 of 8 markers"
+
+
+def test_one_noisy_marker_is_named():
+    recording = walked(0.0005)
+    recording.markers[:, 3] += np.random.default_rng(1).normal(0.0, 0.006, (600, 3))
+    (doubt,) = trajectory_doubts(recording)
+    assert doubt.where == "R.MT5"
+
+
+def test_a_marker_that_is_seldom_seen_is_not_judged():
+    recording = walked(0.006)
+    recording.markers[::3] = np.nan
+    assert not list(trajectory_doubts(recording))
+
+
+def test_a_trajectory_that_is_cut_off():
+    recording = walked(0.0003)
+    recording.markers[:, 2, 2] = recording.markers[:, 2, 2].clip(None, 0.15)
+    (doubt,) = trajectory_doubts(recording)
+    assert (doubt.check, doubt.where) == ("stuck coordinate", "R.MT1")
+    assert 0.2 < doubt.value < 0.4
+
+
+def test_a_file_in_whole_millimetres_is_not_cut_off():
+    recording = walked(step=0.001)
+    sideways = recording.markers[:, 0, 1]
+    assert np.diff(np.flatnonzero(np.diff(sideways))).max() > 5, "it stays the same at a turn"
+    assert not list(trajectory_doubts(recording))
+
+
+def test_a_marker_that_is_lower_in_standing_than_its_other_side():
+    assert not list(foot_marker_doubts(stood(R_MT1=0.013), walked(), LANDMARKS))
+    (doubt,) = foot_marker_doubts(stood(R_MT1=-0.016), walked(), LANDMARKS)
+    assert doubt.where == "R.MT1 and L.MT1"
+    assert doubt.value == pytest.approx(0.016, abs=1e-4)
+    assert "rise by 16 and 0 mm" in doubt.message
+
+
+def test_feet_on_another_floor_are_not_asymmetric():
+    higher = stood(**{name.replace(".", "_"): 0.015 for name in NAMES if name[0] == "R"})
+    assert not list(foot_marker_doubts(higher, walked(), LANDMARKS))
+
+
+def test_a_marker_beside_which_there_is_none():
+    recording = walked()
+    one_side = [name for name in NAMES if name != "L.MT1"]
+    columns = [NAMES.index(name) for name in one_side]
+    lacking = replace(recording, names=tuple(one_side), markers=recording.markers[:, columns])
+    assert not list(foot_marker_doubts(stood(R_MT1=-0.016), lacking, LANDMARKS))
