@@ -1,6 +1,6 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import data, imports, recording, screen, study, virtual
+from gaitval.cli import cohort, data, imports, recording, screen, study, virtual
 from gaitval.cli.app import main
 
-__all__ = ["data", "imports", "main", "recording", "screen", "study", "virtual"]
+__all__ = ["cohort", "data", "imports", "main", "recording", "screen", "study", "virtual"]

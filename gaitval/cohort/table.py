@@ -88,13 +88,12 @@ class Study(BaseModel):
     settings: tuple[str, ...] = ()
 
 
-def read_table(path: Path, settings: Iterable[str] = ()) -> tuple[Study, ...]:
+def read_table(path: Path) -> tuple[Study, ...]:
     """The studies of a table.
 
     Parameters
     ----------
     path : CSV or TOML file.
-    settings : "section.key=value" for every study; those of the table come after them.
 
     Raises
     ------
@@ -107,9 +106,8 @@ def read_table(path: Path, settings: Iterable[str] = ()) -> tuple[Study, ...]:
         raise ConfigurationError(
             f"{path}: a table is a .csv or a .toml file, not {kind or 'a file without an ending'}."
         )
-    common = tuple(settings)
     rows = _csv_rows(path) if kind == ".csv" else _toml_rows(path)
-    studies = tuple(_study(path, where, values, common) for where, values in rows)
+    studies = tuple(_study(path, where, values) for where, values in rows)
     if not studies:
         raise ConfigurationError(f"{path}: no study in this table. Write a row for each.")
     return without_doubles(studies, str(path))
@@ -125,6 +123,21 @@ def without_doubles(studies: tuple[Study, ...], origin: str) -> tuple[Study, ...
             "files would be written over each other. Give each a `name` of its own."
         )
     return studies
+
+
+def with_settings(
+    studies: Iterable[Study], settings: Iterable[str], config: str | None = None
+) -> tuple[Study, ...]:
+    """The studies with settings ("section.key=value") for all, which those of a study's own row
+    override; `config` is for studies that name none.
+    """
+    common = tuple(settings)
+    return tuple(
+        study.model_copy(
+            update={"settings": (*common, *study.settings), "config": study.config or config}
+        )
+        for study in studies
+    )
 
 
 def write_table(path: Path, studies: Iterable[Study]) -> None:
@@ -204,11 +217,11 @@ def _flat(values: Any, before: str = "") -> list[str]:
     return found
 
 
-def _study(path: Path, where: str, row: dict[str, Any], common: tuple[str, ...]) -> Study:
+def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
     values = dict(row)
     seeds, several = values.pop("seeds", []), values.pop("several", 1)
     seeded = [f"seed={seed}" for seed in seeds]
-    values["settings"] = [*common, *values.get("settings", ()), *seeded]
+    values["settings"] = [*values.get("settings", ()), *seeded]
     kinds = [name for name in ("subject", "recording", "virtual") if values.get(name) is not None]
     if len(kinds) != 1:
         raise ConfigurationError(

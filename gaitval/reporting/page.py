@@ -47,20 +47,31 @@ def write_page(folder: Path, name: str, template: str, context: Mapping[str, Any
     template : file name of a Jinja template in this package. It is given `context`, the style
         sheet as `css` and the medium, "screen" or "print", as `medium`.
     """
+    write_text(folder / f"{name}.html", _rendered(template, context, "screen"))
+    # only what the page itself contains: no file and no network, whatever the inputs say
+    fetcher = URLFetcher(allowed_protocols=("data",))
+    fonts = FontConfiguration()
+    printed = _rendered(template, context, "print")
+    document = weasyprint.HTML(string=printed, url_fetcher=fetcher)
+    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
+    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+
+
+def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
+    """Write `name`.html alone, for a page too long to print; otherwise as `write_page`."""
+    path = folder / f"{name}.html"
+    write_text(path, _rendered(template, context, "screen"))
+    return path
+
+
+def _rendered(template: str, context: Mapping[str, Any], medium: str) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["number"] = number
     page = environment.from_string(_resource(template))
-    values = {**context, "css": Markup(_resource("report.css"))}
-    write_text(folder / f"{name}.html", page.render(values, medium="screen"))
-    # only what the page itself contains: no file and no network, whatever the inputs say
-    fetcher = URLFetcher(allowed_protocols=("data",))
-    fonts = FontConfiguration()
-    document = weasyprint.HTML(string=page.render(values, medium="print"), url_fetcher=fetcher)
-    faces = weasyprint.CSS(string=_font_faces(), url_fetcher=fetcher, font_config=fonts)
-    with replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
-        document.write_pdf(temporary, stylesheets=[faces], font_config=fonts, pdf_tags=True)
+    return page.render({**context, "css": Markup(_resource("report.css"))}, medium=medium)
 
 
 @contextmanager
