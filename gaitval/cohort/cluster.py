@@ -16,6 +16,8 @@ from gaitval.errors import ConfigurationError, GaitvalError
 
 LOOPBACK: Final = "127.0.0.1"
 """The only address at which a local cluster listens: nobody else can send it work."""
+ANSWER: Final = 10.0
+"""s, for a scheduler to answer."""
 BATCH: Final = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
 """Batch systems, by the class of dask-jobqueue."""
 JOB: Final = {"cores": 1, "processes": 1, "memory": "2GB"}
@@ -95,7 +97,7 @@ def _local(workers: int) -> LocalCluster:
 
 def _running(address: str) -> Client:
     try:
-        return Client(address, timeout=10)
+        return Client(address, timeout=ANSWER)
     except (OSError, TimeoutError) as error:
         raise ClusterError(
             f"{address}: no Dask scheduler answers there ({error}). Start one with `dask scheduler`"

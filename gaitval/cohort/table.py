@@ -228,6 +228,10 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
             f"{path}, {where}: give one of subject, recording (in CSV: static and trials) and "
             f"virtual; this one has {' and '.join(kinds) or 'none'}."
         )
+    if kinds != ["subject"] and not isinstance(values[kinds[0]], dict):
+        raise ConfigurationError(
+            f"{path}, {where}: {kinds[0]}: not a table. Write {kinds[0]} = {{ … }}."
+        )
     named = str(values.get("name") or _name_of(values, seeds))
     values["name"] = f"{named}-s{seeds[0]}" if several > 1 and values.get("name") else named
     if kinds == ["subject"]:
@@ -249,10 +253,8 @@ def _recording(path: Path, where: str, values: Mapping[str, Any]) -> dict[str, A
     """The options of a recording, checked; its paths are absolute."""
     from gaitval.session.batch import person_of  # reads recordings, which takes a while to load
 
-    given = values["recording"]
-    if not isinstance(given, dict):
-        raise ConfigurationError(f"{path}, {where}: recording: not a table. Write {{ static = … }}.")
-    person = person_of(path.resolve(), where, {**given, "name": values["name"]})
+    about = {**values["recording"], "name": values["name"]}
+    person = person_of(path.resolve(), where, about)
     return person.model_dump(mode="json", exclude={"name"}, exclude_defaults=True)
 
 
@@ -260,7 +262,7 @@ def _name_of(values: Mapping[str, Any], seeds: list[Any]) -> str:
     """A name from what the study is of: `S01-T03-s1`."""
     virtual = values.get("virtual")
     if virtual is not None:
-        base = f"V{virtual.get('seed', 0)}_{int(virtual.get('number', 0)):03d}"
+        base = f"V{virtual.get('seed', 0)}_{virtual.get('number', 0):0>3}"
     elif values.get("recording") is not None:
         base = Path(str(values["recording"].get("static", "recording"))).stem
     else:
