@@ -43,8 +43,8 @@ def cohort(
         typer.Option(
             "--all-data",
             metavar="FOLDER",
-            help="A study of every trial of WBDS in this folder: what `gaitval data fetch` made, or "
-            "files of your own in its formats.",
+            help="A study of every treadmill trial of WBDS in this folder, such as the one of "
+            "`gaitval data fetch`.",
             show_default=False,
         ),
     ] = None,
@@ -162,7 +162,7 @@ def _studies(
 
     if table is None and all_data is None and not virtual:
         raise ConfigurationError(
-            "nothing to run. Give a TABLE, --all-data FOLDER or --virtual N (gaitval cohort --help)."
+            "nothing to run. Give a TABLE, --all-data FOLDER or --virtual N."
         )
     if trials and all_data is None:
         raise ConfigurationError("--trials chooses from --all-data FOLDER. Give that too.")

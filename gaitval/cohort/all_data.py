@@ -1,4 +1,4 @@
-"""The studies of all data there is: every treadmill trial of WBDS in a folder, and virtual people."""
+"""The studies of all data there is: treadmill trials of WBDS in a folder, and virtual people."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -71,7 +71,7 @@ def client_of(
     elif "://" in scheduler:
         if workers is not None:
             raise ConfigurationError(
-                f"--workers {workers}: the cluster at {scheduler} has its own workers. Leave it out."
+                f"--workers {workers}: the cluster at {scheduler} has its own. Leave it out."
             )
         with _running(scheduler) as client:
             yield client

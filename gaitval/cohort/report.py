@@ -35,9 +35,7 @@ def write_report(folder: Path, store: Store, outcomes: Sequence[Mapping[str, Any
     return write_html(folder, PAGE, "cohort.html.j2", context_of(folder, store, tables))
 
 
-def context_of(
-    folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]
-) -> dict[str, Any]:
+def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """What the page shows, for its template."""
     studies = tables["studies"]
     done = studies[studies["status"] == "finished"]
@@ -109,8 +107,8 @@ def _link(folder: Path, store: Store, name: str, file: str) -> str:
 def _failures(folder: Path, store: Store, studies: pd.DataFrame) -> list[dict[str, Any]]:
     failed = studies[studies["status"] != "finished"]
     return [
-        {**row, "log": _link(folder, store, row["study"], LOG)}
-        for row in failed[["study", "status", "reason"]].to_dict("records")
+        {"study": name, "status": status, "reason": why, "log": _link(folder, store, name, LOG)}
+        for name, status, why in failed[["study", "status", "reason"]].itertuples(index=False)
     ]
 
 

@@ -77,9 +77,7 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     """A real study: `gaitval subject` in `folder`, and its summary."""
     subject = subject_of(study, folder, observer)
     with open_run(subject, configuration_of(study, threads), folder, observer) as opened:
-        run_subject(
-            opened, scratch=study.start == "scratch", general=study.start == "general"
-        )
+        run_subject(opened, scratch=study.start == "scratch", general=study.start == "general")
     return summary_of(read_json(folder / "metrics.json"), subject)
 
 
@@ -143,5 +141,3 @@ def _parameters(found: Mapping[str, Any] | None) -> list[Json]:
     }
     rows = zip(*(found[name] for name in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
-
-

@@ -29,6 +29,7 @@ A column with a dot in its name is a setting, `section.key`. In TOML the same is
 import csv
 import io
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -115,11 +116,11 @@ def read_table(path: Path) -> tuple[Study, ...]:
 
 def without_doubles(studies: tuple[Study, ...], origin: str) -> tuple[Study, ...]:
     """The same studies, if each has a name of its own; raises ConfigurationError otherwise."""
-    names: set[str] = set()
-    twice = [study.name for study in studies if study.name in names or names.add(study.name)]
+    counts = Counter(study.name for study in studies)
+    twice = [name for name, count in counts.items() if count > 1]
     if twice:
         raise ConfigurationError(
-            f"{origin}: {', '.join(dict.fromkeys(twice))}: more than one study of this name, whose "
+            f"{origin}: {', '.join(twice)}: more than one study of this name, whose "
             "files would be written over each other. Give each a `name` of its own."
         )
     return studies
@@ -193,7 +194,7 @@ def _toml_rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     if not isinstance(tables, list) or not isinstance(common, dict) or values:
         raise ConfigurationError(
             f"{path}: a table has [[studies]] and perhaps [settings], and nothing else; this one "
-            f"has {', '.join([*values, *(['studies'] if tables is not None else [])]) or 'neither'}."
+            f"has {', '.join(values) or 'no list of studies'}."
         )
     for number, table in enumerate(tables, start=1):
         where = f"study {number}"

@@ -236,7 +236,7 @@ def stride_time(path: Path) -> float:
 
     From the events that a C3D file stores, else from the plate on which they come most evenly: a
     foot that also steps on the other plate makes that one's uneven. A foot is down while the
-    vertical force is above a fifth of its range, because plates that were not zeroed have an offset.
+    vertical force is above a fifth of its range: plates that were not zeroed have an offset.
 
     Raises
     ------

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 
 import psutil
 import pytest
+from killed_cohort import environment
 
 from gaitval.cohort import cluster, engine, task
 from gaitval.cohort.engine import require, run_cohort
 from gaitval.cohort.store import FINISHED, LOG, SUMMARY
 from gaitval.cohort.table import Study
 from gaitval.errors import ConfigurationError, GaitvalError
-from killed_cohort import environment
 
 NAMES = ("a_sleep0_1", "eat_sleep0_1", "refuse", "crash", "die_sleep0_1")
 
@@ -40,7 +40,9 @@ def ran(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
-        outcomes = run_cohort(studies(), str(folder), workers=2, function="quick_study:work", tell=tell)
+        outcomes = run_cohort(
+            studies(), str(folder), workers=2, function="quick_study:work", tell=tell
+        )
     return SimpleNamespace(
         outcomes={each["name"]: each for each in outcomes}, folder=folder, states=states,
         listened=listened,
@@ -82,7 +84,9 @@ def test_progress_counts_and_estimates(ran):
     assert ran.states[0].left is None
     assert last.left == 0.0
     assert any(state.workers == 2 for state in ran.states)
-    assert all(state.dashboard.startswith("http://127.0.0.1:") for state in ran.states if state.dashboard)
+    assert all(
+        state.dashboard.startswith("http://127.0.0.1:") for state in ran.states if state.dashboard
+    )
 
 
 def test_a_local_cluster_listens_on_the_loopback_only(ran):
@@ -172,7 +176,9 @@ def test_a_worker_that_ends_takes_its_study_with_it(tmp_path, monkeypatch):
     import subprocess
     import time
 
-    script = f"from gaitval.cohort.task import run_order; run_order({order(tmp_path, 'c_sleep60')!r})"
+    script = (
+        f"from gaitval.cohort.task import run_order; run_order({order(tmp_path, 'c_sleep60')!r})"
+    )
     worker = subprocess.Popen([sys.executable, "-c", script], env=environment())
     end = time.monotonic() + 60
     while not (children := psutil.Process(worker.pid).children()) and time.monotonic() < end:

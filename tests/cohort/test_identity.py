@@ -70,5 +70,5 @@ def test_what_is_wrong_is_told_before_anything_runs(tmp_path):
         of(subject="5", trial="T09")
     with pytest.raises(ConfigurationError, match=r"nothing\.c3d: cannot be read"):
         of(recording={"static": str(tmp_path / "nothing.c3d"), "trials": [], "sex": "F"})
-    with pytest.raises(ConfigurationError, match="training.colour"):
+    with pytest.raises(ConfigurationError, match=r"training\.colour"):
         of(subject="5", settings=("training.colour=1",))

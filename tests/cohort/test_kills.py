@@ -1,12 +1,12 @@
-"""A cohort whose workers are killed, and whose scheduler is, ends complete and with equal results."""
+"""A cohort whose workers and scheduler are killed ends complete, with equal results."""
 
 import json
 from types import SimpleNamespace
 
 import quick_study
+from killed_cohort import killed, quick, results
 
 from gaitval.study.stage import Observer
-from killed_cohort import killed, quick, results
 
 NAMES = [f"study{number}_sleep0_8" for number in range(5)]
 

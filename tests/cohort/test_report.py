@@ -89,6 +89,8 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
     assert len(found["parameters"]) == 14
     assert len(found["groups"]) == 5
     wanted = metrics["walks"][metrics["final"]]["errors"]["angles"]
-    names = [f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"]
+    names = [
+        f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"
+    ]
     mean = np.mean([wanted[name]["rmse"] for name in names])
     assert found["groups"][0]["rmse"] == pytest.approx(mean)

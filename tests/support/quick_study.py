@@ -30,10 +30,14 @@ def work(study, folder, threads, observer):
         path = folder / f"step{step}.txt"
         if not path.exists():
             time.sleep(seconds / 10)
-            (folder / ".part").write_text(hashlib.sha256(f"{study.name} {step}".encode()).hexdigest())
+            (folder / ".part").write_text(
+                hashlib.sha256(f"{study.name} {step}".encode()).hexdigest()
+            )
             (folder / ".part").replace(path)
     text = "".join((folder / f"step{step}.txt").read_text() for step in range(10))
-    return summary(study.name, hashlib.sha256(text.encode()).hexdigest(), float(eaten.sum()), threads)
+    return summary(
+        study.name, hashlib.sha256(text.encode()).hexdigest(), float(eaten.sum()), threads
+    )
 
 
 def summary(name, digest, eaten, threads):

@@ -1,6 +1,6 @@
 """Runs a cohort of quick studies as a process of its own, which a test may kill.
 
-    python run_quick_cohort.py FOLDER WORKERS|ADDRESS NAME NAME …
+python run_quick_cohort.py FOLDER WORKERS|ADDRESS NAME NAME …
 """
 
 import sys
