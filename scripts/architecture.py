@@ -22,6 +22,7 @@ ORDER = (
     "cli",
     "testing",
     "interface",
+    "cohort",
     "study",
     "session",
     "judging",

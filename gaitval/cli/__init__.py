@@ -1,9 +1,21 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import compare, data, history, imports, judge, recording, screen, study, virtual
+from gaitval.cli import (
+    cohort,
+    compare,
+    data,
+    history,
+    imports,
+    judge,
+    recording,
+    screen,
+    study,
+    virtual,
+)
 from gaitval.cli.app import main
 
 __all__ = [
+    "cohort",
     "compare",
     "data",
     "history",

@@ -94,7 +94,7 @@ class Live(Observer):
     def finished(self, stage: str, seconds: float) -> None:
         """Say how long a stage took."""
         self.close()
-        self.say(f"{stage}: done in {_duration(seconds)}")
+        self.say(f"{stage}: done in {duration(seconds)}")
 
     def close(self) -> None:
         """Remove the bar."""
@@ -128,7 +128,7 @@ class Live(Observer):
         if progressed <= 0:
             return ""
         seconds = (monotonic() - self._begun) * (total - done) / progressed
-        return f"{_duration(seconds)} left"
+        return f"{duration(seconds)} left"
 
 
 @contextmanager
@@ -150,7 +150,8 @@ def _label(name: str) -> str:
     return "cycles walked" if name == "cycles" else name.replace("_", " ")
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """A time in words: 2 min 05 s."""
     minutes, rest = divmod(round(seconds), 60)
     if minutes >= 60:
         return f"{minutes // 60} h {minutes % 60:02d} min"

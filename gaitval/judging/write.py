@@ -196,7 +196,7 @@ def _context(found: Judgement, result: JudgeResult) -> dict[str, Any]:
         "markers": sorted(by_marker(found.marker_errors).items(), key=lambda one: -one[1][0])
         if found.marker_errors is not None
         else [],
-        "drawings": _drawings(found),
+        "panels": _drawings(found),
         "reduced": found.request.reduced,
     }
 

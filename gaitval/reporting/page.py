@@ -135,34 +135,49 @@ def write_page(
         the template as `scripts`. No other script runs (`security_policy`).
     """
     chosen = settings or ReportSettings()
-    shared, *code = [_resource(each) for each in ("page.js", *scripts)]
-    page = _environment(chosen.language).get_template(template)
-    draws: Mapping[str, Draw] = context.get("drawings", {})
-    # figures contain no text from outside, so their markup is safe
-    drawn = {each: Markup(draw()) for each, draw in draws.items()}
-    values: dict[str, Any] = {
-        "data": {},
-        **context,
-        "drawings": drawn,
-        "css": Markup(_resource("report.css")),
-        "script": Markup(shared),
-        "scripts": [Markup(each) for each in code],
-        "security_policy": security_policy([shared, *code]),
-        "language": chosen.language,
-        "en": "" if chosen.language == SOURCE else Markup(' lang="en"'),
-    }
+    page, values = _prepared(template, context, chosen, scripts)
     write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
+    draws: Mapping[str, Draw] = context.get("drawings", {})
     with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
         lay_out = _printer(chosen.paper, own)
         document = lay_out(page.render(values, medium="print"))
         higher = filling.stretches(document)
         for each, factor in higher.items():
             with stretched(factor):
-                drawn[each] = Markup(draws[each]())
+                values["drawings"][each] = Markup(draws[each]())
         if higher:
             document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
+
+
+def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
+    """Write `name`.html alone, for a page too long to print; otherwise as `write_page`."""
+    page, values = _prepared(template, context, ReportSettings(), ())
+    path = folder / f"{name}.html"
+    write_text(path, page.render(values, medium="screen"))
+    return path
+
+
+def _prepared(
+    template: str, context: Mapping[str, Any], settings: ReportSettings, scripts: Sequence[str]
+) -> tuple[jinja2.Template, dict[str, Any]]:
+    """A template and what it is given, with the figures drawn."""
+    shared, *code = [_resource(each) for each in ("page.js", *scripts)]
+    draws: Mapping[str, Draw] = context.get("drawings", {})
+    values: dict[str, Any] = {
+        "data": {},
+        **context,
+        # figures contain no text from outside, so their markup is safe
+        "drawings": {each: Markup(draw()) for each, draw in draws.items()},
+        "css": Markup(_resource("report.css")),
+        "script": Markup(shared),
+        "scripts": [Markup(each) for each in code],
+        "security_policy": security_policy([shared, *code]),
+        "language": settings.language,
+        "en": "" if settings.language == SOURCE else Markup(' lang="en"'),
+    }
+    return _environment(settings.language).get_template(template), values
 
 
 def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:

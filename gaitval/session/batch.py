@@ -130,10 +130,22 @@ def _read(file: Path) -> list[Person]:
             f"{file}: a session file has a table [[people]] for each person, and nothing else; "
             f"this one has {', '.join(values) or 'nothing'}."
         )
-    return [_person(file, number, table) for number, table in enumerate(tables, start=1)]
+    return [
+        person_of(file, f"person {number}", table) for number, table in enumerate(tables, start=1)
+    ]
 
 
-def _person(file: Path, number: int, table: Any) -> Person:
+def person_of(file: Path, where: str, table: Any) -> Person:
+    """A person from a table of a file; paths in it are relative to the file.
+
+    Parameters
+    ----------
+    where : of the file the table is, for messages.
+
+    Raises
+    ------
+    ConfigurationError : a key is unknown or missing, or a value is of the wrong type.
+    """
     try:
         person = Person.model_validate(table)
     except ValidationError as error:
@@ -141,7 +153,7 @@ def _person(file: Path, number: int, table: Any) -> Person:
             f"{'.'.join(map(str, item['loc']))}: {item['msg'].lower()}" for item in error.errors()
         ]
         raise ConfigurationError(
-            f"{file}: person {number}: " + "; ".join(problems) + ". See gaitval imports --help."
+            f"{file}: {where}: " + "; ".join(problems) + ". See gaitval imports --help."
         ) from None
     here = file.parent
     return person.model_copy(

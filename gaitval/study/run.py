@@ -207,12 +207,15 @@ def _require(run: Run, stage: Stage, name: str) -> None:
         )
 
 
-def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None:
+def run_subject(
+    run: Run, *, scratch: bool = False, general: bool = False, force: bool = False
+) -> None:
     """The main job: every stage that is not up to date, with the loop of Algorithm 1.
 
     Parameters
     ----------
     scratch : train from nothing even if there is a stored policy for this body.
+    general : train from the general policy even if there is a stored policy for this body.
     force : run every stage, up to date or not.
     """
 
@@ -221,7 +224,10 @@ def run_subject(run: Run, *, scratch: bool = False, force: bool = False) -> None
 
     perform(scale_stage(run))
     perform(reference_stage(run))
-    choose_start(run, scratch=scratch)
+    if general and not scratch:
+        choose_general_start(run, train_stage(run, 1))
+    else:
+        choose_start(run, scratch=scratch)
     rounds, done = 0, False
     while not done:
         rounds += 1

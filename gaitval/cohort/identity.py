@@ -1,0 +1,120 @@
+"""What the results of a study depend on, as one hash: its fingerprint.
+
+A worker imports this for every study, so what takes long to load is imported where it is used.
+"""
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from gaitval import __version__
+from gaitval.artefacts import file_hash, value_hash
+from gaitval.cohort.table import Study
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.errors import ConfigurationError
+from gaitval.study.inputs import POLICY_FILES
+from gaitval.study.run import general_policy, stored_baseline
+from gaitval.study.sources import code_of
+from gaitval.study.stage import Observer
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
+
+Json = dict[str, Any]
+Function = Callable[[Study, Path, int, Observer], Json]
+"""A study's work: the study, its folder, its threads, who hears of it → its summary."""
+
+REAL: Final = "gaitval.cohort.study:run"
+"""The function of a real study, as `function_of` takes it."""
+
+
+FILES: Final = ("trials", "forces", "functional")
+"""Options of a recording that are lists of files."""
+
+
+def function_of(name: str) -> Function:
+    """The function of this name, "module:function"."""
+    module, _, attribute = name.partition(":")
+    found: Function = getattr(importlib.import_module(module), attribute)
+    return found
+
+
+def configuration_of(study: Study, threads: int = 1) -> Configuration:
+    """The settings of a study. Its walks run in `threads` processes: how many makes no difference
+    to what comes out (`policy.training`), only to the studies beside it.
+
+    Raises
+    ------
+    ConfigurationError : there is no such setting, or a value is out of range.
+    """
+    found = load_configuration(study.config, settings=study.settings)
+    training = found.training.model_copy(update={"workers": threads})
+    return found.model_copy(update={"training": training})
+
+
+def fingerprint(study: Study, function: str = REAL) -> str:
+    """Hash of all that the results of a study depend on: gaitval's version and the code that the
+    study uses, the record, the settings, and the policies that its training may start from.
+
+    Raises
+    ------
+    GaitvalError : the subject, a file or a setting cannot be used.
+    """
+    settings = configuration_of(study).model_dump(mode="json")
+    parts: Json = {
+        "gaitval": __version__,
+        "function": function,
+        "code": code_of(function_of(function)),
+        "settings": settings,
+        "start": study.start,
+        "record": record_parts(study),
+    }
+    if function == REAL:
+        parts["policies"] = _policies(study)
+    return value_hash(parts)
+
+
+def record_parts(study: Study) -> Json:
+    """What says which record a study is of."""
+    from gaitval.datasets.subject_file import load_subject
+
+    if study.recording is not None:
+        given = study.recording
+        files = [given.get("static"), *(file for key in FILES for file in given.get(key, ()))]
+        hashes = [_hash_of(Path(file)) for file in files if file is not None]
+        options = {key: each for key, each in given.items() if key not in ("static", *FILES)}
+        return {"files": hashes, "name": study.name, **options}
+    if study.virtual is not None:
+        around = load_subject(study.virtual.around).to_toml()
+        return {"around": value_hash(around), **study.virtual.model_dump(mode="json")}
+    return {"subject": value_hash(subject_in_table(study).to_toml())}
+
+
+def _hash_of(file: Path) -> str:
+    try:
+        return file_hash(file)
+    except OSError as error:
+        raise ConfigurationError(
+            f"{file}: cannot be read ({error.strerror}). Check the table: paths are relative to it."
+        ) from None
+
+
+def _policies(study: Study) -> list[str]:
+    """Hashes of the stored policies that a training may start from."""
+    from gaitval.datasets.subject_file import load_subject
+
+    folders = [general_policy()] if study.start != "scratch" else []
+    if study.start == "stored" and study.subject is not None:
+        own = stored_baseline(Path("nowhere"), load_subject(study.subject).identifier)
+        folders.append(None if own is None else own / "policy")
+    return [file_hash(each / name) for each in folders if each for name in POLICY_FILES]
+
+
+def subject_in_table(study: Study) -> "Subject":
+    """The subject that a study names, on the trial that it is of."""
+    from gaitval.datasets.subject_file import load_subject
+
+    assert study.subject is not None
+    subject = load_subject(study.subject)
+    return subject.on_trial(study.trial) if study.trial else subject

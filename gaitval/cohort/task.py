@@ -1,0 +1,167 @@
+"""What a worker does for a study: start its process, watch its memory, tell what became of it.
+
+A study has a process of its own, so that its memory is given back and measured, its threads are
+set before any library starts them, and a crash in it ends nothing else.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from gaitval.artefacts import read_json
+from gaitval.cohort.store import LOG, SUMMARY, Store
+
+THREADS: Final = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+"""Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
+SAMPLING: Final = 0.5
+"""s between two looks at the memory of a study's processes."""
+
+Json = dict[str, Any]
+
+
+def order_of(
+    study: Mapping[str, Any], fingerprint: str, store: str, *, function: str, threads: int
+) -> Json:
+    """What a worker is sent for a study; JSON, below a kilobyte without many settings."""
+    return {
+        "study": dict(study),
+        "fingerprint": fingerprint,
+        "store": store,
+        "function": function,
+        "threads": threads,
+    }
+
+
+def run_order(order: Json) -> Json:
+    """Do one study, unless another worker has finished it; what became of it.
+
+    Returns
+    -------
+    dict
+        `name`; `status`: finished, refused (by the input), fault (of gaitval), or lost (its process
+        was killed); `reason`; `seconds` of the wall; `peak_memory` bytes of its processes together;
+        `worker`: machine and process.
+    """
+    name = order["study"]["name"]
+    store = Store(order["store"])
+    known = store.finished(name)
+    if known is not None and known["fingerprint"] == order["fingerprint"]:
+        return dict(known)
+    store.forget(name)
+    folder = store.folder(name, order["fingerprint"])
+    folder.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    found, peak = _watched(order, folder)
+    outcome: Json = {
+        "name": name,
+        "fingerprint": order["fingerprint"],
+        "status": found["status"],
+        "reason": found["reason"],
+        "seconds": round(time.monotonic() - began, 2),
+        "peak_memory": max(peak, found.get("peak_memory", 0)),
+        "worker": f"{os.uname().nodename if hasattr(os, 'uname') else 'here'}:{os.getpid()}",
+    }
+    if outcome["status"] == "finished":
+        store.finish(name, outcome)
+        store.clear(folder)
+    else:
+        store.keep(name, folder)  # its log says why
+    return outcome
+
+
+def pinned(threads: int) -> dict[str, str]:
+    """The environment of a study's process."""
+    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+
+
+def _watched(order: Json, folder: Path) -> tuple[Json, int]:
+    """Run a study's process to its end; what it told, and its largest memory, bytes."""
+    with tempfile.TemporaryDirectory(prefix="gaitval-study-") as temporary:
+        told = Path(temporary) / "told.json"
+        sent = {**order, "folder": str(folder), "told": str(told)}
+        with (folder / LOG).open("ab") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "gaitval.cohort.process"],
+                env=pinned(order["threads"]),
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        try:
+            assert process.stdin is not None
+            process.stdin.write(json.dumps(sent).encode() + b"\n")
+            process.stdin.flush()
+            peak = _peak_until_end(process)
+        finally:
+            process.kill()
+            process.wait()
+        if told.is_file():
+            return dict(read_json(told)), peak
+    return {"status": "lost", "reason": _ended(process.returncode)}, peak
+
+
+def _ended(code: int) -> str:
+    if code < 0:
+        name = signal.Signals(-code).name
+        return f"its process was ended by {name}; did the machine run out of memory?"
+    return f"its process ended with code {code} and told nothing; its log may say why"
+
+
+def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
+    import psutil
+
+    peak = 0
+    try:
+        watched = psutil.Process(process.pid)
+    except psutil.NoSuchProcess:
+        process.wait()
+        return peak
+    while True:
+        peak = max(peak, _memory(watched))
+        try:
+            process.wait(SAMPLING)
+        except subprocess.TimeoutExpired:
+            continue
+        return peak
+
+
+def _memory(process: Any) -> int:
+    """Bytes of a process and its children now; memory that they share counts once where the system
+    tells (PSS, Linux).
+    """
+    import psutil
+
+    total = 0
+    try:
+        family = [process, *process.children(recursive=True)]
+    except psutil.Error:
+        return 0
+    for each in family:
+        try:
+            about = each.memory_full_info() if sys.platform == "linux" else each.memory_info()
+        except (psutil.Error, OSError):
+            continue
+        total += getattr(about, "pss", about.rss)
+    return int(total)
+
+
+def summary_of(store: Store, name: str) -> Json | None:
+    """The stored summary of a finished study."""
+    values = store.read(name, SUMMARY)
+    return values if isinstance(values, dict) else None

@@ -1,0 +1,344 @@
+"""What is required of cohorts, as rows of `reports/evidence/cohort.csv`.
+
+    python scripts/cohort_evidence.py kills                  10 kills of workers, one of the scheduler
+    python scripts/cohort_evidence.py kills --real           the same with real studies (an hour)
+    python scripts/cohort_evidence.py trials DATA            15 real trials as a cohort; memory
+    python scripts/cohort_evidence.py efficiency --real      2 workers against single studies
+    python scripts/cohort_evidence.py planning               the figures of docs/how-to/cohort.md
+
+All but `kills` and `planning` say something only on a machine that does nothing else. `trials` and
+`efficiency` keep their studies in --work, and begin anew with each call.
+"""
+
+import argparse
+import json
+import os
+import shlex
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Final
+
+import evidence
+from marked_table import with_table
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+
+import quick_study  # noqa: E402
+from killed_cohort import environment, killed, quick, results  # noqa: E402
+
+from gaitval.cohort import cluster, task  # noqa: E402
+from gaitval.cohort.engine import outcomes_of, run_cohort  # noqa: E402
+from gaitval.cohort.identity import REAL  # noqa: E402
+from gaitval.cohort.store import FINISHED, SUMMARY, Store  # noqa: E402
+from gaitval.cohort.table import Study  # noqa: E402
+
+PAGE: Final = ROOT / "docs" / "how-to" / "cohort.md"
+KILLS: Final = 10
+SINGLE: Final = ("5", "8", "1", "10")
+"""Subjects of the studies that are run singly and side by side."""
+PLANNED: Final = 10_000
+STUDY_SECONDS: Final = 90.0
+"""The goal for one study (a new subject, general policy to report), for the plan."""
+LATENCIES: Final = (0.0, 0.01)
+"""s, added to every message between scheduler, workers and client: none, and a slow network."""
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("what", choices=["kills", "trials", "efficiency", "planning"])
+    parser.add_argument("data", nargs="?", type=Path, help="for trials: the folder of raw data")
+    parser.add_argument("--real", action="store_true", help="real studies, not those of a second")
+    parser.add_argument("--kills", type=int, default=KILLS)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--studies", type=int, default=400, help="for planning: tiny studies")
+    parser.add_argument("--set", dest="settings", action="append", default=[])
+    parser.add_argument("--work", type=Path, default=Path(tempfile.gettempdir()) / "gaitval-cohort")
+    arguments = parser.parse_args()
+    if arguments.what == "trials" and arguments.data is None:
+        parser.error("trials: give the folder of the raw data")
+    shutil.rmtree(arguments.work, ignore_errors=True)
+    arguments.work.mkdir(parents=True)
+    os.environ["PYTHONPATH"] = environment()["PYTHONPATH"]
+    done = {"kills": kills, "trials": trials, "efficiency": efficiency, "planning": planning}
+    rows = done[arguments.what](arguments)
+    for row in rows:
+        print(f"{row.what}: {row.value:.4g} {row.unit}, n {row.n}")
+    if rows:
+        print(evidence.write("cohort", rows))
+
+
+def _command() -> str:
+    """This line, without the folder that belongs to this machine."""
+    arguments = sys.argv[1:]
+    if "--work" in arguments:
+        place = arguments.index("--work")
+        del arguments[place : place + 2]
+    return shlex.join(["python", "scripts/cohort_evidence.py", *arguments])
+
+
+def kills(arguments: argparse.Namespace) -> list[evidence.Row]:
+    """A cohort that is killed, against one that is not."""
+    work = arguments.work
+    if arguments.real:
+        table = work / "table.csv"
+        table.write_text("subject,start\n" + "".join(f"{each},general\n" for each in SINGLE))
+        settings = [f"--set={each}" for each in arguments.settings]
+        whole, broken = (
+            [sys.executable, "-m", "gaitval", "cohort", str(table), f"--out={work / name}",
+             "--retries=20", *settings]
+            for name in ("whole", "broken")
+        )  # fmt: skip
+        count, folder, pause = len(SINGLE), work / "broken" / "studies", 40.0
+    else:
+        names = [f"study{number}_sleep2" for number in range(20)]
+        whole, broken = (quick(work / name, "2", names) for name in ("whole", "broken"))
+        count, folder, pause = len(names), work / "broken", 1.5
+    found = killed(
+        broken, folder, kills=arguments.kills, seed=arguments.seed, pause=pause, limit=36_000.0
+    )
+    print(json.dumps({**found, "told": found["told"][-300:]}))
+    subprocess.run(whole, env=environment(), check=True, stdout=subprocess.DEVNULL)
+    wanted = results(work / "whole" / "studies" if arguments.real else work / "whole")
+    now = results(folder)
+    equal = [name for name in wanted if now.get(name) == wanted[name]]
+    if len(wanted) != count or found["kills"] != arguments.kills or found["halfway"] is None:
+        raise SystemExit(f"the run says nothing: {len(wanted)} studies, {found}")
+    kind = "real studies" if arguments.real else "studies of 2 s"
+    return [
+        evidence.Row(
+            f"studies complete with equal results after {arguments.kills} kills of workers and one "
+            f"of the scheduler ({kind})",
+            100.0 * len(equal) / count, "%", ">=", 100, 100, count, _command(),
+        ),
+        evidence.none_may(
+            f"processes of studies left by the scheduler's end ({kind})",
+            found["left"], "1", 1, _command(),
+        ),
+    ]  # fmt: skip
+
+
+def trials(arguments: argparse.Namespace) -> list[evidence.Row]:
+    """Every trial there is as a cohort, by the command: its wall time, and memory of a study."""
+    out = arguments.work / "trials"
+    command = [sys.executable, "-m", "gaitval", "cohort", f"--all-data={arguments.data}",
+               f"--out={out}", *(f"--set={each}" for each in arguments.settings)]  # fmt: skip
+    began = time.monotonic()
+    subprocess.run(command, env=environment(), check=True)
+    minutes = (time.monotonic() - began) / 60.0
+    store = Store(str(out / "studies"))
+    found = [store.finished(path.name) for path in sorted((out / "studies").iterdir())]
+    done = [each for each in found if each]
+    if len(done) != 15:
+        raise SystemExit(f"{len(done)} studies finished, not 15: is {arguments.data} complete?")
+    peak = max(each["peak_memory"] for each in done) / 1e9
+    print(json.dumps({each["name"]: [each["seconds"], each["peak_memory"]] for each in done}))
+    return [
+        evidence.Row("15 real trials as a cohort", minutes, "min", "<=", 25, 45, 15, _command()),
+        evidence.Row("memory of a study, largest", peak, "GB", "<=", 1, 1.5, 15, _command()),
+    ]
+
+
+def efficiency(arguments: argparse.Namespace) -> list[evidence.Row]:
+    """Two workers against the sum of single studies: each alone on the machine, in a cohort of one
+    worker, with the same settings and threads.
+    """
+    function = REAL if arguments.real else "cohort_evidence:busy"
+    os.environ["PYTHONPATH"] += os.pathsep + str(ROOT / "scripts")
+    settings = tuple(arguments.settings)
+    studies = [
+        Study(name=f"study{each}", subject=each, start="general", settings=settings)
+        for each in SINGLE
+    ]
+
+    def timed(workers: int, chosen: list[Study], name: str) -> float:
+        outcomes = run_cohort(
+            chosen, str(arguments.work / name), workers=workers, function=function
+        )
+        if any(each["status"] != "finished" for each in outcomes):
+            raise SystemExit(f"a study failed: {outcomes}")
+        ends = [
+            (arguments.work / name / study.name / FINISHED).stat().st_mtime for study in chosen
+        ]
+        begins = [
+            end - each["seconds"] for end, each in zip(ends, outcomes, strict=True)
+        ]  # the start of Dask itself is not of the studies
+        return max(ends) - min(begins)
+
+    single = [timed(1, [study], f"single-{study.name}") for study in studies]
+    together = timed(2, studies, "together")
+    value = sum(single) / (2 * together)
+    print(f"single {[round(each, 1) for each in single]} s, together {together:.1f} s")
+    kind = "real studies" if arguments.real else "computing of 10 s"
+    return [
+        evidence.Row(
+            f"efficiency of 2 workers against the sum of single studies ({kind})",
+            value, "1", ">=", 0.95, 0.9, len(studies), _command(),
+        )
+    ]  # fmt: skip
+
+
+def busy(study: Study, folder: Path, threads: int, observer: Any) -> dict[str, Any]:
+    """A study that computes for 10 s of processor time in one thread."""
+    number, end = 1, time.process_time() + 10.0
+    while time.process_time() < end:
+        number = number * 48271 % 2147483647
+    return quick_study.summary(study.name, "00000001", 1.0, threads)
+
+
+def planning(arguments: argparse.Namespace) -> list[evidence.Row]:
+    """Tiny studies on 2, 4 and 8 workers, with latency: what 10,000 studies would be limited by.
+
+    Writes the table of the page. These are figures of a design, so there is no row of evidence.
+    """
+    lines = ["| workers | latency of a message | studies/s | messages a study | scheduler, "
+             "processor time a study |", "|---|---|---|---|---|"]  # fmt: skip
+    rates: dict[tuple[int, float], float] = {}
+    costs: list[float] = []
+    for workers in (2, 4, 8):
+        for latency in LATENCIES:
+            found = _throughput(arguments.work, workers, latency, arguments.studies)
+            rates[workers, latency] = found["rate"]
+            costs.append(found["processor"])
+            lines.append(
+                f"| {workers} | {1000 * latency:g} ms | {found['rate']:.0f} | "
+                f"{found['messages']:.1f} | {1000 * found['processor']:.1f} ms |"
+            )
+            print(lines[-1], flush=True)
+    sizes = _sizes(arguments.work)
+    lines += ["", *_plan(statistics.median(costs), sizes)]
+    text = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(with_table(text, "planning", "\n".join(lines)), encoding="utf-8")
+    print("\n".join(lines))
+    return []
+
+
+def _throughput(work: Path, workers: int, latency: float, count: int) -> dict[str, float]:
+    """Orders a second of studies that take no time, messages and processor time of each.
+
+    Scheduler and client are this process, as in a cohort of this machine; the workers are others.
+    The processor time is of scheduler and client together.
+    """
+    from distributed import Client, LocalCluster
+
+    sent = {"count": 0}
+    orders = [
+        task.order_of({"name": f"s{n}", "subject": "5"}, f"{n:064x}", str(work / "none"),
+                      function="none", threads=1)
+        for n in range(count)
+    ]  # fmt: skip
+    with LocalCluster(n_workers=workers, threads_per_worker=1, host=cluster.LOOPBACK,
+                      dashboard_address=None, memory_limit=0) as made, Client(made) as client:  # fmt: skip
+        client.wait_for_workers(workers)
+        client.run(_slow_messages, latency)
+        counted = _counted_messages(sent, latency)
+        with counted:
+            task.run_order, real = _tiny, task.run_order
+            began, used = time.monotonic(), time.process_time()
+            try:
+                done = sum(each is not None for each in outcomes_of(client, orders, 0))
+            finally:
+                task.run_order = real
+            seconds, used = time.monotonic() - began, time.process_time() - used
+    if done != count:
+        raise SystemExit(f"{done} of {count} orders done")
+    return {"rate": count / seconds, "messages": sent["count"] / count, "processor": used / count}
+
+
+def _tiny(order: dict[str, Any]) -> dict[str, Any]:
+    """What `task.run_order` returns, at once."""
+    return {"name": order["study"]["name"], "fingerprint": order["fingerprint"], "worker": "here:1",
+            "status": "finished", "reason": "", "seconds": 0.0, "peak_memory": 0}  # fmt: skip
+
+
+class _counted_messages:  # noqa: N801 - used like a function
+    """Counts what scheduler and client send, and makes each message late."""
+
+    def __init__(self, sent: dict[str, int], latency: float) -> None:
+        self.sent, self.latency = sent, latency
+
+    def __enter__(self) -> None:
+        from distributed.comm.tcp import TCP
+
+        self.real = TCP.write
+        TCP.write = _late(self.real, self.latency, self.sent)
+
+    def __exit__(self, *_: object) -> None:
+        from distributed.comm.tcp import TCP
+
+        TCP.write = self.real
+
+
+def _late(write: Any, latency: float, sent: dict[str, int]) -> Any:
+    async def late(self: Any, *arguments: Any, **options: Any) -> Any:
+        import asyncio
+
+        sent["count"] += 1
+        if latency:
+            await asyncio.sleep(latency)
+        return await write(self, *arguments, **options)
+
+    return late
+
+
+def _slow_messages(latency: float) -> None:
+    """On a worker: make each message late."""
+    from distributed.comm.tcp import TCP
+
+    TCP.write = _late(TCP.write, latency, {"count": 0})
+
+
+def _sizes(work: Path) -> dict[str, float]:
+    """Bytes of what a study sends and leaves, and seconds of reading a summary."""
+    from gaitval.artefacts import write_json
+    from gaitval.cohort.study import summary_of
+    from gaitval.datasets.subject_file import load_subject
+
+    baseline = ROOT / "reports" / "S05" / "baseline"
+    metrics = json.loads((baseline / "metrics.json").read_text())
+    folder = work / "sizes" / "a"
+    write_json(folder / SUMMARY, summary_of(metrics, load_subject(5)))
+    order = task.order_of({"name": "S05-T05", "subject": "5"}, "0" * 64, "/shared/cohort/studies",
+                          function=REAL, threads=1)  # fmt: skip
+    store, began = Store(str(work / "sizes")), time.perf_counter()
+    for _ in range(100):
+        store.read("a", SUMMARY)
+    return {
+        "order": len(json.dumps(order)),
+        "outcome": len(json.dumps(_tiny(order))),
+        "summary": (folder / SUMMARY).stat().st_size,
+        "metrics": (baseline / "metrics.json").stat().st_size,
+        "read": (time.perf_counter() - began) / 100,
+    }
+
+
+def _plan(processor: float, sizes: dict[str, float]) -> list[str]:
+    """What limits 10,000 studies, in words with the figures."""
+    most = STUDY_SECONDS / processor
+    summaries = PLANNED * sizes["summary"] / 1e6
+    metrics = PLANNED * sizes["metrics"] / 1e9
+    return [
+        f"* **Scheduler.** {1000 * processor:.1f} ms of one processor a study: {PLANNED:,} studies "
+        f"cost it {PLANNED * processor / 60:.1f} min in all. With studies of {STUDY_SECONDS:g} s "
+        f"it is busy all the time from about {most:,.0f} workers on; half as many is a sound plan.",
+        f"* **Messages.** An order is {sizes['order']:.0f} bytes and an outcome "
+        f"{sizes['outcome']:.0f}: {PLANNED * (sizes['order'] + sizes['outcome']) / 1e6:.0f} MB for "
+        f"{PLANNED:,} studies. Curves, policies and reports never go through the scheduler.",
+        f"* **Results.** The report reads a summary of {sizes['summary'] / 1e3:.0f} kB a study, "
+        f"{summaries:.0f} MB in all and {PLANNED * sizes['read']:.0f} s from a local disk; with 10 "
+        f"ms for each file of a network's, {PLANNED * 0.01 / 60:.1f} min more. Reading `metrics.json` "
+        f"instead would be {metrics:.1f} GB.",
+        f"* **Time.** {PLANNED:,} studies of {STUDY_SECONDS:g} s are "
+        f"{PLANNED * STUDY_SECONDS / 3600:.0f} h of a processor: "
+        f"{PLANNED * STUDY_SECONDS / 3600 / 100:.1f} h on 100 workers.",
+    ]
+
+
+if __name__ == "__main__":
+    main()

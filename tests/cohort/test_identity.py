@@ -1,0 +1,74 @@
+"""What a study's fingerprint depends on."""
+
+import pytest
+
+from gaitval.cohort.identity import REAL, configuration_of, fingerprint
+from gaitval.cohort.table import Study, Virtual
+from gaitval.errors import ConfigurationError, SubjectError
+
+
+def of(**values):
+    return fingerprint(Study(name="a", **values))
+
+
+def test_equal_studies_have_one_fingerprint_whatever_their_names():
+    assert of(subject="5") == fingerprint(Study(name="b", subject="S05"))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"subject": "6"},
+        {"subject": "5", "trial": "T03"},
+        {"subject": "5", "settings": ("seed=1",)},
+        {"subject": "5", "start": "general"},
+        {"subject": "5", "start": "scratch"},
+    ],
+)
+def test_another_record_setting_or_start_is_another_study(other):
+    assert of(**other) != of(subject="5")
+
+
+def test_the_files_of_a_recording_count_and_not_their_place(tmp_path):
+    def of_files(folder, text):
+        folder.mkdir()
+        (folder / "s.c3d").write_text("standing")
+        (folder / "w.c3d").write_text(text)
+        paths = {"static": str(folder / "s.c3d"), "trials": [str(folder / "w.c3d")]}
+        return of(recording={**paths, "sex": "F"})
+
+    first = of_files(tmp_path / "a", "walking")
+    assert of_files(tmp_path / "b", "walking") == first
+    assert of_files(tmp_path / "c", "running") != first
+
+
+def test_virtual_people_differ():
+    assert of(virtual=Virtual(number=1)) != of(virtual=Virtual(number=2))
+
+
+def test_the_code_of_the_study_counts(monkeypatch):
+    before = of(subject="5")
+    monkeypatch.setattr("gaitval.cohort.identity.code_of", lambda function: {"a": "b"})
+    assert of(subject="5") != before
+
+
+def test_the_code_of_training_and_of_this_study_is_among_it():
+    from gaitval.cohort.identity import code_of, function_of
+
+    files = set(code_of(function_of(REAL)))
+    assert {"gaitval/policy/learner.py", "gaitval/cohort/study.py"} <= files
+
+
+def test_processes_make_no_difference():
+    study = Study(name="a", subject="5")
+    assert configuration_of(study, 1).training.workers == 1
+    assert configuration_of(study, 4).training.workers == 4
+
+
+def test_what_is_wrong_is_told_before_anything_runs(tmp_path):
+    with pytest.raises(SubjectError, match="no trial 'T09'"):
+        of(subject="5", trial="T09")
+    with pytest.raises(ConfigurationError, match=r"nothing\.c3d: cannot be read"):
+        of(recording={"static": str(tmp_path / "nothing.c3d"), "trials": [], "sex": "F"})
+    with pytest.raises(ConfigurationError, match=r"training\.colour"):
+        of(subject="5", settings=("training.colour=1",))

@@ -1,0 +1,96 @@
+"""The tables and the page of a cohort."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import quick_study
+
+from gaitval.cohort.report import write_report
+from gaitval.cohort.store import SUMMARY, Store
+from gaitval.cohort.study import summary_of
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.run import stored_baseline
+
+
+def outcome(name, status="finished", reason=""):
+    return {"name": name, "status": status, "reason": reason, "seconds": 61.0,
+            "peak_memory": 5e8, "worker": "here:1", "fingerprint": "f"}  # fmt: skip
+
+
+@pytest.fixture
+def cohort(tmp_path):
+    """30 studies of 7 people, one of them far off, and two that failed."""
+    store = Store(str(tmp_path / "studies"))
+    outcomes = []
+    for number in range(30):
+        name = f"study{number}"
+        found = quick_study.summary(name, f"{number * 7919 % 9973:08x}", 1.0, 1)
+        # Far beyond the others' 1 to 3 degrees.
+        if number == 4:
+            found["groups"][0]["rmse"] = 60.0
+        path = tmp_path / "studies" / name
+        path.mkdir(parents=True)
+        (path / SUMMARY).write_text(json.dumps(found))
+        outcomes.append(outcome(name))
+    outcomes += [outcome("bad", "refused", "no <record>"), outcome("gone", "lost", "killed")]
+    return tmp_path, store, outcomes
+
+
+def test_tables_are_tidy_and_equal_in_both_formats(cohort):
+    folder, store, outcomes = cohort
+    write_report(folder, store, outcomes)
+    studies = pd.read_csv(folder / "studies.csv")
+    assert studies["study"].tolist() == [each["name"] for each in outcomes]
+    assert studies["status"].value_counts().to_dict() == {"finished": 30, "refused": 1, "lost": 1}
+    for name in ("studies", "measures", "groups", "parameters"):
+        stored = pd.read_parquet(folder / f"{name}.parquet")
+        text = pd.read_csv(folder / f"{name}.csv")
+        assert list(stored.columns) == list(text.columns)
+        numbers = stored.select_dtypes("number")
+        np.testing.assert_allclose(text[numbers.columns], numbers, rtol=1e-12)
+    assert len(pd.read_csv(folder / "measures.csv")) == 30
+
+
+def test_the_page_shows_failures_outliers_and_models(cohort):
+    folder, store, outcomes = cohort
+    page = write_report(folder, store, outcomes).read_text()
+    assert "30 of 32 studies finished" in page
+    assert "no &lt;record&gt;" in page
+    assert '<a href="studies/bad/study.log">bad</a>' in page
+    stand_out = page[page.index("Studies that stand out") : page.index("Identified parameters")]
+    assert '<a href="studies/study4/report.html">study4</a>' in stand_out
+    assert stand_out.count("<tr>") == 2, "one outlier below the header"
+    assert "sagittal angles, deg" in page
+    assert "30 studies, 7 people" in page
+    assert page.count("<svg") == 3
+
+
+def test_equal_results_give_an_equal_page(cohort):
+    folder, store, outcomes = cohort
+    first = write_report(folder, store, outcomes).read_bytes()
+    assert write_report(folder, store, outcomes).read_bytes() == first
+
+
+def test_a_cohort_of_which_nothing_finished_has_a_page(tmp_path):
+    page = write_report(tmp_path, Store(str(tmp_path)), [outcome("a", "fault", "E")]).read_text()
+    assert "0 of 1 studies finished" in page
+
+
+def test_the_summary_of_a_real_study_has_what_the_tables_need():
+    baseline = stored_baseline(Path("nowhere"), "S05")
+    subject = load_subject(5)
+    metrics = json.loads((baseline / "metrics.json").read_text())
+    found = summary_of(metrics, subject)
+    assert found["subject"] | {"person": "WBDS14", "trial": "T05", "sex": "F"} == found["subject"]
+    assert found["verdicts"]["accepted"] == metrics["summary"]["accepted"]
+    assert len(found["parameters"]) == 14
+    assert len(found["groups"]) == 5
+    wanted = metrics["walks"][metrics["final"]]["errors"]["angles"]
+    names = [
+        f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"
+    ]
+    mean = np.mean([wanted[name]["rmse"] for name in names])
+    assert found["groups"][0]["rmse"] == pytest.approx(mean)

@@ -1,0 +1,114 @@
+"""The table of a cohort: what it may say, and what is refused."""
+
+import pytest
+
+from gaitval.cohort.table import Study, read_table, with_settings, write_table
+from gaitval.errors import ConfigurationError
+
+
+def written(folder, text, name="table.csv"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_csv_columns_with_a_dot_are_settings(tmp_path):
+    studies = read_table(
+        written(
+            tmp_path,
+            "name,subject,trial,seed,start,training.samples\nyoung,S01,,3,,\n,1,T03,,general,5000\n",
+        )
+    )
+    assert studies == (
+        Study(name="young", subject="S01", settings=("seed=3",)),
+        Study(name="S01-T03", subject="1", trial="T03", start="general",
+              settings=("training.samples=5000",)),
+    )  # fmt: skip
+
+
+def test_toml_has_a_study_for_each_seed(tmp_path):
+    studies = read_table(
+        written(
+            tmp_path,
+            "[settings]\ntraining.samples = 5000\n[[studies]]\nsubject = 'S01'\nseeds = [0, 1]\n"
+            "settings.identification.method = 'none'\n",
+            "t.toml",
+        )
+    )
+    assert [study.name for study in studies] == ["S01", "S01-s1"]
+    assert studies[1].settings == (
+        "training.samples=5000", 'identification.method="none"', "seed=1",
+    )  # fmt: skip
+
+
+def test_paths_are_relative_to_the_table(tmp_path):
+    studies = read_table(
+        written(
+            tmp_path,
+            "name,subject,static,trials,sex,mass\na,me.toml,,,,\nb,,s.c3d,w1.c3d;w2.c3d,F,63.2\n",
+        )
+    )
+    assert studies[0].subject == str(tmp_path / "me.toml")
+    assert studies[1].recording == {
+        "static": str(tmp_path / "s.c3d"),
+        "trials": [str(tmp_path / "w1.c3d"), str(tmp_path / "w2.c3d")],
+        "sex": "F",
+        "mass": 63.2,
+    }
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    studies = read_table(
+        written(
+            tmp_path,
+            "name,subject,static,trials,sex,mass,virtual,around,trial,seed\n"
+            "a,5,,,,,,,T03,2\nb,,s.c3d,w.c3d,F,63.2,,,,\nc,,,,,,4,8,,\n",
+        )
+    )
+    write_table(tmp_path / "again.toml", studies)
+    assert read_table(tmp_path / "again.toml") == studies
+
+
+def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
+    (study,) = with_settings([Study(name="a", subject="5", settings=("seed=1",))], ["seed=9"], "c")
+    assert study.settings == ("seed=9", "seed=1")
+    assert study.config == "c"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("name,seed\na,1\n", "give one of subject, recording .* this one has none"),
+        ("subject,virtual\n5,1\n", "this one has subject and virtual"),
+        ("subject\n5\n5\n", "S05: more than one study of this name"),
+        ("subject,start\n5,cold\n", "line 2: start: input should be 'stored', 'general'"),
+        ("subject,colour\n5,red\n", "colour: extra inputs are not permitted"),
+        ("subject,name\n5,../up\n", "name: string should match"),
+        ("subject,seed\n5\n", "not as many cells"),
+        ("subject\n", "no study in this table"),
+        ("static,trials,sex,mass\ns.c3d,w.c3d,F,heavy\n", "mass: input should be a valid number"),
+    ],
+)
+def test_a_wrong_table_is_refused(tmp_path, text, told):
+    with pytest.raises(ConfigurationError, match=told):
+        read_table(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("t.xlsx", "", "a .csv or a .toml file, not .xlsx"),
+        ("t.toml", "a = 1", "this one has a"),
+        ("t.toml", "studies = [1]", "study 1: not a table"),
+        ("t.toml", "[[studies]]\nrecording = 3", "recording: not a table"),
+        ("t.toml", "[[studies]]\nvirtual = 3", "virtual: not a table"),
+        ("t.toml", "[[studies]]\nvirtual.number = 'x'", "virtual.number: input should be a valid"),
+        ("t.csv", None, "cannot be read"),
+    ],
+)
+def test_a_wrong_file_is_refused(tmp_path, name, text, told):
+    path = tmp_path / name
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ConfigurationError, match=told):
+        read_table(path)
