@@ -132,22 +132,19 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         force[1] = n1 + z * f0 - x * f2
         force[2] = n2 + x * f1 - y * f0
         force[3], force[4], force[5] = f0, f1, f2
-        whole = work.inertia[s]
+        whole = work.inertia[s]  # its lower triangle
         whole[0, 0] = j00 + m * (y * y + z * z)
+        whole[1, 0] = j01 - m * x * y
         whole[1, 1] = j11 + m * (x * x + z * z)
+        whole[2, 0] = j02 - m * x * z
+        whole[2, 1] = j12 - m * y * z
         whole[2, 2] = j22 + m * (x * x + y * y)
-        whole[0, 1] = whole[1, 0] = j01 - m * x * y
-        whole[0, 2] = whole[2, 0] = j02 - m * x * z
-        whole[1, 2] = whole[2, 1] = j12 - m * y * z
-        whole[0, 3] = whole[3, 0] = whole[1, 4] = whole[4, 1] = whole[2, 5] = whole[5, 2] = 0.0
-        whole[0, 4] = whole[4, 0] = -m * z
-        whole[1, 3] = whole[3, 1] = m * z
-        whole[0, 5] = whole[5, 0] = m * y
-        whole[2, 3] = whole[3, 2] = -m * y
-        whole[1, 5] = whole[5, 1] = -m * x
-        whole[2, 4] = whole[4, 2] = m * x
+        whole[3, 0] = whole[4, 1] = whole[5, 2] = 0.0
+        whole[3, 1], whole[3, 2] = m * z, -m * y
+        whole[4, 0], whole[4, 2] = -m * z, m * x
+        whole[5, 0], whole[5, 1] = m * y, -m * x
         whole[3, 3] = whole[4, 4] = whole[5, 5] = m
-        whole[3, 4] = whole[4, 3] = whole[3, 5] = whole[5, 3] = whole[4, 5] = whole[5, 4] = 0.0
+        whole[4, 3] = whole[5, 3] = whole[5, 4] = 0.0
 
 
 @njit_borrowing
@@ -210,10 +207,12 @@ def accelerations(
             axis[0], axis[1], axis[2], axis[3], axis[4], axis[5] = e0, e1, e2, e3, e4, e5
             u = reaction[d]
             for i in range(6):
-                u[i] = (
-                    (body[i, 0] * e0 + body[i, 1] * e1) + (body[i, 2] * e2
-                    + body[i, 3] * e3) + (body[i, 4] * e4 + body[i, 5] * e5)
-                )  # fmt: skip
+                total = body[i, 0] * e0
+                for j in range(1, i + 1):
+                    total += body[i, j] * axis[j]
+                for j in range(i + 1, 6):
+                    total += body[j, i] * axis[j]
+                u[i] = total
             k, c = stiffness[d - 6], damping[d - 6]
             resistance = (
                 e0 * u[0] + e1 * u[1] + e2 * u[2] + e3 * u[3] + e4 * u[4] + e5 * u[5]
@@ -228,11 +227,11 @@ def accelerations(
             for i in range(6):
                 share = u[i] * compliance
                 load[i] += share * drive
-                for j in range(6):
+                for j in range(i + 1):
                     body[i, j] -= share * u[j]
         for i in range(6):
             force[p, i] += load[i]
-            for j in range(6):
+            for j in range(i + 1):
                 inertia[p, i, j] += body[i, j]
     acceleration = work.acceleration
     for i in range(6):

@@ -16,6 +16,7 @@ from gaitval.simulation.dynamics import (
     integrate,
 )
 from gaitval.simulation.servo import ReferenceTables
+from gaitval.simulation.tables import read_table
 
 
 class WalkerBody(NamedTuple):
@@ -104,6 +105,7 @@ class Workspace(NamedTuple):
     contact: ContactWorkspace
     dynamics: DynamicsWorkspace
     forces: Array
+    asked: Array
     command: Array
     feet: Array
     acceleration: Array
@@ -117,6 +119,7 @@ def workspace(spheres: int) -> Workspace:
         contact_workspace(spheres),
         dynamics_workspace(),
         np.empty(31),
+        np.empty((3, 25)),
         np.empty(25),
         np.empty((2, 6)),
         np.empty(31),
@@ -145,14 +148,12 @@ def forces(
     """
     tree, tables, frames = body.tree, body.tables, work.frames
     forces, command = work.forces, work.command
-    count = tables.positions.shape[0] - 1
-    place = (phase - np.floor(phase)) * count
-    row = int(place)
-    part = place - row
+    asked = work.asked
+    read_table(tables.positions, phase, asked[0])
+    read_table(tables.velocities, phase, asked[1])
+    read_table(tables.moments, phase, asked[2])
     for i in range(25):
-        target = (1.0 - part) * tables.positions[row, i] + part * tables.positions[row + 1, i]
-        rate = (1.0 - part) * tables.velocities[row, i] + part * tables.velocities[row + 1, i]
-        moment = (1.0 - part) * tables.moments[row, i] + part * tables.moments[row + 1, i]
+        target, rate, moment = asked[0, i], asked[1, i], asked[2, i]
         command[i] = (
             body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
         )
@@ -172,9 +173,11 @@ def enter(
     command, feet = work.command, work.feet
     share = 1.0 / account.phase.shape[0]
     if row == 0:
-        account.mean_ground_reaction[:, :] = 0.0
-        account.mean_moments[:] = 0.0
-        account.mean_square_moments[:] = 0.0
+        for side in range(2):
+            for i in range(3):
+                account.mean_ground_reaction[side, i] = 0.0
+        for i in range(25):
+            account.mean_moments[i] = account.mean_square_moments[i] = 0.0
     account.phase[row] = phase
     for i in range(31):
         account.positions[row, i] = state[0, i]
