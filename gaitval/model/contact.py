@@ -72,15 +72,12 @@ def sphere_force(
     c = law.dissipation
     fn = fh * (1.0 + 1.5 * c * v)
     fn /= 1.0 + exponential(-2.0 * RATE_SLOPE * (v + 2.0 / (3.0 * c)))
-    slip = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] + SMOOTHING)
-    ratio = slip / law.transition_velocity
-    excess = law.static_friction - law.dynamic_friction
-    ff = fn * (
-        where(ratio < 1.0, ratio, 1.0)
-        * (law.dynamic_friction + 2.0 * excess / (1.0 + ratio * ratio))
-        + law.viscous_friction * slip
-    )
-    along = ff / slip
+    square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + SMOOTHING
+    slip, vt = sqrt(square), law.transition_velocity
+    # min(vs/vt, 1) / vs = 1 / max(vs, vt), and both fractions in one division
+    whole = vt * vt + square
+    falling = law.dynamic_friction * whole + 2.0 * (law.static_friction - law.dynamic_friction) * (vt * vt)
+    along = fn * (falling / (whole * where(slip < vt, vt, slip)) + law.viscous_friction)
     out[0] = -along * velocity[0]
     out[1] = -along * velocity[1]
     out[2] = fn
@@ -169,6 +166,11 @@ def contact_forces(
         side = 0 if n < spheres // 2 else 1
         slope[side, 0] += normal
         slope[side, 1] += friction
+    part = slope  # a / (1 + a), the share of the previous step's force
+    for side in range(2):
+        for i in range(2):
+            a = lag[side] * slope[side, i]
+            part[side, i] = a / (1.0 + a)
     for s in range(LEG_SEGMENTS):
         for i in range(6):
             wrench[s, i] = 0.0
@@ -178,11 +180,10 @@ def contact_forces(
     for n in range(spheres):
         s = tree.sphere_segment[n]
         side = 0 if n < spheres // 2 else 1
-        across, along = lag[side] * slope[side, 0], lag[side] * slope[side, 1]
-        f = memory[n]
-        f[0] = (force[n, 0] + along * f[0]) / (1.0 + along)
-        f[1] = (force[n, 1] + along * f[1]) / (1.0 + along)
-        f[2] = (force[n, 2] + across * f[2]) / (1.0 + across)
+        f, across, along = memory[n], part[side, 0], part[side, 1]
+        f[0] = force[n, 0] + along * (f[0] - force[n, 0])
+        f[1] = force[n, 1] + along * (f[1] - force[n, 1])
+        f[2] = force[n, 2] + across * (f[2] - force[n, 2])
         x = origin[s, 0] + place[n, 0]
         y = origin[s, 1] + place[n, 1]
         z = origin[s, 2] + place[n, 2]
