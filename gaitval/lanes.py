@@ -213,54 +213,77 @@ def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
     return signature(x, x, types.intp, types.float64), lower
 
 
-def _viewed(array: Any, result: Any, extent: Any) -> Any:
-    """Lowering of a view of the same memory; `extent` of (builder, shape, strides) gives its own
-    shape, strides and the bytes of an item.
+def _view(context: Any, builder: Any, kinds: Any, array: Any, extent: Any) -> Any:
+    """A view of an array's memory; `kinds` are the array's type and the view's, and `extent` of
+    (shape, strides) gives its own shape, strides and bytes of an item.
     """
+    kind, result = kinds
+    source, out = make_array(kind)(context, builder, array), make_array(result)(context, builder)
+    shape = cgutils.unpack_tuple(builder, source.shape)
+    shape, strides, size = extent(shape, cgutils.unpack_tuple(builder, source.strides))
+    populate_array(
+        out,
+        data=builder.bitcast(source.data, out.data.type),
+        shape=shape,
+        strides=strides,
+        itemsize=context.get_constant(types.intp, size),
+        meminfo=source.meminfo,
+        parent=source.parent,
+    )
+    if context.enable_nrt:
+        context.nrt.incref(builder, result, out._getvalue())
+    return out._getvalue()
 
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        source = make_array(array)(context, builder, args[0])
-        out = make_array(result)(context, builder)
-        shape = cgutils.unpack_tuple(builder, source.shape)
-        strides = cgutils.unpack_tuple(builder, source.strides)
-        shape, strides, size = extent(context, shape, strides)
-        populate_array(
-            out,
-            data=builder.bitcast(source.data, out.data.type),
-            shape=shape,
-            strides=strides,
-            itemsize=context.get_constant(types.intp, size),
-            meminfo=source.meminfo,
-            parent=source.parent,
-        )
-        if context.enable_nrt:
-            context.nrt.incref(builder, result, out._getvalue())
-        return out._getvalue()
 
-    return lower
+def _lanes_type(kind: Any) -> Any:
+    if isinstance(kind, types.NamedTuple):
+        members = [_lanes_type(member) for member in kind.types]
+        if all(member == members[0] for member in members):
+            return types.NamedUniTuple(members[0], len(members), kind.instance_class)
+        return types.NamedTuple(members, kind.instance_class)
+    if isinstance(kind, types.NamedUniTuple):
+        return types.NamedUniTuple(_lanes_type(kind.dtype), kind.count, kind.instance_class)
+    if isinstance(kind, types.Array) and kind.dtype == types.float64:
+        return types.Array(LANES, kind.ndim - 1, "C", aligned=False)
+    return kind
+
+
+def _to_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    result = _lanes_type(kind)
+    if isinstance(kind, types.NamedTuple | types.NamedUniTuple):
+        members = cgutils.unpack_tuple(builder, value)
+        converted = [_to_lanes(context, builder, *pair) for pair in zip(kind, members, strict=True)]
+        return context.make_tuple(builder, result, converted)
+    if result == kind:
+        return value
+    return _view(context, builder, (kind, result), value, lambda a, b: (a[:-1], b[:-1], 8 * WIDTH))
 
 
 @intrinsic
-def in_lanes(typingctx: Any, array: Any) -> Any:
-    """The array (…, 8) of doubles as an array of lanes, without a copy."""
-    result = types.Array(LANES, array.ndim - 1, "C", aligned=False)
+def in_lanes(typingctx: Any, arrays: Any) -> Any:
+    """An array (…, 8) of doubles as an array of lanes, without a copy; of a named tuple, all its
+    arrays of doubles.
+    """
 
-    def extent(context: Any, shape: Any, strides: Any) -> Any:
-        return shape[:-1], strides[:-1], 8 * WIDTH
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _to_lanes(context, builder, arrays, args[0])
 
-    return signature(result, array), _viewed(array, result, extent)
+    return signature(_lanes_type(arrays), arrays), lower
 
 
 @intrinsic
 def in_numbers(typingctx: Any, array: Any) -> Any:
-    """The array of lanes as an array (…, 8) of doubles, without a copy."""
+    """An array of lanes as an array (…, 8) of doubles, without a copy."""
     result = types.Array(types.float64, array.ndim + 1, "C")
 
-    def extent(context: Any, shape: Any, strides: Any) -> Any:
-        one = [context.get_constant(types.intp, n) for n in (WIDTH, 8)]
-        return [*shape, one[0]], [*strides, one[1]], 8
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        lanes, size = (context.get_constant(types.intp, n) for n in (WIDTH, 8))
+        return _view(
+            context, builder, (array, result), args[0],
+            lambda shape, strides: ([*shape, lanes], [*strides, size], 8),
+        )  # fmt: skip
 
-    return signature(result, array), _viewed(array, result, extent)
+    return signature(result, array), lower
 
 
 # Cody and Waite's three parts of π/2, and the polynomials of fdlibm's sine and cosine (Sun
