@@ -82,14 +82,14 @@ class Account(NamedTuple):
     mean_square_moments: Array
 
 
-def empty_account(steps: int) -> Account:
+def empty_account(count: int) -> Account:
     """Account of this many steps, to be filled."""
     return Account(
-        np.zeros(steps),
-        np.zeros((steps, 31)),
-        np.zeros((steps, 31)),
-        np.zeros((steps, 25)),
-        np.zeros((steps, 2, 6)),
+        np.zeros(count),
+        np.zeros((count, 31)),
+        np.zeros((count, 31)),
+        np.zeros((count, 25)),
+        np.zeros((count, 2, 6)),
         np.zeros((2, 3)),
         np.zeros(25),
         np.zeros(25),
@@ -199,7 +199,7 @@ def enter(
 
 
 @njit_borrowing
-def _steps(
+def steps(
     body: WalkerBody,
     state: Array,
     phase: float,
@@ -211,7 +211,9 @@ def _steps(
     account: Account,
     work: Workspace,
 ) -> float:
-    """`advance`, with the change `slope` (25,) rad of the targets from step to step."""
+    """`advance`, with the change `slope` (25,) rad of the targets from step to step; of one walker,
+    or of eight in lanes.
+    """
     for row in range(account.phase.shape[0]):
         for i in range(25):
             target[i] += slope[i]
@@ -253,5 +255,5 @@ def advance(
     pace, offset, next_offset, root_force = action
     slope = (next_offset - offset) / account.phase.shape[0]
     target, work = offset.copy(), workspace(memory.shape[0])
-    phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
+    phase = steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
     return phase

@@ -25,7 +25,7 @@ class LaneTables(NamedTuple):
 
 
 @njit_borrowing
-def _read_row(table: Array, phase: float, out: Array) -> None:
+def read_row(table: Array, phase: float, out: Array) -> None:
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -35,7 +35,7 @@ def _read_row(table: Array, phase: float, out: Array) -> None:
 
 
 @njit_borrowing
-def _read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
+def read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
     values, numbers = tables.values, in_numbers(out)
     count = values.shape[1] - 1
     for k in range(WIDTH):
@@ -56,7 +56,7 @@ def read_table(table, phase, out):  # type: ignore[no-untyped-def]
 @overload(read_table)
 def _reader(table, phase, out):  # type: ignore[no-untyped-def]  # numba compares signatures
     def one(table, phase, out):  # type: ignore[no-untyped-def]
-        _read_row(table, phase, out)
+        read_row(table, phase, out)
 
     def eight(table, phase, out):  # type: ignore[no-untyped-def]
         _read_rows(table, phase, out)
