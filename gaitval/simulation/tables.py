@@ -35,7 +35,7 @@ def read_row(table: Array, phase: float, out: Array) -> None:
 
 
 @njit_borrowing
-def read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
+def _read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
     values, numbers = tables.values, in_numbers(out)
     count = values.shape[1] - 1
     for k in range(WIDTH):
