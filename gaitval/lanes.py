@@ -14,21 +14,24 @@ machine to machine.
 
 import math
 import operator
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv import Conversion
 from numba.core.typing import signature
-from numba.core.typing.templates import ConcreteTemplate
+from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
-from numba.core.typing.templates import infer_global
 from numba.np.arrayobj import make_array, populate_array
 
 from gaitval.compiled import njit_borrowing
 
 WIDTH = 8
+
+
+def _instructions(function: Any) -> Any:
+    """numba's `intrinsic`: the function returns its signature, and what writes LLVM's code."""
+    return intrinsic(function)
 
 
 class _Lanes(types.Type):
@@ -83,7 +86,9 @@ def _number_in_lanes(context: Any, builder: Any, fromty: Any, toty: Any, value: 
 def _operator(symbols: tuple[Any, ...], result: Any, instruction: Any) -> None:
     """Type and lower a binary operator of two vectors."""
     for symbol in symbols:
-        template = type("LanesOperator", (ConcreteTemplate,), {"cases": [signature(result, LANES, LANES)]})
+        template = type(
+            "LanesOperator", (ConcreteTemplate,), {"cases": [signature(result, LANES, LANES)]}
+        )
         infer_global(symbol)(template)
 
         @lower_builtin(symbol, LANES, LANES)
@@ -105,7 +110,7 @@ _operator((operator.ne,), MASK, lambda b, x, y: b.fcmp_unordered("!=", x, y))
 
 @infer_global(operator.neg)
 class _Negative(ConcreteTemplate):
-    cases = [signature(LANES, LANES)]
+    cases: ClassVar[list[Any]] = [signature(LANES, LANES)]
 
 
 @lower_builtin(operator.neg, LANES)
@@ -117,7 +122,7 @@ def _of_one(name: str) -> Any:
     """A function of one number or vector that LLVM has an instruction for."""
 
     def typed(typingctx: Any, x: Any) -> Any:
-        kind = LANES if x is LANES or isinstance(x, _Lanes) else types.float64
+        kind = LANES if isinstance(x, _Lanes) else types.float64
 
         def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             vector = _VECTOR if kind is LANES else _DOUBLE
@@ -130,7 +135,7 @@ def _of_one(name: str) -> Any:
 
         return signature(kind, kind), lower
 
-    return intrinsic(typed)
+    return _instructions(typed)
 
 
 sqrt = _of_one("sqrt")
@@ -139,7 +144,7 @@ nearest = _of_one("nearbyint")
 magnitude = _of_one("fabs")
 
 
-@intrinsic
+@_instructions
 def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
     """`yes` where the condition holds, else `no`; both are computed."""
     kind = LANES if isinstance(condition, _Mask) else types.float64
@@ -150,7 +155,7 @@ def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
     return signature(kind, condition, kind, kind), lower
 
 
-@intrinsic
+@_instructions
 def everywhere(typingctx: Any, condition: Any) -> Any:
     """Whether the condition holds in every lane."""
 
@@ -163,7 +168,7 @@ def everywhere(typingctx: Any, condition: Any) -> Any:
     return signature(types.boolean, condition), lower
 
 
-@intrinsic
+@_instructions
 def power_of_two(typingctx: Any, x: Any) -> Any:
     """2ˣ of a whole number between -1022 and 1023."""
     kind = LANES if isinstance(x, _Lanes) else types.float64
@@ -181,7 +186,7 @@ def power_of_two(typingctx: Any, x: Any) -> Any:
     return signature(kind, kind), lower
 
 
-@intrinsic
+@_instructions
 def width(typingctx: Any, x: Any) -> Any:
     """How many numbers there are in one."""
     count = WIDTH if isinstance(x, _Lanes) else 1
@@ -192,7 +197,7 @@ def width(typingctx: Any, x: Any) -> Any:
     return signature(types.intp, x), lower
 
 
-@intrinsic
+@_instructions
 def lane(typingctx: Any, x: Any, i: Any) -> Any:
     """The number in lane i."""
 
@@ -202,7 +207,7 @@ def lane(typingctx: Any, x: Any, i: Any) -> Any:
     return signature(types.float64, x, types.intp), lower
 
 
-@intrinsic
+@_instructions
 def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
     """The same numbers but for the one in lane i."""
 
@@ -259,7 +264,7 @@ def _to_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return _view(context, builder, (kind, result), value, lambda a, b: (a[:-1], b[:-1], 8 * WIDTH))
 
 
-@intrinsic
+@_instructions
 def in_lanes(typingctx: Any, arrays: Any) -> Any:
     """An array (…, 8) of doubles as an array of lanes, without a copy; of a named tuple, all its
     arrays of doubles.
@@ -271,7 +276,7 @@ def in_lanes(typingctx: Any, arrays: Any) -> Any:
     return signature(_lanes_type(arrays), arrays), lower
 
 
-@intrinsic
+@_instructions
 def in_numbers(typingctx: Any, array: Any) -> Any:
     """An array of lanes as an array (…, 8) of doubles, without a copy."""
     result = types.Array(types.float64, array.ndim + 1, "C")
@@ -288,7 +293,11 @@ def in_numbers(typingctx: Any, array: Any) -> Any:
 
 # Cody and Waite's three parts of π/2, and the polynomials of fdlibm's sine and cosine (Sun
 # Microsystems 1993) on -π/4 ... π/4: errors below one unit in the last place.
-_PI_1, _PI_2, _PI_3 = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+_PI_1, _PI_2, _PI_3 = (
+    1.57079632673412561417e00,
+    6.07710050630396597660e-11,
+    2.02226624879595063154e-21,
+)
 
 
 @njit_borrowing
@@ -298,15 +307,42 @@ def sine_cosine(x: Any) -> Any:
     y = ((x - turns * _PI_1) - turns * _PI_2) - turns * _PI_3
     z = y * y
     s = y + y * z * (
-        -1.66666666666666324348e-01 + z * (8.33333333332248946124e-03
-        + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06
-        + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))))
+        -1.66666666666666324348e-01
+        + z
+        * (
+            8.33333333332248946124e-03
+            + z
+            * (
+                -1.98412698298579493134e-04
+                + z
+                * (
+                    2.75573137070700676789e-06
+                    + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+                )
+            )
+        )
     )
-    c = 1.0 - (0.5 * z - z * z * (
-        4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03
-        + z * (2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07
-        + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))))
-    ))
+    c = 1.0 - (
+        0.5 * z
+        - z
+        * z
+        * (
+            4.16666666666666019037e-02
+            + z
+            * (
+                -1.38888888888741095749e-03
+                + z
+                * (
+                    2.48015872894767294178e-05
+                    + z
+                    * (
+                        -2.75573143513906633035e-07
+                        + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)
+                    )
+                )
+            )
+        )
+    )
     half = 0.5 * turns
     odd = half != floor(half)
     quarter = 0.5 * floor(half)
@@ -323,9 +359,50 @@ def exponential(x: Any) -> Any:
     n = nearest(x * 1.44269504088896338700)
     r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10
     # Taylor's polynomial of degree 13 on ±½ ln 2: truncated at 4e-18.
-    p = 1.0 + r * (1.0 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 + r * (1 / 120 + r * (1 / 720
-        + r * (1 / 5040 + r * (1 / 40320 + r * (1 / 362880 + r * (1 / 3628800 + r * (1 / 39916800
-        + r * (1 / 479001600 + r * (1 / 6227020800)))))))))))))
+    p = 1.0 + r * (
+        1.0
+        + r
+        * (
+            1 / 2
+            + r
+            * (
+                1 / 6
+                + r
+                * (
+                    1 / 24
+                    + r
+                    * (
+                        1 / 120
+                        + r
+                        * (
+                            1 / 720
+                            + r
+                            * (
+                                1 / 5040
+                                + r
+                                * (
+                                    1 / 40320
+                                    + r
+                                    * (
+                                        1 / 362880
+                                        + r
+                                        * (
+                                            1 / 3628800
+                                            + r
+                                            * (
+                                                1 / 39916800
+                                                + r * (1 / 479001600 + r * (1 / 6227020800))
+                                            )
+                                        )
+                                    )
+                                )
+                            )
+                        )
+                    )
+                )
+            )
+        )
+    )
     return p * power_of_two(n)
 
 

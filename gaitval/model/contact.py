@@ -76,7 +76,9 @@ def sphere_force(
     slip, vt = sqrt(square), law.transition_velocity
     # min(vs/vt, 1) / vs = 1 / max(vs, vt), and both fractions in one division
     whole = vt * vt + square
-    falling = law.dynamic_friction * whole + 2.0 * (law.static_friction - law.dynamic_friction) * (vt * vt)
+    falling = law.dynamic_friction * whole + 2.0 * (law.static_friction - law.dynamic_friction) * (
+        vt * vt
+    )
     along = fn * (falling / (whole * where(slip < vt, vt, slip)) + law.viscous_friction)
     out[0] = -along * velocity[0]
     out[1] = -along * velocity[1]

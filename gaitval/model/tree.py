@@ -5,7 +5,7 @@ in world axes, as in dartpy's FreeJoint; a generalised root force is the moment 
 origin, then the force, in world axes.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -145,7 +145,7 @@ def rotation_vector(matrix: Array) -> Array:
 
 
 @njit_borrowing
-def _half_turn(x: float, y: float, z: float, share: float) -> tuple[float, float, float, float]:
+def _half_turn(x: Any, y: Any, z: Any, share: float) -> Any:
     """Quaternion of the rotation by twice `share` of a rotation vector."""
     x, y, z = share * x, share * y, share * z
     half = sqrt(x * x + y * y + z * z)
@@ -179,9 +179,7 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     negative = qw < 0.0
     sine = sqrt(qx * qx + qy * qy + qz * qz)
     small = sine < 1e-8
-    factor = where(
-        small, 2.0, 2.0 * arctangent(sine, magnitude(qw)) / where(small, 1.0, sine)
-    )
+    factor = where(small, 2.0, 2.0 * arctangent(sine, magnitude(qw)) / where(small, 1.0, sine))
     factor = where(negative, -factor, factor)
     vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
 

@@ -289,9 +289,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
         episode, limit = self.episode, self.constants.action_limit
         taken = np.asarray(action, dtype=np.float32)
-        take_action(
-            taken, limit, self.shares, self._is_mirrored(), episode.action, episode.before
-        )
+        take_action(taken, limit, self.shares, self._is_mirrored(), episode.action, episode.before)
         self.push()
         offset = self.constants.action_scale * episode.action[:-1]
         self.walker.step(offset, episode.root_force, recording, pace=self._pace())

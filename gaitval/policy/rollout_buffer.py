@@ -127,7 +127,7 @@ def _walk(
         experience.terms[t, numbers] = group.terms
         for e, environment in enumerate(group.environments):
             experience.cycles[t, first + e] = environment.walker.phase - environment.start_phase
-        for e in np.flatnonzero(ended):
+        for e in np.flatnonzero(ended).tolist():
             experience.final_observations[t, first + e] = observations[e]
             observations[e] = group.reset(e)
     experience.observations[-1, numbers] = observations

@@ -87,7 +87,8 @@ def act_together(
         physics steps.
     seen : (environments, size) out, the observations as the policy gets them.
     """
-    episodes, walkers, yards, trees = group.episodes, group.walkers, group.yardsticks, group.trees
+    episodes, walkers, trees = group.episodes, group.walkers, group.trees
+    yards: Any = group.yardsticks  # its numbers are arrays here
     targets, mirrors = yards.targets, yards.mirrors
     count = asked.shape[0]
     for e in range(count):

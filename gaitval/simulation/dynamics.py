@@ -12,7 +12,7 @@ velocities and gravity on the accelerations is computed first (by recursive Newt
 0), so that the articulated pass has no velocity terms.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,16 +69,28 @@ def dynamics_workspace() -> DynamicsWorkspace:
 
 
 @njit_borrowing
-def _turned(r: Array, inertia: Array) -> tuple[float, float, float, float, float, float]:
+def _turned(r: Array, inertia: Array) -> Any:
     """Elements xx, xy, xz, yy, yz, zz of R I Rᵀ, both (3, 3)."""
     i00, i11, i22 = inertia[0, 0], inertia[1, 1], inertia[2, 2]
     i01, i02, i12 = inertia[0, 1], inertia[0, 2], inertia[1, 2]
     x0, x1, x2 = r[0, 0], r[0, 1], r[0, 2]
     y0, y1, y2 = r[1, 0], r[1, 1], r[1, 2]
     z0, z1, z2 = r[2, 0], r[2, 1], r[2, 2]
-    a0, a1, a2 = x0 * i00 + x1 * i01 + x2 * i02, x0 * i01 + x1 * i11 + x2 * i12, x0 * i02 + x1 * i12 + x2 * i22
-    b0, b1, b2 = y0 * i00 + y1 * i01 + y2 * i02, y0 * i01 + y1 * i11 + y2 * i12, y0 * i02 + y1 * i12 + y2 * i22
-    c0, c1, c2 = z0 * i00 + z1 * i01 + z2 * i02, z0 * i01 + z1 * i11 + z2 * i12, z0 * i02 + z1 * i12 + z2 * i22
+    a0, a1, a2 = (
+        x0 * i00 + x1 * i01 + x2 * i02,
+        x0 * i01 + x1 * i11 + x2 * i12,
+        x0 * i02 + x1 * i12 + x2 * i22,
+    )
+    b0, b1, b2 = (
+        y0 * i00 + y1 * i01 + y2 * i02,
+        y0 * i01 + y1 * i11 + y2 * i12,
+        y0 * i02 + y1 * i12 + y2 * i22,
+    )
+    c0, c1, c2 = (
+        z0 * i00 + z1 * i01 + z2 * i02,
+        z0 * i01 + z1 * i11 + z2 * i12,
+        z0 * i02 + z1 * i12 + z2 * i22,
+    )
     return (
         a0 * x0 + a1 * x1 + a2 * x2,
         a0 * y0 + a1 * y1 + a2 * y2,
@@ -178,7 +190,7 @@ def _solve_root(inertia: Array, right: Array) -> None:
 
 
 @njit_borrowing
-def _react(body: Array, axis: Array, u: Array) -> float:
+def _react(body: Array, axis: Array, u: Array) -> Any:
     """u (6,) = body (21,) axis (6,); returns axis · u."""
     e0, e1, e2, e3, e4, e5 = axis[0], axis[1], axis[2], axis[3], axis[4], axis[5]
     b1, b3, b4, b6, b7, b8 = body[1], body[3], body[4], body[6], body[7], body[8]

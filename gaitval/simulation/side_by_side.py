@@ -113,13 +113,14 @@ def _with_lanes(arrays: Any) -> Any:
     return np.zeros((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
 
 
-def _tables_of(walkers: Sequence[Walker]) -> ReferenceTables:
+def _tables_of(walkers: Sequence[Walker]) -> Any:
     """What the servos of each walker follow; walkers of one task share it."""
     kinds = list({id(walker.task): walker.tables for walker in walkers}.items())
     order = [key for key, _ in kinds]
     which = np.array([order.index(id(walker.task)) for walker in walkers])
-    stacks = [np.array([getattr(t, name) for _, t in kinds]) for name in ReferenceTables._fields]
-    return ReferenceTables(*(LaneTables(stack, which) for stack in stacks))
+    stacks = [np.array(tables) for tables in zip(*(tables for _, tables in kinds), strict=True)]
+    members: Any = (LaneTables(stack, which) for stack in stacks)
+    return ReferenceTables(*members)
 
 
 class SideBySide:
@@ -139,27 +140,24 @@ class SideBySide:
     def __init__(self, walkers: Sequence[Walker]) -> None:
         first = walkers[0]
         body, spheres = first.body, len(first.task.model.spheres)
+        one = np.zeros(1)
+        law = np.zeros(len(ContactLaw._fields))
+        tree, law, stiffness, damping, total, lag, phase_step = (
+            _with_lanes(arrays) for arrays in (body.tree, law, *body[3:6], body.lag, one)
+        )
         self.bodies = LaneBodies(
-            _with_lanes(body.tree),
-            np.zeros((len(ContactLaw._fields), WIDTH)),
-            _tables_of(walkers),
-            *(np.zeros((25, WIDTH)) for _ in range(3)),
-            np.zeros((2, WIDTH)),
-            body.physics_step,
-            np.zeros((1, WIDTH)),
-        )
+            tree, law, _tables_of(walkers), stiffness, damping, total, lag,
+            body.physics_step, phase_step,
+        )  # fmt: skip
         self.account = _with_lanes(empty_account(first.steps_per_action))
-        self.arrays = LaneArrays(
-            _with_lanes(walker_arrays(spheres))._replace(
-                ground=self.account.mean_ground_reaction,
-                moments=self.account.mean_moments,
-                squares=self.account.mean_square_moments,
-            ),
-            *(np.zeros((1, WIDTH)) for _ in range(2)),
-            np.zeros((25, WIDTH)),
-            np.zeros((6, WIDTH)),
-            *(np.zeros((25, WIDTH)) for _ in range(2)),
+        arrays = _with_lanes(walker_arrays(spheres))._replace(
+            ground=self.account.mean_ground_reaction,
+            moments=self.account.mean_moments,
+            squares=self.account.mean_square_moments,
         )
+        joints, force = np.zeros(25), np.zeros(6)
+        members = (_with_lanes(array) for array in (one, one, joints, force, joints, joints))
+        self.arrays = LaneArrays(arrays, *members)
         self.work = _with_lanes(workspace(spheres))
         for lane, walker in enumerate(walkers):
             self.enter_body(lane, walker)

@@ -26,6 +26,7 @@ class LaneTables(NamedTuple):
 
 @njit_borrowing
 def read_row(table: Array, phase: float, out: Array) -> None:
+    """Row of a table (N + 1, K) over one cycle at a phase, linearly interpolated, into `out`."""
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -47,10 +48,13 @@ def _read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
             numbers[i, k] = (1.0 - part) * table[row, i] + part * table[row + 1, i]
 
 
-def read_table(table, phase, out):  # type: ignore[no-untyped-def]
-    """Row of a table (N + 1, K) over one cycle at a phase, linearly interpolated, into `out`; of
-    `LaneTables`, each lane's at its phase.
+def _read_table(table: Any, phase: Any, out: Any) -> None:
+    """`read_row`, or of `LaneTables` the row of each lane's table at its phase, in compiled
+    functions.
     """
+
+
+read_table: Any = _read_table
 
 
 @overload(read_table)
