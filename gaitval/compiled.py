@@ -26,14 +26,19 @@ SOURCES = (
     "inverse/pose_solver.py",
     "inverse/residual_derivatives.py",
     "model/body.py",
+    "lanes.py",
     "model/contact_law.py",
     "model/tree.py",
+    "policy/judgement.py",
     "policy/observation.py",
     "policy/reward.py",
+    "policy/walking_group.py",
     "reference/walking_laws.py",
     "model/contact.py",
     "simulation/dynamics.py",
     "simulation/physics_steps.py",
+    "simulation/side_by_side.py",
+    "simulation/tables.py",
 )
 
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
+from gaitval.lanes import everywhere, exponential, sqrt, where
 from gaitval.model.contact_law import PENETRATION_SLOPE, RATE_SLOPE, SMOOTHING, ContactLaw
 from gaitval.model.tree import (
     DOF_COUNT,
@@ -55,29 +56,34 @@ def sphere_force(
     Slopes of the normal force with the penetration rate and of friction with the slip, Ns/m.
     """
     x = radius - height
-    if x < -0.02:  # the smooth form has faded to 2e-4 of its value at the ground
-        out[:] = 0.0
-        return 0.0, 0.0
+    far = x < -0.02  # the smooth form has faded to 2e-4 of its value at the ground
+    none = 0.0 * radius
+    if everywhere(far):
+        out[0] = out[1] = out[2] = none
+        return none, none
     v = -velocity[2]
     # 1/2 + 1/2 tanh(y) = 1 / (1 + exp(-2 y)), and y^0.75 = sqrt(y) sqrt(sqrt(y)), cost half.
-    root = np.sqrt(x * x + SMOOTHING)
+    root = sqrt(x * x + SMOOTHING)
     fh = (
-        4.0 / 3.0 * law.k * np.sqrt(radius * law.k) * root * np.sqrt(root)
-        / (1.0 + np.exp(-2.0 * PENETRATION_SLOPE * x))
+        4.0 / 3.0 * law.k * sqrt(radius * law.k) * root * sqrt(root)
+        / (1.0 + exponential(-2.0 * PENETRATION_SLOPE * x))
     )  # fmt: skip
+    fh = where(far, none, fh)
     c = law.dissipation
-    fn = fh * (1.0 + 1.5 * c * v) / (1.0 + np.exp(-2.0 * RATE_SLOPE * (v + 2.0 / (3.0 * c))))
-    slip = np.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + SMOOTHING)
-    ratio = slip / law.transition_velocity
-    excess = law.static_friction - law.dynamic_friction
-    ff = fn * (
-        min(ratio, 1.0) * (law.dynamic_friction + 2.0 * excess / (1.0 + ratio * ratio))
-        + law.viscous_friction * slip
+    fn = fh * (1.0 + 1.5 * c * v)
+    fn /= 1.0 + exponential(-2.0 * RATE_SLOPE * (v + 2.0 / (3.0 * c)))
+    square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + SMOOTHING
+    slip, vt = sqrt(square), law.transition_velocity
+    # min(vs/vt, 1) / vs = 1 / max(vs, vt), and both fractions in one division
+    whole = vt * vt + square
+    falling = law.dynamic_friction * whole + 2.0 * (law.static_friction - law.dynamic_friction) * (
+        vt * vt
     )
-    out[0] = -ff * velocity[0] / slip
-    out[1] = -ff * velocity[1] / slip
+    along = fn * (falling / (whole * where(slip < vt, vt, slip)) + law.viscous_friction)
+    out[0] = -along * velocity[0]
+    out[1] = -along * velocity[1]
     out[2] = fn
-    return 1.5 * c * fh, ff / slip
+    return 1.5 * c * fh, along
 
 
 class ContactWorkspace(NamedTuple):
@@ -141,7 +147,9 @@ def contact_forces(
     rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     place, force, velocity, slope, wrench = work
     spheres = tree.sphere_segment.shape[0]
-    slope[:, :] = 0.0
+    for side in range(2):
+        for i in range(2):
+            slope[side, i] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         p = tree.sphere_position[n]
@@ -160,28 +168,37 @@ def contact_forces(
         side = 0 if n < spheres // 2 else 1
         slope[side, 0] += normal
         slope[side, 1] += friction
-    wrench[:, :] = 0.0
-    feet[:, :] = 0.0
+    part = slope  # a / (1 + a), the share of the previous step's force
+    for side in range(2):
+        for i in range(2):
+            a = lag[side] * slope[side, i]
+            part[side, i] = a / (1.0 + a)
+    for s in range(LEG_SEGMENTS):
+        for i in range(6):
+            wrench[s, i] = 0.0
+    for side in range(2):
+        for i in range(6):
+            feet[side, i] = 0.0
     for n in range(spheres):
         s = tree.sphere_segment[n]
         side = 0 if n < spheres // 2 else 1
-        across, along = lag[side] * slope[side, 0], lag[side] * slope[side, 1]
-        f = memory[n]
-        for i in range(3):
-            a = across if i == 2 else along
-            f[i] = (force[n, i] + a * f[i]) / (1.0 + a)
+        f, across, along = memory[n], part[side, 0], part[side, 1]
+        f[0] = force[n, 0] + along * (f[0] - force[n, 0])
+        f[1] = force[n, 1] + along * (f[1] - force[n, 1])
+        f[2] = force[n, 2] + across * (f[2] - force[n, 2])
         x = origin[s, 0] + place[n, 0]
         y = origin[s, 1] + place[n, 1]
         z = origin[s, 2] + place[n, 2]
-        moment = (y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0])
-        for i in range(3):
-            wrench[s, i] += f[i]
-            wrench[s, 3 + i] += moment[i]
-            feet[side, i] += f[i]
-            feet[side, 3 + i] += moment[i]
+        m0, m1, m2 = y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0]
+        for total in (wrench[s], feet[side]):
+            for i in range(3):
+                total[i] += f[i]
+            total[3] += m0
+            total[4] += m1
+            total[5] += m2
     for s in range(LEG_SEGMENTS - 1, 0, -1):
         f = wrench[s]
-        if f[0] == 0.0 and f[1] == 0.0 and f[2] == 0.0:
+        if everywhere(f[0] == 0.0) and everywhere(f[1] == 0.0) and everywhere(f[2] == 0.0):
             continue
         o = origin[s]
         m0 = f[3] - (o[1] * f[2] - o[2] * f[1])

@@ -5,13 +5,14 @@ in world axes, as in dartpy's FreeJoint; a generalised root force is the moment 
 origin, then the force, in world axes.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit, njit_borrowing
 from gaitval.coordinates import ACTUATED, AXES, COORDINATES
+from gaitval.lanes import arctangent, magnitude, sine_cosine, sqrt, where
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
 ROOT_DOFS = 6
@@ -102,12 +103,14 @@ def _enter_rotation(vector: Array, matrix: Array) -> None:
     """Write the rotation matrix (3, 3) of a rotation vector (3, …) into `matrix`, by Rodrigues'
     formula.
     """
-    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
-    if angle < 1e-7:
-        a, b = 1.0 - angle**2 / 6.0, 0.5 - angle**2 / 24.0
-    else:
-        a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
     x, y, z = vector[0], vector[1], vector[2]
+    square = x * x + y * y + z * z
+    angle = sqrt(square)
+    small = angle < 1e-7
+    divisor = where(small, 1.0, angle)
+    sine, cosine = sine_cosine(angle)
+    a = where(small, 1.0 - square / 6.0, sine / divisor)
+    b = where(small, 0.5 - square / 24.0, (1.0 - cosine) / (divisor * divisor))
     matrix[0, 0] = 1.0 - b * (y * y + z * z)
     matrix[0, 1] = b * x * y - a * z
     matrix[0, 2] = b * x * z + a * y
@@ -142,6 +145,17 @@ def rotation_vector(matrix: Array) -> Array:
 
 
 @njit_borrowing
+def _half_turn(x: Any, y: Any, z: Any, share: float) -> Any:
+    """Quaternion of the rotation by twice `share` of a rotation vector."""
+    x, y, z = share * x, share * y, share * z
+    half = sqrt(x * x + y * y + z * z)
+    small = half < 1e-4
+    sine, cosine = sine_cosine(half)
+    factor = where(small, 1.0 - half * half / 6.0, sine / where(small, 1.0, half))
+    return cosine, factor * x, factor * y, factor * z
+
+
+@njit_borrowing
 def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     """Rotate with an angular velocity for a time step: R ← exp(step ω) R.
 
@@ -154,24 +168,19 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     angular_velocity : (3, …) rad/s, world axes.
     step : s.
     """
-    x, y, z = 0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]
-    half = np.sqrt(x * x + y * y + z * z)
-    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
-    w, x, y, z = np.cos(half), sine * x, sine * y, sine * z
-    a = 0.5 * step * angular_velocity[0]
-    b = 0.5 * step * angular_velocity[1]
-    c = 0.5 * step * angular_velocity[2]
-    half = np.sqrt(a * a + b * b + c * c)
-    sine = 1.0 - half * half / 6.0 if half < 1e-4 else np.sin(half) / half
-    t, a, b, c = np.cos(half), sine * a, sine * b, sine * c
+    w, x, y, z = _half_turn(vector[0], vector[1], vector[2], 0.5)
+    t, a, b, c = _half_turn(
+        angular_velocity[0], angular_velocity[1], angular_velocity[2], 0.5 * step
+    )
     qw = t * w - a * x - b * y - c * z
     qx = t * x + a * w + b * z - c * y
     qy = t * y + b * w + c * x - a * z
     qz = t * z + c * w + a * y - b * x
-    if qw < 0.0:
-        qw, qx, qy, qz = -qw, -qx, -qy, -qz
-    sine = np.sqrt(qx * qx + qy * qy + qz * qz)
-    factor = 2.0 if sine < 1e-8 else 2.0 * np.arctan2(sine, qw) / sine
+    negative = qw < 0.0
+    sine = sqrt(qx * qx + qy * qy + qz * qz)
+    small = sine < 1e-8
+    factor = where(small, 2.0, 2.0 * arctangent(sine, magnitude(qw)) / where(small, 1.0, sine))
+    factor = where(negative, -factor, factor)
     vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
 
 
@@ -213,7 +222,8 @@ def forward(
             # The axis is a signed column of the frame: the other two columns turn about it.
             k, sign = _COLUMN[d], _SIGN[d]
             i, j = (k + 1) % 3, (k + 2) % 3
-            cosine, sine = np.cos(q[d]), sign * np.sin(q[d])
+            sine, cosine = sine_cosine(q[d])
+            sine = sign * sine
             for row in range(3):
                 axes[d, row] = sign * frame[row, k]
                 a, b = frame[row, i], frame[row, j]

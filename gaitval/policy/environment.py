@@ -17,19 +17,17 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.coordinates import ACTUATED, ARM
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
+from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
 from gaitval.policy.observation import (
-    ACTION_ORDER,
-    ACTION_SIGNS,
     MIRROR_ORDER,
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
     is_mirrored,
-    measure,
-    read_table,
     targets_of,
 )
-from gaitval.policy.reward import reward_numbers, weighted_reward
-from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkingTask
+from gaitval.policy.reward import reward_numbers
+from gaitval.simulation.tables import read_row
+from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """A policy: observation to action."""
@@ -44,9 +42,18 @@ SIDEWAYS = (np.deg2rad(45.0), np.deg2rad(100.0))
 a little beyond the pushes that are tested, which would be at the edge of what was learned."""
 
 
+_TOLERANCES = "height", "rotation", "drift"
+
+
 def action_size(constants: EnvironmentSettings) -> int:
     """Size of an action: one number per joint, and the pace if the policy chooses it."""
     return len(ACTUATED) + (constants.pace_scale > 0.0)
+
+
+def episode_arrays(constants: EnvironmentSettings, *many: int) -> EpisodeArrays:
+    """Arrays of an environment, or (many, …) of several, all zero."""
+    sizes = 26, 26, len(PARAMETERS), OBSERVATION_SIZES[constants.observation], 12, 10, 6
+    return EpisodeArrays(*(np.zeros((*many, size)) for size in sizes))
 
 
 class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -66,6 +73,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     Parameters
     ----------
     engine : physics engine, see `Walker`.
+    arrays : to work in, all zero; new ones if None.
 
     Attributes
     ----------
@@ -74,15 +82,23 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     tolerance_share : fraction of the tolerances of height, rotation and drift at which an episode
         ends; the training begins with less than 1.
     walker : the simulated body.
+    yardstick, shares, lift : as `judgement` takes them.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
 
-    def __init__(self, task: WalkingTask, *, engine: Engine = "compiled") -> None:
+    def __init__(
+        self,
+        task: WalkingTask,
+        *,
+        engine: Engine = "compiled",
+        arrays: tuple[WalkerArrays, EpisodeArrays] | None = None,
+    ) -> None:
         configuration = task.configuration
         self.task = task
         self.constants = configuration.environment
-        self.walker = Walker(task, engine=engine)
+        self.walker = Walker(task, engine=engine, arrays=None if arrays is None else arrays[0])
+        self.episode = episode_arrays(self.constants) if arrays is None else arrays[1]
         self.difficulty = 1.0
         self.tolerance_share = 1.0
         self._extended = self.constants.observation == "extended"
@@ -90,33 +106,34 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
-        self._size = action_size(self.constants)
-        self.action_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
-        self._mass = task.model.mass
-        self._targets = targets_of(task.reference, task.model)
+        actions = (action_size(self.constants),)
+        self.action_space = gymnasium.spaces.Box(-limit, limit, actions, np.float32)
         self._made_for = task.reference_body
-        self._weights, self._sharpness = reward_numbers(configuration.reward)
+        tolerances = [getattr(self.constants, f"{name}_tolerance") for name in _TOLERANCES]
+        self.yardstick = Yardstick(
+            targets_of(task.reference, task.model),
+            *reward_numbers(configuration.reward),
+            np.array(tolerances, dtype=float),
+            0.5 * self.walker.action_seconds / task.reference.stride_time,
+            task.model.mass,
+            self.walker.weight,
+            self._extended,
+            self._mirrors,
+        )
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
         self._shift = _shift_of(task)
-        self._parameters = self._nominal
-        self._observation = np.zeros(size)
-        self._errors = np.zeros(12)
-        self._terms = np.zeros(10)
-        self._root_force = np.zeros(6)
-        self._action = np.zeros(26)
-        self._action_before = np.zeros(26)
-        self._share = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
-        self._half_action = 0.5 * self.walker.action_seconds / task.reference.stride_time
+        self.episode.parameters[:] = self._nominal
+        self.shares = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
         self._push: tuple[float, float, float] | None = None
         self._pushed_again = False
         self._push_left = 0.0
-        self._start_phase = 0.0
-        self._lift = 0.0
+        self.start_phase = 0.0
+        self.lift = 0.0
         self._habit: Array | None = None
 
     def _share_of(self, name: str) -> float:
@@ -168,25 +185,26 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             self.walker.set_parameters(mu)
         # The policy is told how the body differs from the one that its reference was made for.
         seen = mu - self._shift
-        self._parameters = (seen - self._middle) / self._half_range if self._extended else seen
-        self._lift = self._leg_extension()
+        scaled = (seen - self._middle) / self._half_range if self._extended else seen
+        self.episode.parameters[:] = scaled
+        self.lift = self._leg_extension()
         positions, rates = np.empty(31), np.empty(31)
-        read_table(self._targets.positions, phase, positions)
-        read_table(self._targets.velocities, phase, rates)
-        positions[3] += self._targets.stride_length * phase
-        positions[5] += self._lift
+        read_row(self.yardstick.targets.positions, phase, positions)
+        read_row(self.yardstick.targets.velocities, phase, rates)
+        positions[3] += self.yardstick.targets.stride_length * phase
+        positions[5] += self.lift
         positions[6:] += noise * self.np_random.standard_normal(25)
         self.walker.reset(positions, rates, phase)
-        self._start_phase = phase
+        self.start_phase = phase
         self._steps = 0
         self._push_left = 0.0
-        self._root_force[:] = 0.0
+        self.episode.root_force[:] = 0.0
         ground = self.walker.mean_ground_reaction.reshape(6)
-        read_table(self._targets.ground_reaction, phase, ground)
+        read_row(self.yardstick.targets.ground_reaction, phase, ground)
         ground *= self.walker.weight
-        self._action[:] = 0.0
-        self._action_before[:] = 0.0
-        self._measure()
+        self.episode.action[:] = 0.0
+        self.episode.before[:] = 0.0
+        self._judge()
         return self._seen(), {}
 
     def centre(self, policy: Act, mu: Array) -> None:
@@ -209,7 +227,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _pace(self) -> float:
         """Pace of the last action."""
-        return float(1.0 + self.constants.pace_scale * self._action[-1])
+        return float(1.0 + self.constants.pace_scale * self.episode.action[-1])
 
     def _is_mirrored(self) -> bool:
         """Whether observations and actions are mirrored now."""
@@ -217,7 +235,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _seen(self) -> NDArray[np.float32]:
         """The observation as the policy gets it."""
-        observation = self._observation
+        observation = self.episode.observation
         if self._is_mirrored():
             observation = MIRROR_SIGNS * observation[MIRROR_ORDER]
         return observation.astype(np.float32)
@@ -228,34 +246,26 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         made_for = sum(self._made_for.segments[i].joint_position[2] for i in legs)
         return float(made_for - self.walker.tree.joint_position[legs, 2].sum())
 
-    def _measure(self) -> bool:
+    def _judge(self) -> tuple[float, bool]:
         walker = self.walker
-        return bool(
-            measure(
-                walker.tree,
-                self._targets,
-                walker.state,
-                walker.phase,
-                self._pace(),
-                self._lift,
-                self._half_action,
-                self._mass,
-                walker.weight,
-                walker.mean_ground_reaction,
-                walker.mean_moments,
-                self._action,
-                float(np.mean((self._action - self._action_before) ** 2)),
-                self._parameters,
-                self._extended,
-                self._mirrors,
-                self._observation,
-                self._errors,
-            )
+        reward, fell = judge(
+            walker.tree,
+            self.yardstick,
+            walker.state,
+            walker.phase,
+            self._pace(),
+            self.lift,
+            self.tolerance_share,
+            walker.mean_ground_reaction,
+            walker.mean_moments,
+            walker.mean_square_moments,
+            self.episode,
         )
+        return float(reward), bool(fell)
 
-    def _push_now(self) -> None:
+    def push(self) -> None:
         """Set the force on the pelvis for the next action."""
-        self._root_force[:] = 0.0
+        self.episode.root_force[:] = 0.0
         if self._push is None:
             return
         start, force, direction = self._push
@@ -264,8 +274,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if self._push_left > 0.0:
             # Force x time is exact whatever the duration of an action.
             share = min(1.0, self._push_left / self.walker.action_seconds)
-            self._root_force[3] = share * force * np.cos(direction)
-            self._root_force[4] = share * force * np.sin(direction)
+            self.episode.root_force[3] = share * force * np.cos(direction)
+            self.episode.root_force[4] = share * force * np.sin(direction)
             self._push_left -= share * self.walker.action_seconds
             if self._push_left <= 1e-12:
                 shortest, longest = (start + cycles for cycles in self.constants.push_interval)
@@ -275,44 +285,26 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance by one action; see the class for `action` and `info`."""
-        limit = self.constants.action_limit
         if self._habit is not None:
             action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
-        self._action_before[:] = self._action
-        self._action[: self._size] = np.clip(action, -limit, limit)
-        if self._is_mirrored():
-            self._action[:] = ACTION_SIGNS * self._action[ACTION_ORDER]
-        self._action *= self._share
-        self._push_now()
-        offset = self.constants.action_scale * self._action[:-1]
-        self.walker.step(offset, self._root_force, recording, pace=self._pace())
-        self._steps += 1
-        if self._measure():
-            effort = float(self.walker.mean_square_moments.sum()) / self._mass**2
-            reward = weighted_reward(
-                self._weights, self._sharpness, self._errors, effort, self._terms
-            )
-            share = self.tolerance_share
-            fell = not (
-                self._errors[9] < share * self.constants.height_tolerance
-                and self._errors[10] < share * self.constants.rotation_tolerance
-                and self._errors[11] < share * self.constants.drift_tolerance
-            )
-        else:  # the simulation diverged, perhaps to NaN: keep the last observation
-            self._terms[:] = 0.0
-            reward, fell = 0.0, True
+        episode, limit = self.episode, self.constants.action_limit
+        taken = np.asarray(action, dtype=np.float32)
+        take_action(taken, limit, self.shares, self._is_mirrored(), episode.action, episode.before)
+        self.push()
+        offset = self.constants.action_scale * episode.action[:-1]
+        self.walker.step(offset, episode.root_force, recording, pace=self._pace())
+        reward, fell = self._judge()
         info = {
-            "errors": self._errors.copy(),
-            "reward_terms": self._terms.copy(),
-            "cycles": self.walker.phase - self._start_phase,
+            "errors": episode.errors.copy(),
+            "reward_terms": episode.terms.copy(),
+            "cycles": self.walker.phase - self.start_phase,
         }
-        return (
-            self._seen(),
-            reward,
-            fell,
-            self._steps >= self._longest,
-            info,
-        )
+        return self._seen(), reward, fell, self.counted(), info
+
+    def counted(self) -> bool:
+        """Count an action; whether the episode has its full length."""
+        self._steps += 1
+        return self._steps >= self._longest
 
 
 def _shift_of(task: WalkingTask) -> Array:

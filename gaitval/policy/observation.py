@@ -25,6 +25,7 @@ from gaitval.model.tree import (
 )
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.simulation.servo import closed_cycle
+from gaitval.simulation.tables import read_table
 
 OBSERVATION_SIZES = {"paper": 71, "extended": 126}
 
@@ -92,6 +93,7 @@ ACTION_SIGNS = MIRROR_SIGNS[-26:]
 """An action's mirror image is `ACTION_SIGNS * action[ACTION_ORDER]`, an observation's likewise."""
 
 
+@njit
 def is_mirrored(phase: float) -> bool:
     """Whether the left leg's half of the cycle is now."""
     return bool((phase + MIRROR_FROM) % 1.0 >= 0.5)
@@ -138,17 +140,6 @@ def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
         stride,
         reference.speed / math.sqrt(GRAVITY * model.leg_length),
     )
-
-
-@njit_borrowing
-def read_table(table: Array, phase: float, out: Array) -> None:
-    """Row of a table (N + 1, K) over one cycle at a phase, linearly interpolated, into `out`."""
-    count = table.shape[0] - 1
-    place = (phase - np.floor(phase)) * count
-    row = int(place)
-    part = place - row
-    for i in range(table.shape[1]):
-        out[i] = (1.0 - part) * table[row, i] + part * table[row + 1, i]
 
 
 @njit_borrowing

@@ -19,11 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.configuration import EnvironmentSettings
-from gaitval.policy.environment import WalkingEnvironment, action_size
+from gaitval.lanes import WIDTH
+from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.parent import end_with_parent
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.walker import WalkingTask
 
 _Shapes = dict[str, tuple[tuple[int, ...], type]]
@@ -101,27 +103,34 @@ def _one_thread() -> Iterator[None]:
 
 
 def _walk(
-    environment: WalkingEnvironment,
-    observation: NDArray[np.float32],
+    group: WalkingGroup,
+    observations: NDArray[np.float32],
     policy: Policy,
     experience: RolloutBuffer,
-    i: int,
-) -> NDArray[np.float32]:
-    """Run one environment through a rollout; before the call `actions` contains the noise."""
-    for t, action in enumerate(experience.actions[:, i]):
-        experience.observations[t, i] = observation
-        action += policy.act(observation)
-        observation, reward, fell, over, info = environment.step(action)
-        experience.rewards[t, i] = reward
-        experience.fell[t, i] = fell
-        experience.ended[t, i] = fell or over
-        experience.cycles[t, i] = info["cycles"]
-        experience.terms[t, i] = info["reward_terms"]
-        if fell or over:
-            experience.final_observations[t, i] = observation
-            observation, _ = environment.reset()
-    experience.observations[-1, i] = observation
-    return observation
+    first: int,
+) -> None:
+    """Run a group's environments, from number `first` on, through a rollout; before the call
+    `actions` contains the noise. `observations` (environments, size) are those of now, in and out.
+    """
+    numbers = slice(first, first + len(group.environments))
+    padded = np.zeros((WIDTH, observations.shape[1]), dtype=np.float32)
+    for t, actions in enumerate(experience.actions[:, numbers]):
+        experience.observations[t, numbers] = observations
+        # The product's rounding depends on the number of rows, so that is always the same.
+        padded[: len(observations)] = observations
+        actions += policy.act(padded)[: len(observations)]
+        rewards, fell, over = group.step(actions, observations)
+        ended = fell | over
+        experience.rewards[t, numbers] = rewards
+        experience.fell[t, numbers] = fell
+        experience.ended[t, numbers] = ended
+        experience.terms[t, numbers] = group.terms
+        for e, environment in enumerate(group.environments):
+            experience.cycles[t, first + e] = environment.walker.phase - environment.start_phase
+        for e in np.flatnonzero(ended).tolist():
+            experience.final_observations[t, first + e] = observations[e]
+            observations[e] = group.reset(e)
+    experience.observations[-1, numbers] = observations
 
 
 def _work(
@@ -139,19 +148,29 @@ def _work(
     end_with_parent()
     experience = _views(memory, shapes)
     try:
-        environments = {i: WalkingEnvironment(tasks[i % len(tasks)]) for i in share}
-        observations: dict[int, NDArray[np.float32]] = {}
+        size = experience.observations.shape[2]
+        groups = {
+            first: WalkingGroup(
+                [tasks[i % len(tasks)] for i in range(first, min(first + WIDTH, share.stop))]
+            )
+            for first in range(share.start, share.stop, WIDTH)
+        }
+        observations = {
+            first: np.zeros((len(group.environments), size), dtype=np.float32)
+            for first, group in groups.items()
+        }
         pipe.send(None)
         while True:
             message, value = pipe.recv()
-            for i, environment in environments.items():
+            for first, group in groups.items():
                 if message == "curriculum":
-                    environment.difficulty, environment.tolerance_share = value
+                    for environment in group.environments:
+                        environment.difficulty, environment.tolerance_share = value
                 elif message == "begin":
-                    observations[i], _ = environment.reset(seed=value + i)
+                    for e in range(len(group.environments)):
+                        observations[first][e] = group.reset(e, seed=value + first + e)
                 elif message == "walk":
-                    policy = Policy(value, {})
-                    observations[i] = _walk(environment, observations[i], policy, experience, i)
+                    _walk(group, observations[first], Policy(value, {}), experience, first)
             pipe.send(None)
     except (EOFError, ConnectionError, KeyboardInterrupt):
         pass  # the trainer closed its end or was interrupted, which it reports itself
@@ -174,9 +193,10 @@ class WalkingWorkers:
         self._experience = _views(memory, shapes)
         self._pipes: list[Connection] = []
         self._processes = []
-        for share in np.array_split(np.arange(count), min(workers, count)):
+        groups = range(0, count, WIDTH)
+        for share in np.array_split(groups, min(workers, len(groups))):
             ours, theirs = context.Pipe()
-            mine = range(int(share[0]), int(share[-1]) + 1)
+            mine = range(int(share[0]), min(int(share[-1]) + WIDTH, count))
             arguments = (tasks, mine, shapes, memory, theirs)
             process = context.Process(target=_work, args=arguments, daemon=True)
             with _one_thread():

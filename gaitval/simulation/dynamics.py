@@ -12,7 +12,7 @@ velocities and gravity on the accelerations is computed first (by recursive Newt
 0), so that the articulated pass has no velocity terms.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from gaitval.model.tree import (
     SEGMENT_COUNT,
     Frames,
     Tree,
-    turned_inertia,
     turned_vector,
 )
 
@@ -38,8 +37,7 @@ class DynamicsWorkspace(NamedTuple):
     ----------
     acceleration : (14, 6) of every segment, first without q̈ (linear part at its joint), then the
         part due to q̈ (linear part at the pelvis' origin).
-    turned : (3, 3) inertia of one segment, world axes.
-    inertia : (14, 6, 6) articulated inertia about the pelvis' origin.
+    inertia : (14, 21) articulated inertia about the pelvis' origin: the lower triangle, row by row.
     force : (14, 6) its bias force.
     axis : (31, 6) motion of the pelvis' origin with a unit rate of each joint coordinate.
     reaction : (31, 6) inertia times axis.
@@ -48,7 +46,6 @@ class DynamicsWorkspace(NamedTuple):
     """
 
     acceleration: Array
-    turned: Array
     inertia: Array
     force: Array
     axis: Array
@@ -62,8 +59,7 @@ def dynamics_workspace() -> DynamicsWorkspace:
     """Arrays to be filled."""
     return DynamicsWorkspace(
         np.empty((14, 6)),
-        np.empty((3, 3)),
-        np.empty((14, 6, 6)),
+        np.empty((14, 21)),
         np.empty((14, 6)),
         np.empty((31, 6)),
         np.empty((31, 6)),
@@ -73,10 +69,43 @@ def dynamics_workspace() -> DynamicsWorkspace:
 
 
 @njit_borrowing
+def _turned(r: Array, inertia: Array) -> Any:
+    """Elements xx, xy, xz, yy, yz, zz of R I Rᵀ, both (3, 3)."""
+    i00, i11, i22 = inertia[0, 0], inertia[1, 1], inertia[2, 2]
+    i01, i02, i12 = inertia[0, 1], inertia[0, 2], inertia[1, 2]
+    x0, x1, x2 = r[0, 0], r[0, 1], r[0, 2]
+    y0, y1, y2 = r[1, 0], r[1, 1], r[1, 2]
+    z0, z1, z2 = r[2, 0], r[2, 1], r[2, 2]
+    a0, a1, a2 = (
+        x0 * i00 + x1 * i01 + x2 * i02,
+        x0 * i01 + x1 * i11 + x2 * i12,
+        x0 * i02 + x1 * i12 + x2 * i22,
+    )
+    b0, b1, b2 = (
+        y0 * i00 + y1 * i01 + y2 * i02,
+        y0 * i01 + y1 * i11 + y2 * i12,
+        y0 * i02 + y1 * i12 + y2 * i22,
+    )
+    c0, c1, c2 = (
+        z0 * i00 + z1 * i01 + z2 * i02,
+        z0 * i01 + z1 * i11 + z2 * i12,
+        z0 * i02 + z1 * i12 + z2 * i22,
+    )
+    return (
+        a0 * x0 + a1 * x1 + a2 * x2,
+        a0 * y0 + a1 * y1 + a2 * y2,
+        a0 * z0 + a1 * z1 + a2 * z2,
+        b0 * y0 + b1 * y1 + b2 * y2,
+        b0 * z0 + b1 * z1 + b2 * z2,
+        c0 * z0 + c1 * z1 + c2 * z2,
+    )
+
+
+@njit_borrowing
 def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace) -> None:
     """Inertia of every segment, and the force on it for the motion with q̈ = 0."""
     rotation, origin, axes, angular = frames.rotation, frames.origin, frames.axes, frames.angular
-    acceleration, turned = work.acceleration, work.turned
+    acceleration = work.acceleration
     for s in range(SEGMENT_COUNT):
         w0, w1, w2 = angular[s, 0], angular[s, 1], angular[s, 2]
         if s == 0:
@@ -107,9 +136,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         c0 = r[0, 0] * k0 + r[0, 1] * k1 + r[0, 2] * k2
         c1 = r[1, 0] * k0 + r[1, 1] * k1 + r[1, 2] * k2
         c2 = r[2, 0] * k0 + r[2, 1] * k1 + r[2, 2] * k2
-        turned_inertia(r, tree.inertia[s], turned)
-        j00, j01, j02 = turned[0, 0], turned[0, 1], turned[0, 2]
-        j11, j12, j22 = turned[1, 1], turned[1, 2], turned[2, 2]
+        j00, j01, j02, j11, j12, j22 = _turned(r, tree.inertia[s])
 
         # Force through the centre of mass, moment about it.
         t0, t1, t2 = w1 * c2 - w2 * c1, w2 * c0 - w0 * c2, w0 * c1 - w1 * c0
@@ -132,39 +159,80 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         force[1] = n1 + z * f0 - x * f2
         force[2] = n2 + x * f1 - y * f0
         force[3], force[4], force[5] = f0, f1, f2
+        x2, y2, z2, none = m * x * x, m * y * y, m * z * z, 0.0 * m
         whole = work.inertia[s]
-        whole[0, 0] = j00 + m * (y * y + z * z)
-        whole[1, 1] = j11 + m * (x * x + z * z)
-        whole[2, 2] = j22 + m * (x * x + y * y)
-        whole[0, 1] = whole[1, 0] = j01 - m * x * y
-        whole[0, 2] = whole[2, 0] = j02 - m * x * z
-        whole[1, 2] = whole[2, 1] = j12 - m * y * z
-        whole[0, 3] = whole[3, 0] = whole[1, 4] = whole[4, 1] = whole[2, 5] = whole[5, 2] = 0.0
-        whole[0, 4] = whole[4, 0] = -m * z
-        whole[1, 3] = whole[3, 1] = m * z
-        whole[0, 5] = whole[5, 0] = m * y
-        whole[2, 3] = whole[3, 2] = -m * y
-        whole[1, 5] = whole[5, 1] = -m * x
-        whole[2, 4] = whole[4, 2] = m * x
-        whole[3, 3] = whole[4, 4] = whole[5, 5] = m
-        whole[3, 4] = whole[4, 3] = whole[3, 5] = whole[5, 3] = whole[4, 5] = whole[5, 4] = 0.0
+        whole[0] = j00 + (y2 + z2)
+        whole[1], whole[2] = j01 - m * x * y, j11 + (x2 + z2)
+        whole[3], whole[4], whole[5] = j02 - m * x * z, j12 - m * y * z, j22 + (x2 + y2)
+        whole[6], whole[7], whole[8], whole[9] = none, m * z, -m * y, m
+        whole[10], whole[11], whole[12], whole[13], whole[14] = -m * z, none, m * x, none, m
+        whole[15], whole[16], whole[17] = m * y, -m * x, none
+        whole[18], whole[19], whole[20] = none, none, m
 
 
 @njit_borrowing
 def _solve_root(inertia: Array, right: Array) -> None:
-    """Solve inertia (6, 6) x = right (6,) in place by its L D Lᵀ factors; both are overwritten."""
+    """Solve inertia (21,) x = right (6,) in place by its L D Lᵀ factors; both are overwritten."""
     for k in range(6):
-        inverse = 1.0 / inertia[k, k]
+        kk = k * (k + 1) // 2 + k
+        inverse = 1.0 / inertia[kk]
         for i in range(k + 1, 6):
-            share = inertia[i, k] * inverse
+            row = i * (i + 1) // 2
+            share = inertia[row + k] * inverse
             right[i] -= share * right[k]
             for j in range(k + 1, i + 1):
-                inertia[i, j] -= share * inertia[j, k]
-        inertia[k, k] = inverse
+                inertia[row + j] -= share * inertia[j * (j + 1) // 2 + k]
+        inertia[kk] = inverse
     for k in range(5, -1, -1):
         for i in range(k + 1, 6):
-            right[k] -= inertia[i, k] * right[i]
-        right[k] *= inertia[k, k]
+            right[k] -= inertia[i * (i + 1) // 2 + k] * right[i]
+        right[k] *= inertia[k * (k + 1) // 2 + k]
+
+
+@njit_borrowing
+def _react(body: Array, axis: Array, u: Array) -> Any:
+    """u (6,) = body (21,) axis (6,); returns axis · u."""
+    e0, e1, e2, e3, e4, e5 = axis[0], axis[1], axis[2], axis[3], axis[4], axis[5]
+    b1, b3, b4, b6, b7, b8 = body[1], body[3], body[4], body[6], body[7], body[8]
+    b10, b11, b12, b13 = body[10], body[11], body[12], body[13]
+    b15, b16, b17, b18, b19 = body[15], body[16], body[17], body[18], body[19]
+    u0 = (body[0] * e0 + b1 * e1) + (b3 * e2 + b6 * e3) + (b10 * e4 + b15 * e5)
+    u1 = (b1 * e0 + body[2] * e1) + (b4 * e2 + b7 * e3) + (b11 * e4 + b16 * e5)
+    u2 = (b3 * e0 + b4 * e1) + (body[5] * e2 + b8 * e3) + (b12 * e4 + b17 * e5)
+    u3 = (b6 * e0 + b7 * e1) + (b8 * e2 + body[9] * e3) + (b13 * e4 + b18 * e5)
+    u4 = (b10 * e0 + b11 * e1) + (b12 * e2 + b13 * e3) + (body[14] * e4 + b19 * e5)
+    u5 = (b15 * e0 + b16 * e1) + (b17 * e2 + b18 * e3) + (b19 * e4 + body[20] * e5)
+    u[0], u[1], u[2], u[3], u[4], u[5] = u0, u1, u2, u3, u4, u5
+    return (e0 * u0 + e1 * u1) + (e2 * u2 + e3 * u3) + (e4 * u4 + e5 * u5)
+
+
+@njit_borrowing
+def _release(body: Array, u: Array, compliance: float) -> None:
+    """body (21,) -= u uᵀ compliance."""
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    s0, s1, s2 = u0 * compliance, u1 * compliance, u2 * compliance
+    s3, s4, s5 = u3 * compliance, u4 * compliance, u5 * compliance
+    body[0] -= s0 * u0
+    body[1] -= s1 * u0
+    body[2] -= s1 * u1
+    body[3] -= s2 * u0
+    body[4] -= s2 * u1
+    body[5] -= s2 * u2
+    body[6] -= s3 * u0
+    body[7] -= s3 * u1
+    body[8] -= s3 * u2
+    body[9] -= s3 * u3
+    body[10] -= s4 * u0
+    body[11] -= s4 * u1
+    body[12] -= s4 * u2
+    body[13] -= s4 * u3
+    body[14] -= s4 * u4
+    body[15] -= s5 * u0
+    body[16] -= s5 * u1
+    body[17] -= s5 * u2
+    body[18] -= s5 * u3
+    body[19] -= s5 * u4
+    body[20] -= s5 * u5
 
 
 @njit_borrowing
@@ -208,32 +276,22 @@ def accelerations(
             e3, e4, e5 = y * e2 - z * e1, z * e0 - x * e2, x * e1 - y * e0
             axis = work.axis[d]
             axis[0], axis[1], axis[2], axis[3], axis[4], axis[5] = e0, e1, e2, e3, e4, e5
-            u = reaction[d]
-            for i in range(6):
-                u[i] = (
-                    (body[i, 0] * e0 + body[i, 1] * e1) + (body[i, 2] * e2
-                    + body[i, 3] * e3) + (body[i, 4] * e4 + body[i, 5] * e5)
-                )  # fmt: skip
-            k, c = stiffness[d - 6], damping[d - 6]
-            resistance = (
-                e0 * u[0] + e1 * u[1] + e2 * u[2] + e3 * u[3] + e4 * u[4] + e5 * u[5]
-                + step * c + step * step * k
-            )  # fmt: skip
+            u, k, c = reaction[d], stiffness[d - 6], damping[d - 6]
+            resistance = _react(body, axis, u) + (step * c + step * step * k)
             drive = forces[d] - c * qd[d] - k * (q[d] + step * qd[d]) - (
-                e0 * load[0] + e1 * load[1] + e2 * load[2]
-                + e3 * load[3] + e4 * load[4] + e5 * load[5]
+                (e0 * load[0] + e1 * load[1]) + (e2 * load[2]
+                + e3 * load[3]) + (e4 * load[4] + e5 * load[5])
             )  # fmt: skip
             compliance = 1.0 / resistance
             work.compliance[d], work.drive[d] = compliance, drive
+            _release(body, u, compliance)
+            push = compliance * drive
             for i in range(6):
-                share = u[i] * compliance
-                load[i] += share * drive
-                for j in range(6):
-                    body[i, j] -= share * u[j]
+                load[i] += u[i] * push
         for i in range(6):
             force[p, i] += load[i]
-            for j in range(6):
-                inertia[p, i, j] += body[i, j]
+        for i in range(21):
+            inertia[p, i] += body[i]
     acceleration = work.acceleration
     for i in range(6):
         acceleration[0, i] = forces[i] - force[0, i]
@@ -247,8 +305,9 @@ def accelerations(
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
             u, axis = reaction[d], work.axis[d]
             rate = work.drive[d] - (
-                u[0] * a[0] + u[1] * a[1] + u[2] * a[2] + u[3] * a[3] + u[4] * a[4] + u[5] * a[5]
-            )
+                (u[0] * a[0] + u[1] * a[1]) + (u[2] * a[2] + u[3] * a[3]) + (u[4] * a[4]
+                + u[5] * a[5])
+            )  # fmt: skip
             rate *= work.compliance[d]
             out[d] = rate
             for i in range(6):

@@ -16,6 +16,7 @@ from gaitval.simulation.dynamics import (
     integrate,
 )
 from gaitval.simulation.servo import ReferenceTables
+from gaitval.simulation.tables import read_table
 
 
 class WalkerBody(NamedTuple):
@@ -81,14 +82,14 @@ class Account(NamedTuple):
     mean_square_moments: Array
 
 
-def empty_account(steps: int) -> Account:
+def empty_account(count: int) -> Account:
     """Account of this many steps, to be filled."""
     return Account(
-        np.zeros(steps),
-        np.zeros((steps, 31)),
-        np.zeros((steps, 31)),
-        np.zeros((steps, 25)),
-        np.zeros((steps, 2, 6)),
+        np.zeros(count),
+        np.zeros((count, 31)),
+        np.zeros((count, 31)),
+        np.zeros((count, 25)),
+        np.zeros((count, 2, 6)),
         np.zeros((2, 3)),
         np.zeros(25),
         np.zeros(25),
@@ -104,6 +105,7 @@ class Workspace(NamedTuple):
     contact: ContactWorkspace
     dynamics: DynamicsWorkspace
     forces: Array
+    asked: Array
     command: Array
     feet: Array
     acceleration: Array
@@ -117,6 +119,7 @@ def workspace(spheres: int) -> Workspace:
         contact_workspace(spheres),
         dynamics_workspace(),
         np.empty(31),
+        np.empty((3, 25)),
         np.empty(25),
         np.empty((2, 6)),
         np.empty(31),
@@ -145,14 +148,12 @@ def forces(
     """
     tree, tables, frames = body.tree, body.tables, work.frames
     forces, command = work.forces, work.command
-    count = tables.positions.shape[0] - 1
-    place = (phase - np.floor(phase)) * count
-    row = int(place)
-    part = place - row
+    asked = work.asked
+    read_table(tables.positions, phase, asked[0])
+    read_table(tables.velocities, phase, asked[1])
+    read_table(tables.moments, phase, asked[2])
     for i in range(25):
-        target = (1.0 - part) * tables.positions[row, i] + part * tables.positions[row + 1, i]
-        rate = (1.0 - part) * tables.velocities[row, i] + part * tables.velocities[row + 1, i]
-        moment = (1.0 - part) * tables.moments[row, i] + part * tables.moments[row + 1, i]
+        target, rate, moment = asked[0, i], asked[1, i], asked[2, i]
         command[i] = (
             body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
         )
@@ -172,9 +173,11 @@ def enter(
     command, feet = work.command, work.feet
     share = 1.0 / account.phase.shape[0]
     if row == 0:
-        account.mean_ground_reaction[:, :] = 0.0
-        account.mean_moments[:] = 0.0
-        account.mean_square_moments[:] = 0.0
+        for side in range(2):
+            for i in range(3):
+                account.mean_ground_reaction[side, i] = 0.0
+        for i in range(25):
+            account.mean_moments[i] = account.mean_square_moments[i] = 0.0
     account.phase[row] = phase
     for i in range(31):
         account.positions[row, i] = state[0, i]
@@ -196,7 +199,7 @@ def enter(
 
 
 @njit_borrowing
-def _steps(
+def steps(
     body: WalkerBody,
     state: Array,
     phase: float,
@@ -208,7 +211,9 @@ def _steps(
     account: Account,
     work: Workspace,
 ) -> float:
-    """`advance`, with the change `slope` (25,) rad of the targets from step to step."""
+    """`advance`, with the change `slope` (25,) rad of the targets from step to step; of one walker,
+    or of eight in lanes.
+    """
     for row in range(account.phase.shape[0]):
         for i in range(25):
             target[i] += slope[i]
@@ -250,5 +255,5 @@ def advance(
     pace, offset, next_offset, root_force = action
     slope = (next_offset - offset) / account.phase.shape[0]
     target, work = offset.copy(), workspace(memory.shape[0])
-    phase = _steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
+    phase = steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
     return phase

@@ -13,7 +13,7 @@ its own integrator and a shorter step, so its walks are others of the same kind.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -168,25 +168,59 @@ class Trajectory:
         self.rows = rows.stop
 
 
+class WalkerArrays(NamedTuple):
+    """What an action of a walker changes; K contact spheres.
+
+    Attributes
+    ----------
+    state : (2, 31) positions and velocities after the last physics step.
+    memory : (K, 3) N, the spheres' forces in it.
+    offset : (25,) rad, of the joint targets.
+    ground, moments, squares : (2, 3) N, (25,) Nm, (25,) Nm², means over the last action.
+    """
+
+    state: Array
+    memory: Array
+    offset: Array
+    ground: Array
+    moments: Array
+    squares: Array
+
+
+def walker_arrays(spheres: int, *many: int) -> WalkerArrays:
+    """Arrays of a walker, or (many, …) of several, all zero."""
+    shapes = (2, 31), (spheres, 3), (25,), (2, 3), (25,), (25,)
+    return WalkerArrays(*(np.zeros((*many, *shape)) for shape in shapes))
+
+
 class Walker:
     """A body on the ground that follows the reference through its joint servos.
 
     Parameters
     ----------
     engine : `compiled`, or `dart`, which agree to rounding (tested), or `mujoco`.
+    arrays : to work in, all zero; new ones if None.
 
     Attributes
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
     tree, law, lag : the body and its contact with the parameters `mu` (14,), see
         `model.contact.contact_forces`.
+    body, tables : these and the servos, as the compiled functions take them, and what the servos
+        follow.
     state : (2, 31) positions and velocities after the last physics step.
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.
     mean_moments, mean_square_moments : (25,) Nm, Nm², joint moments over the last action.
     """
 
-    def __init__(self, task: WalkingTask, *, engine: Engine = "compiled") -> None:
+    def __init__(
+        self,
+        task: WalkingTask,
+        *,
+        engine: Engine = "compiled",
+        arrays: WalkerArrays | None = None,
+    ) -> None:
         environment = task.configuration.environment
         self.task = task
         self.engine = engine
@@ -196,20 +230,22 @@ class Walker:
         self.weight = task.model.mass * GRAVITY
         stiffness = servo_stiffness(task.configuration.servo, task.model.mass)
         self.gains = np.vstack([stiffness, task.configuration.servo.damping_time * stiffness])
-        self._tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
+        self.tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
         self._outside = _outside_engine(engine, task.model, self.physics_step)
         self._substeps = MUJOCO_STEPS if engine == "mujoco" else 1
-        self.state = np.zeros((2, 31))
+        arrays = walker_arrays(len(task.model.spheres)) if arrays is None else arrays
+        self.state, self._memory, self.offset = arrays.state, arrays.memory, arrays.offset
         self.phase = 0.0
-        self.offset = np.zeros(25)
-        self._account = empty_account(self.steps_per_action)
-        self.mean_ground_reaction = self._account.mean_ground_reaction
-        self.mean_moments = self._account.mean_moments
-        self.mean_square_moments = self._account.mean_square_moments
+        self.mean_ground_reaction = arrays.ground
+        self.mean_moments, self.mean_square_moments = arrays.moments, arrays.squares
+        self._account = empty_account(self.steps_per_action)._replace(
+            mean_ground_reaction=arrays.ground,
+            mean_moments=arrays.moments,
+            mean_square_moments=arrays.squares,
+        )
         # A foot's contact moves the foot, its toes and about as much of the shank.
         moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
         self.lag = np.full(2, self.physics_step / moved_mass)
-        self._memory = np.zeros((len(task.model.spheres), 3))
         self.set_parameters(nominal_parameters())
 
     def set_parameters(self, mu: Array) -> None:
@@ -220,10 +256,10 @@ class Walker:
         friction = float(self.mu[PARAMETERS.index("friction")])
         self.law = contact_law(self.task.configuration.contact, friction)
         stiffness, damping = self.gains
-        self._body = WalkerBody(
+        self.body = WalkerBody(
             self.tree,
             self.law,
-            self._tables,
+            self.tables,
             stiffness,
             damping,
             damping + self.mu[PARAMETERS.index("damping")],
@@ -233,7 +269,7 @@ class Walker:
         )
         if self._outside is not None:
             self._outside.configure(model)
-            self._outside.set_servo(stiffness, self._body.total_damping)
+            self._outside.set_servo(stiffness, self.body.total_damping)
 
     def reset(self, positions: Array, velocities: Array, phase: float) -> None:
         """Place the body at a state (31,), (31,) and a phase."""
@@ -273,7 +309,7 @@ class Walker:
         """
         account = self._account
         action = Action(pace, self.offset, offset, root_force)
-        walk = (self._body, self.state, self.phase, action, self._memory, account)
+        walk = (self.body, self.state, self.phase, action, self._memory, account)
         if self._outside is None:
             self.phase = advance(*walk)
         else:

@@ -339,7 +339,7 @@ def impulses(environment, steps=12):
     for _ in range(steps):
         before = environment.walker.phase
         environment.step(NO_ACTION)
-        force = environment._root_force
+        force = environment.episode.root_force
         assert not force[:3].any()
         assert force[5] == 0.0
         if force.any() and began is None:
@@ -430,7 +430,7 @@ def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked
     for _ in range(450):
         phases.append(pushed.walker.phase)
         pushed.step(NO_ACTION)
-        acts.append(pushed._root_force.any())
+        acts.append(pushed.episode.root_force.any())
     began = np.array(phases)[np.flatnonzero(np.diff([False, *acts]) & np.array(acts))]
     if asked:
         assert began == pytest.approx([0.5], abs=0.03)

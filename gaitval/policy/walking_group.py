@@ -1,0 +1,311 @@
+"""Eight walking environments that act at the same time, their walkers side by side.
+
+An environment of a group does, bit for bit, what it does alone. Its arrays are rows of the group's,
+so it resets and pushes itself; an action of all eight is one compiled call.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.arrays import Array, Index
+from gaitval.compiled import njit
+from gaitval.lanes import WIDTH
+from gaitval.model.tree import Tree
+from gaitval.policy.environment import WalkingEnvironment, episode_arrays
+from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
+from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, Targets, is_mirrored
+from gaitval.simulation.physics_steps import Account, Workspace
+from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
+from gaitval.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
+
+Pairs = tuple[tuple[Array, Array], ...]
+
+
+class GroupArrays(NamedTuple):
+    """What an action of the group works with, one row an environment.
+
+    Attributes
+    ----------
+    walkers, episodes : the environments' own arrays.
+    trees : (8, …) the walkers' bodies; the spheres' segments are common.
+    yardsticks : (tasks, …) of every task, and `which` (8,) an environment has.
+    shares : (8, 26) as in `take_action`.
+    phase, pace : (8, 1).
+    next_offset : (8, 25) rad.
+    lift : (8,) m.
+    rewards, fell : (8,) of the action.
+    """
+
+    walkers: WalkerArrays
+    episodes: EpisodeArrays
+    trees: Tree
+    yardsticks: Yardstick
+    which: Index
+    shares: Array
+    phase: Array
+    pace: Array
+    next_offset: Array
+    lift: Array
+    rewards: Array
+    fell: NDArray[np.bool_]
+
+
+class GroupSettings(NamedTuple):
+    """Numbers of `EnvironmentSettings` that an action needs, and the training's share."""
+
+    action_limit: float
+    action_scale: float
+    pace_scale: float
+    tolerance_share: float
+
+
+@njit
+def act_together(
+    asked: NDArray[np.float32],
+    settings: GroupSettings,
+    group: GroupArrays,
+    inward: Pairs,
+    outward: Pairs,
+    bodies: LaneBodies,
+    lanes: LaneArrays,
+    account: Account,
+    work: Workspace,
+    seen: NDArray[np.float32],
+) -> None:
+    """One action of the first environments of the group; see `WalkingEnvironment.step`.
+
+    It is long because the eight rows and the eight lanes are views of what single environments
+    work in, and are made here.
+
+    Parameters
+    ----------
+    asked : (environments, 25 or 26) of the policy.
+    inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
+        physics steps.
+    seen : (environments, size) out, the observations as the policy gets them.
+    """
+    episodes, walkers, trees = group.episodes, group.walkers, group.trees
+    yards: Any = group.yardsticks  # its numbers are arrays here
+    targets, mirrors = yards.targets, yards.mirrors
+    count = asked.shape[0]
+    for e in range(count):
+        action = episodes.action[e]
+        mirrored = mirrors and is_mirrored(group.phase[e, 0])
+        take_action(
+            asked[e], settings.action_limit, group.shares[e], mirrored, action, episodes.before[e]
+        )
+        group.pace[e, 0] = 1.0 + settings.pace_scale * action[25]
+        for i in range(25):
+            group.next_offset[e, i] = settings.action_scale * action[i]
+    for k in range(len(inward)):
+        rows, columns = inward[k]
+        for i in range(rows.shape[1]):
+            for e in range(count):
+                columns[i, e] = rows[e, i]
+    advance_lanes(bodies, lanes, account, work)
+    for k in range(len(outward)):
+        rows, columns = outward[k]
+        for e in range(count):
+            for i in range(rows.shape[1]):
+                rows[e, i] = columns[i, e]
+    for e in range(count):
+        task = group.which[e]
+        tree = Tree(
+            trees.joint_position[e],
+            trees.mass[e],
+            trees.centre_of_mass[e],
+            trees.inertia[e],
+            trees.sphere_segment,
+            trees.sphere_position[e],
+            trees.sphere_radius[e],
+        )
+        yardstick = Yardstick(
+            Targets(
+                targets.positions[task],
+                targets.velocities[task],
+                targets.centre_of_mass[task],
+                targets.end_effectors[task],
+                targets.ground_reaction[task],
+                targets.moments[task],
+                targets.has_moment[task],
+                targets.stride_length[task],
+                targets.speed[task],
+            ),
+            yards.weights[task],
+            yards.sharpness[task],
+            yards.tolerances[task],
+            yards.half_action[task],
+            yards.mass[task],
+            yards.weight[task],
+            yards.extended,
+            yards.mirrors,
+        )
+        episode = EpisodeArrays(
+            episodes.action[e],
+            episodes.before[e],
+            episodes.parameters[e],
+            episodes.observation[e],
+            episodes.errors[e],
+            episodes.terms[e],
+            episodes.root_force[e],
+        )
+        phase = group.phase[e, 0]
+        group.rewards[e], group.fell[e] = judge(
+            tree,
+            yardstick,
+            walkers.state[e],
+            phase,
+            group.pace[e, 0],
+            group.lift[e],
+            settings.tolerance_share,
+            walkers.ground[e],
+            walkers.moments[e],
+            walkers.squares[e],
+            episode,
+        )
+        observation = episode.observation
+        mirrored = mirrors and is_mirrored(phase)
+        for i in range(seen.shape[1]):
+            if mirrored:
+                seen[e, i] = MIRROR_SIGNS[i] * observation[MIRROR_ORDER[i]]
+            else:
+                seen[e, i] = observation[i]
+
+
+def _stacked(values: Sequence[Any]) -> Any:
+    """Named tuples of arrays and numbers as one, with a leading axis; truth values are common."""
+    first = values[0]
+    if isinstance(first, tuple):
+        return type(first)(*(_stacked(members) for members in zip(*values, strict=True)))
+    return first if isinstance(first, bool) else np.array(values, dtype=float)
+
+
+def _rows(arrays: Any, row: int) -> Any:
+    return type(arrays)(*(member[row] for member in arrays))
+
+
+class WalkingGroup:
+    """At most eight environments.
+
+    Parameters
+    ----------
+    tasks : of the environments; they differ only in body, reference and contact.
+
+    Attributes
+    ----------
+    environments : with all that an environment has.
+    """
+
+    def __init__(self, tasks: Sequence[WalkingTask]) -> None:
+        constants, spheres = tasks[0].configuration.environment, len(tasks[0].model.spheres)
+        self._constants = constants
+        walkers = walker_arrays(spheres, WIDTH)
+        episodes = episode_arrays(constants, WIDTH)
+        self.environments = [
+            WalkingEnvironment(task, arrays=(_rows(walkers, e), _rows(episodes, e)))
+            for e, task in enumerate(tasks)
+        ]
+        every = self.environments + self.environments[:1] * (WIDTH - len(tasks))
+        kinds = list({id(each.task): each.yardstick for each in every}.items())
+        order = [key for key, _ in kinds]
+        trees = _stacked([each.walker.tree for each in every])
+        self._side_by_side = SideBySide([each.walker for each in every])
+        self._arrays = GroupArrays(
+            walkers,
+            episodes,
+            trees._replace(sphere_segment=every[0].walker.tree.sphere_segment),
+            _stacked([yardstick for _, yardstick in kinds]),
+            np.array([order.index(id(each.task)) for each in every]),
+            np.array([each.shares for each in every]),
+            np.zeros((WIDTH, 1)),
+            np.ones((WIDTH, 1)),
+            np.zeros((WIDTH, 25)),
+            np.zeros(WIDTH),
+            np.zeros(WIDTH),
+            np.zeros(WIDTH, dtype=bool),
+        )
+        self._mu = [each.walker.mu for each in every]
+        self._inward, self._outward = self._pairs()
+
+    def _pairs(self) -> tuple[Pairs, Pairs]:
+        rows, lanes = self._arrays, self._side_by_side.arrays
+
+        def pair(row: Array, columns: Array) -> tuple[Array, Array]:
+            return row.reshape(WIDTH, -1), columns.reshape(-1, WIDTH)
+
+        moving = (
+            pair(rows.walkers.state, lanes.walkers.state),
+            pair(rows.walkers.memory, lanes.walkers.memory),
+            pair(rows.phase, lanes.phase),
+        )
+        asked = (
+            pair(rows.walkers.offset, lanes.walkers.offset),
+            pair(rows.next_offset, lanes.next_offset),
+            pair(rows.episodes.root_force, lanes.root_force),
+            pair(rows.pace, lanes.pace),
+        )
+        after = (
+            pair(rows.walkers.offset, lanes.next_offset),
+            pair(rows.walkers.ground, lanes.walkers.ground),
+            pair(rows.walkers.moments, lanes.walkers.moments),
+            pair(rows.walkers.squares, lanes.walkers.squares),
+        )
+        return moving + asked, moving + after
+
+    def reset(self, e: int, *, seed: int | None = None) -> NDArray[np.float32]:
+        """Begin an episode of environment e; its observation."""
+        environment, arrays = self.environments[e], self._arrays
+        observation, _ = environment.reset(seed=seed)
+        walker = environment.walker
+        if walker.mu is not self._mu[e]:
+            self._mu[e] = walker.mu
+            self._side_by_side.enter_body(e, walker)
+            for rows, values in zip(arrays.trees, walker.tree, strict=True):
+                if rows.dtype == float:
+                    rows[e] = values
+        arrays.phase[e, 0], arrays.lift[e] = walker.phase, environment.lift
+        return observation
+
+    def step(
+        self, asked: NDArray[np.float32], seen: NDArray[np.float32]
+    ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """An action of every environment.
+
+        Parameters
+        ----------
+        asked : (environments, A).
+        seen : (environments, size) out.
+
+        Returns
+        -------
+        Reward, whether it fell, and whether the episode has its full length: (environments,) each.
+        """
+        constants, group, count = self._constants, self._arrays, len(self.environments)
+        for environment in self.environments:
+            environment.push()
+        settings = GroupSettings(
+            constants.action_limit,
+            constants.action_scale,
+            constants.pace_scale,
+            float(self.environments[0].tolerance_share),
+        )
+        lanes = self._side_by_side
+        act_together(
+            asked, settings, group, self._inward, self._outward,
+            lanes.bodies, lanes.arrays, lanes.account, lanes.work, seen,
+        )  # fmt: skip
+        over = np.zeros(count, dtype=bool)
+        for e, (environment, phase) in enumerate(
+            zip(self.environments, group.phase[:, 0].tolist(), strict=False)
+        ):
+            environment.walker.phase = phase
+            over[e] = environment.counted()
+        return group.rewards[:count], group.fell[:count], over
+
+    @property
+    def terms(self) -> Array:
+        """Reward terms (environments, 10) of the last action."""
+        return self._arrays.episodes.terms[: len(self.environments)]

@@ -1,0 +1,177 @@
+"""Eight walkers that take their physics steps side by side, one in each lane of a vector.
+
+The functions are those of a single walker (`simulation.physics_steps`), compiled for `lanes`, so
+each walker's steps are, bit for bit, those that it takes alone.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit_borrowing
+from gaitval.lanes import WIDTH, in_lanes
+from gaitval.model.contact_law import ContactLaw
+from gaitval.model.tree import Tree
+from gaitval.simulation.physics_steps import (
+    Account,
+    WalkerBody,
+    Workspace,
+    empty_account,
+    steps,
+    workspace,
+)
+from gaitval.simulation.servo import ReferenceTables
+from gaitval.simulation.tables import LaneTables
+from gaitval.simulation.walker import Walker, WalkerArrays, walker_arrays
+
+
+class LaneBodies(NamedTuple):
+    """`WalkerBody` of eight walkers: its numbers and arrays have a last axis of eight, but for
+    what all have in common.
+
+    Attributes
+    ----------
+    law : (7, 8), the numbers of `ContactLaw`.
+    phase_step : (1, 8).
+    """
+
+    tree: Tree
+    law: Array
+    tables: ReferenceTables
+    stiffness: Array
+    damping: Array
+    total_damping: Array
+    lag: Array
+    physics_step: float
+    phase_step: Array
+
+
+class LaneArrays(NamedTuple):
+    """What an action asks for and changes, with a last axis of eight.
+
+    Attributes
+    ----------
+    walkers : `WalkerArrays`; the offset is the one before the action.
+    phase, pace : (1, 8).
+    next_offset : (25, 8) rad, at the end of the action.
+    root_force : (6, 8).
+    target, slope : (25, 8) rad, of the joint targets' offsets, to work in.
+    """
+
+    walkers: WalkerArrays
+    phase: Array
+    pace: Array
+    next_offset: Array
+    root_force: Array
+    target: Array
+    slope: Array
+
+
+@njit_borrowing
+def advance_lanes(
+    bodies: LaneBodies, arrays: LaneArrays, account: Account, work: Workspace
+) -> None:
+    """All physics steps of an action of eight walkers; see `physics_steps.advance`."""
+    lanes = in_lanes(arrays)
+    walkers = lanes.walkers
+    count = account.phase.shape[0]
+    for i in range(25):
+        lanes.target[i] = walkers.offset[i]
+        lanes.slope[i] = (lanes.next_offset[i] - walkers.offset[i]) / float(count)
+    law = in_lanes(bodies.law)
+    body = WalkerBody(
+        in_lanes(bodies.tree),
+        ContactLaw(law[0], law[1], law[2], law[3], law[4], law[5], law[6]),
+        bodies.tables,
+        in_lanes(bodies.stiffness),
+        in_lanes(bodies.damping),
+        in_lanes(bodies.total_damping),
+        in_lanes(bodies.lag),
+        bodies.physics_step,
+        in_lanes(bodies.phase_step)[0],
+    )
+    lanes.phase[0] = steps(
+        body,
+        walkers.state,
+        lanes.phase[0],
+        lanes.pace[0],
+        lanes.target,
+        lanes.slope,
+        lanes.root_force,
+        walkers.memory,
+        in_lanes(account),
+        in_lanes(work),
+    )
+
+
+def _with_lanes(arrays: Any) -> Any:
+    """Named tuples of arrays with a last axis of eight, all zero; integers stay."""
+    if isinstance(arrays, tuple):
+        return type(arrays)(*(_with_lanes(member) for member in arrays))
+    return np.zeros((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
+
+
+def _tables_of(walkers: Sequence[Walker]) -> Any:
+    """What the servos of each walker follow; walkers of one task share it."""
+    kinds = list({id(walker.task): walker.tables for walker in walkers}.items())
+    order = [key for key, _ in kinds]
+    which = np.array([order.index(id(walker.task)) for walker in walkers])
+    stacks = [np.array(tables) for tables in zip(*(tables for _, tables in kinds), strict=True)]
+    members: Any = (LaneTables(stack, which) for stack in stacks)
+    return ReferenceTables(*members)
+
+
+class SideBySide:
+    """Bodies and working arrays of eight walkers.
+
+    They have the same physics step and number of spheres; the tasks of the walkers are not changed.
+
+    Parameters
+    ----------
+    walkers : eight, with the compiled engine.
+
+    Attributes
+    ----------
+    bodies, arrays, account, work : as `advance_lanes` takes them.
+    """
+
+    def __init__(self, walkers: Sequence[Walker]) -> None:
+        first = walkers[0]
+        body, spheres = first.body, len(first.task.model.spheres)
+        one = np.zeros(1)
+        law = np.zeros(len(ContactLaw._fields))
+        tree, law, stiffness, damping, total, lag, phase_step = (
+            _with_lanes(arrays) for arrays in (body.tree, law, *body[3:6], body.lag, one)
+        )
+        self.bodies = LaneBodies(
+            tree, law, _tables_of(walkers), stiffness, damping, total, lag,
+            body.physics_step, phase_step,
+        )  # fmt: skip
+        self.account = _with_lanes(empty_account(first.steps_per_action))
+        arrays = _with_lanes(walker_arrays(spheres))._replace(
+            ground=self.account.mean_ground_reaction,
+            moments=self.account.mean_moments,
+            squares=self.account.mean_square_moments,
+        )
+        joints, force = np.zeros(25), np.zeros(6)
+        members = (_with_lanes(array) for array in (one, one, joints, force, joints, joints))
+        self.arrays = LaneArrays(arrays, *members)
+        self.work = _with_lanes(workspace(spheres))
+        for lane, walker in enumerate(walkers):
+            self.enter_body(lane, walker)
+
+    def enter_body(self, lane: int, walker: Walker) -> None:
+        """The walker of a lane has other parameters."""
+        bodies, body = self.bodies, walker.body
+        for name in Tree._fields:
+            if name != "sphere_segment":
+                getattr(bodies.tree, name)[..., lane] = getattr(body.tree, name)
+        for name in ("law", "stiffness", "damping", "total_damping", "lag"):
+            getattr(bodies, name)[:, lane] = getattr(body, name)
+        bodies.phase_step[0, lane] = body.phase_step
+
+    def advance(self) -> None:
+        """All physics steps of an action of every walker."""
+        advance_lanes(self.bodies, self.arrays, self.account, self.work)
