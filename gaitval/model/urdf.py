@@ -58,10 +58,15 @@ class Shape:
     size: tuple[float, ...]
 
 
-def drawn_shapes(model: BodyModel) -> tuple[Shape, ...]:
-    """What the URDF of a model shows, segment by segment."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "model.urdf"
+def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
+    """What the URDF of a model shows, segment by segment.
+
+    Parameters
+    ----------
+    folder : where the URDF is for a while.
+    """
+    with scratch(folder) as own:
+        path = own / "model.urdf"
         write_urdf(model, path)
         links = {link.name: link for link in _parse(path).links}
     return tuple(_shape_of(name, visual) for name in SEGMENTS for visual in links[name].visuals)

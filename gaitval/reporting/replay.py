@@ -41,9 +41,11 @@ LENGTH_UNIT: Final = 1e-4
 ROTATION_UNIT: Final = 1.0 / 32767.0
 """Of the stored quaternions; rounding turns a segment by less than 0.01 degrees."""
 
-RECORDED_SEGMENTS: Final = tuple(
-    name for name in SEGMENTS if name == "pelvis" or split_side(name)[1] in ("thigh", "shank")
-) + ("foot_r", "foot_l")
+RECORDED_SEGMENTS: Final = (
+    *(name for name in SEGMENTS if name == "pelvis" or split_side(name)[1] in ("thigh", "shank")),
+    "foot_r",
+    "foot_l",
+)
 """Segments whose orientation was recorded."""
 
 
@@ -265,11 +267,11 @@ def _sticks(model: BodyModel) -> list[dict[str, Any]]:
     ]
 
 
-def scene(walk: Walk) -> dict[str, Any]:
+def scene(walk: Walk, folder: Path) -> dict[str, Any]:
     """What `replay.js` reads, as JSON values: shapes, poses, forces and the place in the cycle.
 
     Of `body` and `recorded` the poses are those of `walk`'s positions in `gaitval.model.tree`;
-    arrays are as in `Strides` and `Walk`.
+    arrays are as in `Strides` and `Walk`. Files that are needed for a while are in `folder`.
     """
     shapes = [
         {
@@ -278,7 +280,7 @@ def scene(walk: Walk) -> dict[str, Any]:
             "position": shape.position.tolist(),
             "size": list(shape.size),
         }
-        for shape in drawn_shapes(walk.body)
+        for shape in drawn_shapes(walk.body, folder)
     ]
     spheres = [
         {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
@@ -333,5 +335,5 @@ def walk_pictures(folder: Path, metrics: Json) -> dict[str, Any] | None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
     return {
         "strip": pose_strip(sticks, np.array(STRIP)),
-        "scene": None if walk is None else scene(walk),
+        "scene": None if walk is None else scene(walk, folder),
     }

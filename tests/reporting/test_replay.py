@@ -195,7 +195,7 @@ def test_shapes_are_of_the_body_that_was_simulated(scene, rollout):
     )
     assert shaft["size"][1] == pytest.approx(-body["shank_l"].joint_position[2], abs=2e-3)
     assert shaft["size"][1] > 0.015 - MODEL["shank_l"].joint_position[2]
-    assert {shape.segment for shape in drawn_shapes(MODEL)} == set(SEGMENTS)
+    assert {shape.segment for shape in drawn_shapes(MODEL, tmp_path)} == set(SEGMENTS)
     assert len(scene["spheres"]) == 12
     knee = next(each for each in scene["sticks"] if each["segment"] == "thigh_l")["to"]
     np.testing.assert_allclose(knee, MODEL["shank_l"].joint_position)  # as scaled
