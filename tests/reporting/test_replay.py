@@ -186,7 +186,7 @@ def test_the_walker_stays_on_the_spot(walk, rollout):
     np.testing.assert_allclose(back, rollout.positions[walk.strides.rows], atol=1e-9)
 
 
-def test_shapes_are_of_the_body_that_was_simulated(scene, rollout):
+def test_shapes_are_of_the_body_that_was_simulated(scene, rollout, tmp_path):
     body = apply_parameters(MODEL, rollout.mu)
     (shaft,) = (
         each
