@@ -63,6 +63,16 @@ def _colour(line: str) -> str:
     return COLOURS["right"] if side == "right" else COLOURS["left"] if side == "left" else "#404040"
 
 
+_ON_A_DARK_PAGE: Final = (
+    "<style>@media (prefers-color-scheme: dark) {"
+    '[stroke="#404040"] { stroke: #c4c7cc } [fill="#606060"] { fill: #a9adb3 } '
+    '[fill="white"] { fill: #16181c } [stroke="#d4d4d4"] { stroke: #50555d } '
+    '[stroke="#00558f"] { stroke: #5da9ec } [stroke="#d96b0a"] { stroke: #f5b56b }'
+    "}</style>"
+)
+"""The colours that report.css gives the other figures there."""
+
+
 def animated_walk(figures: Mapping[str, Mapping[str, Array]], *, seconds: float) -> str:
     """Walking stick figures from the right and from behind, as an animated SVG document.
 
@@ -76,7 +86,7 @@ def animated_walk(figures: Mapping[str, Mapping[str, Array]], *, seconds: float)
     parts = [
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 520 320" width="520" height="320" '
         'font-family="Georgia, serif" font-size="12" fill="none" stroke-linecap="round" '
-        'stroke-linejoin="round">'
+        'stroke-linejoin="round">' + _ON_A_DARK_PAGE
     ]
     for title, axis, sign, middle in views:
         parts.append(
