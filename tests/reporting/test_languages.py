@@ -115,7 +115,7 @@ def test_nothing_else_on_the_page_is_an_english_sentence(
     page.feed(html)
     outside = re.sub(r"⟦[^⟧]*⟧", " ", "\n".join(page.found))
     assert not re.findall(r"\b[a-z]{4,} [a-z]{3,}\b", outside)
-    assert len(re.findall("⟦", html)) > 100
+    assert html.count("⟦") > 80
 
 
 def test_a_page_in_portuguese(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
