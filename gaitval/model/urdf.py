@@ -11,10 +11,11 @@ import json
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 from xml.parsers import expat
 
 import numpy as np
@@ -38,6 +39,43 @@ TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
 """Bytes; a model has about 40,000."""
 NAME = re.compile(r"[A-Za-z0-9_. -]+")
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape that viewers draw for a segment; it has no mass and touches nothing.
+
+    Attributes
+    ----------
+    segment : one of `SEGMENTS`.
+    kind : a box, a sphere, or a cylinder along z.
+    position : (3,) m, of its middle in the segment's frame, whose axes it has.
+    size : m; box: length along x, y, z; sphere: radius; cylinder: radius, length.
+    """
+
+    segment: str
+    kind: Literal["box", "sphere", "cylinder"]
+    position: Array
+    size: tuple[float, ...]
+
+
+def drawn_shapes(model: BodyModel) -> tuple[Shape, ...]:
+    """What the URDF of a model shows, segment by segment."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.urdf"
+        write_urdf(model, path)
+        links = {link.name: link for link in _parse(path).links}
+    return tuple(_shape_of(name, visual) for name in SEGMENTS for visual in links[name].visuals)
+
+
+def _shape_of(segment: str, visual: yourdfpy.Visual) -> Shape:
+    geometry, position = visual.geometry, _translation(visual.origin)
+    if geometry.box is not None:
+        return Shape(segment, "box", position, tuple(map(float, geometry.box.size)))
+    if geometry.sphere is not None:
+        return Shape(segment, "sphere", position, (float(geometry.sphere.radius),))
+    cylinder = geometry.cylinder
+    return Shape(segment, "cylinder", position, (float(cylinder.radius), float(cylinder.length)))
 
 
 def template_folder() -> Path:

@@ -11,13 +11,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from itertools import cycle
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
@@ -98,6 +99,21 @@ def svg(figure: Figure, name: str) -> str:
     return re.sub(r"url\(#", f"url(#{name}-", text)
 
 
+def link(
+    axes: Axes, kind: Literal["cycle", "stance", "loop"], side: Side | Literal["both"], number: int
+) -> None:
+    """Let the replay on the page (`replay.js`) show its moment in a panel.
+
+    Parameters
+    ----------
+    kind : what the horizontal axis is, 0 to 100 % of the gait cycle or of the stance of the foot of
+        this side; or "loop": a dot on each line whose name begins with "points.", which has a point
+        for each percent of the cycle.
+    number : of the panel, among those of its figure, kind and side.
+    """
+    axes.set_gid(f"{kind}.{side}.{number}")
+
+
 def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) -> None:
     lines, labels = axes.get_legend_handles_labels()
     chosen = {label: line for line, label in zip(lines, labels, strict=True)}
@@ -173,6 +189,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
                 axes = panels[row, column]
+                link(axes, "cycle", side, column)
                 _curve_panel(axes, metrics, kind, name, side)
                 axes.set_xlim(0, 100)
                 axes.margins(y=0.15)
@@ -197,6 +214,7 @@ def torque_loop(metrics: Json) -> str:
         figure = Figure(figsize=(WIDTH, 2.5), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
+            link(axes, "loop", side, 0)
             key = f"hip_flexion_{side[0]}"
             recorded = metrics["record"]["curves"]
             final = metrics["walks"][metrics["final"]]["curves"]
@@ -210,9 +228,10 @@ def torque_loop(metrics: Json) -> str:
                     f"simulated, {side}",
                 ),
             ]
-            for angle, moment, colour, style, label in loops:
+            for number, (angle, moment, colour, style, label) in enumerate(loops):
                 if angle is not None and moment is not None:
-                    _loop(axes, _plain(angle), _plain(moment), colour, style, label)
+                    line = _loop(axes, _plain(angle), _plain(moment), colour, style, label)
+                    line.set_gid(f"points.{side}.{number}")
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.set_xlabel("hip flexion, °")
@@ -221,8 +240,8 @@ def torque_loop(metrics: Json) -> str:
         return svg(figure, "loop")
 
 
-def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> None:
-    axes.plot(angle, moment, color=colour, linestyle=style, label=label)
+def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> Line2D:
+    (line,) = axes.plot(angle, moment, color=colour, linestyle=style, label=label)
     for percent in (12, 37, 62, 87):
         axes.annotate(
             "",
@@ -242,6 +261,7 @@ def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, labe
             markeredgewidth=0.9,
             zorder=5,
         )
+    return line
 
 
 def learning(training: Mapping[str, Array]) -> str:
@@ -320,6 +340,7 @@ def pressure_path(metrics: Json) -> str:
             path = contact[side]["path"]["along"]
             if path["mean"] is not None:
                 _band(progress, path, side, side)
+        link(progress, "stance", "both", 0)
         progress.set_xlim(0, 100)
         progress.set_ylim(0, 100)
         progress.set_xlabel("% of stance")

@@ -18,6 +18,7 @@ from gaitval.reporting.figures import (
     SETTINGS,
     STYLES,
     WIDTH,
+    link,
     svg,
 )
 
@@ -37,7 +38,9 @@ def joint_power(metrics: Json) -> str:
         figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
-            for axes, joint in zip(grid[row], JOINTS, strict=True):
+            for column, (axes, joint) in enumerate(zip(grid[row], JOINTS, strict=True)):
+                link(axes, "cycle", side, column)
+                axes.set_xlim(0, 100)
                 name = f"{joint}_{side[0]}"
                 power = np.array(recorded["power"][name])
                 axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
@@ -84,6 +87,8 @@ def centre_of_mass(metrics: Json) -> str:
     with matplotlib.rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH, 1.9), layout="constrained")
         for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
+            link(axes, "cycle", "right", column)
+            axes.set_xlim(0, 100)
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.plot(PERCENT, recorded[:, column], color=RECORD_SHADE, linewidth=4.0, zorder=1)
             axes.plot(PERCENT, recorded[:, column], color=RECORD_COLOUR, linewidth=0.9, zorder=2)

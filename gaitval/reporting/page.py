@@ -2,9 +2,10 @@
 
 import base64
 import colorsys
+import hashlib
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
@@ -123,6 +124,8 @@ def write_page(
     template: str,
     context: Mapping[str, Any],
     settings: ReportSettings | None = None,
+    *,
+    scripts: Sequence[str] = (),
 ) -> None:
     """Write `name`.html and `name`.pdf into a folder.
 
@@ -140,8 +143,11 @@ def write_page(
         English in all languages. Its `drawings` say how each figure is drawn (`Draw`); `data` are
         the tables behind them (`figure_data`), which are written beside the page, too.
     settings : paper and language; A4 and English by default.
+    scripts : file names of scripts of this page alone, in this package; their texts are given to
+        the template as `scripts`. No other script runs (`security_policy`).
     """
     chosen = settings or ReportSettings()
+    shared, *code = [_resource(each) for each in ("page.js", *scripts)]
     page = _environment(chosen.language).get_template(template)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     # figures contain no text from outside, so their markup is safe
@@ -151,7 +157,9 @@ def write_page(
         **context,
         "drawings": drawn,
         "css": Markup(_resource("report.css")),
-        "script": Markup(_resource("page.js")),
+        "script": Markup(shared),
+        "scripts": [Markup(each) for each in code],
+        "security_policy": security_policy([shared, *code]),
         "language": chosen.language,
         "en": "" if chosen.language == SOURCE else Markup(' lang="en"'),
     }
@@ -184,6 +192,19 @@ def _printer(paper: str) -> Callable[[str], weasyprint.Document]:
         return whole.render(stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT)
 
     return lay_out
+
+
+def security_policy(scripts: Sequence[str]) -> str:
+    """A Content-Security-Policy under which a page fetches nothing and runs these scripts alone,
+    whatever else is in it. Style attributes are allowed: the drawn bars of the tables are made of
+    them.
+    """
+    hashes = [hashlib.sha256(script.encode("utf-8")).digest() for script in scripts]
+    allowed = [f"'sha256-{base64.b64encode(each).decode('ascii')}'" for each in hashes]
+    return (
+        f"default-src 'none'; script-src {' '.join(allowed)}; style-src 'unsafe-inline'; "
+        "img-src data:; font-src data:; base-uri 'none'; form-action 'none'"
+    )
 
 
 @contextmanager

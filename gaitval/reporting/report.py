@@ -1,6 +1,5 @@
 """The report of a run folder: one template, as self-contained HTML and as PDF."""
 
-import base64
 import csv
 import math
 from collections.abc import Mapping, Sequence
@@ -10,27 +9,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_arrays, read_json
+from gaitval.artefacts import read_json
 from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
-from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reporting import figure_data, figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting import figure_data, figures, mechanics_figures, tables
 from gaitval.reporting.page import Draw, write_page
-from gaitval.simulation.rollout import Rollout
+from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
 Json = Mapping[str, Any]
-
-PICTURE_FRAMES = 33
-"""Frames of one gait cycle in the walking figure, the last one equal to the first."""
 
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
@@ -279,61 +273,6 @@ def _training(path: Path) -> dict[str, Array] | None:
     }
 
 
-def _last_cycle(path: Path) -> Array | None:
-    """Positions (PICTURE_FRAMES, 31) of the last whole cycle of a rollout by its reference
-    phase.
-    """
-    walk = Rollout.load(path)
-    start = np.floor(walk.phase[-1]) - 1.0
-    if start < walk.phase[0]:
-        return None
-    phase = start + np.linspace(0.0, 1.0, PICTURE_FRAMES)
-    return np.column_stack([np.interp(phase, walk.phase, column) for column in walk.positions.T])
-
-
-def _on_the_spot(positions: Array) -> Array:
-    """The cycle as on a treadmill: without forward travel, with the middle of the pelvis' path at
-    zero.
-    """
-    still = positions.copy()
-    for axis in (3, 4):
-        still[:, axis] -= np.linspace(0, still[-1, axis] - still[0, axis], len(still))
-        still[:, axis] -= 0.5 * (still[:-1, axis].max() + still[:-1, axis].min())
-    return still
-
-
-def _picture(folder: Path, final: str) -> dict[str, Any] | None:
-    """Animated and still pictures of the walk; None without a model or reference motion."""
-    if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
-        return None
-    model = read_urdf(folder / "model.urdf")
-    names = ("phase", "positions", "stride_time", "speed")
-    reference = read_arrays(folder / "reference.npz", names)
-    stride_time = float(reference["stride_time"])
-    phase = np.linspace(0.0, 1.0, PICTURE_FRAMES)
-    closed = reference["positions"][[*range(len(reference["phase"])), 0]]
-    closed[-1, 3] += float(reference["speed"]) * stride_time
-    at = np.append(reference["phase"], 1.0)
-    positions = {
-        "reference": np.column_stack([np.interp(phase, at, column) for column in closed.T])
-    }
-    walk = folder / "rollouts" / f"{final}.npz"
-    simulated = _last_cycle(walk) if walk.exists() else None
-    if simulated is not None:
-        positions["simulation"] = simulated
-    sticks = {
-        which: stick_figures.stick_figure(model, _on_the_spot(cycle))
-        for which, cycle in positions.items()
-    }
-    animation = stick_figures.animated_walk(sticks, seconds=stride_time)
-    return {
-        "animation": "data:image/svg+xml;base64,"
-        + base64.b64encode(animation.encode()).decode("ascii"),
-        "stills": Markup(stick_figures.still_walk(sticks, phase)),
-        "simulated": simulated is not None,
-    }
-
-
 def _provenance(folder: Path) -> dict[str, Any] | None:
     path = folder / "provenance.json"
     if not path.exists():
@@ -437,7 +376,7 @@ def _context(folder: Path) -> dict[str, Any]:
         ],
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
-        "picture": _picture(folder, metrics["final"]),
+        "picture": walk_pictures(folder, metrics),
         "provenance": _provenance(folder),
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
@@ -457,8 +396,8 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run folder.
 
-    The HTML needs no other file; the PDF comes from the same template. A section whose input is
-    missing says so.
+    The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
+    the same template, has six poses. A section whose input is missing says so.
 
     Parameters
     ----------
@@ -469,4 +408,11 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    write_page(folder, "report", "report.html.j2", _context(folder), _settings(folder, settings))
+    write_page(
+        folder,
+        "report",
+        "report.html.j2",
+        _context(folder),
+        _settings(folder, settings),
+        scripts=SCRIPTS,
+    )

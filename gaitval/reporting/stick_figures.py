@@ -1,11 +1,13 @@
-"""The walker as lines between its joints: animated, and as frames side by side."""
+"""The walker as lines between its joints, as poses side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from gaitval.arrays import Array
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -19,9 +21,13 @@ _LINES: Final = {
     "left arm": ("upper_arm_l", "forearm_l", "hand_l"),
     "trunk": ("pelvis", "torso", "shoulders", "head"),
 }
+RECORDED_POINTS: Final = 5
+"""Points of a leg, from the hip on, whose place follows from recorded angles."""
 _HEAD_HEIGHT = 0.24
 """m, from the shoulders to the middle of the head, in the picture only."""
 _HEAD_RADIUS = 0.1
+_APART = 1.2
+"""m, between two poses; a step and both arms fit in."""
 
 
 def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
@@ -63,110 +69,39 @@ def _colour(line: str) -> str:
     return COLOURS["right"] if side == "right" else COLOURS["left"] if side == "left" else "#404040"
 
 
-_ON_A_DARK_PAGE: Final = (
-    "<style>@media (prefers-color-scheme: dark) {"
-    '[stroke="#404040"] { stroke: #c4c7cc } [fill="#606060"] { fill: #a9adb3 } '
-    '[fill="white"] { fill: #16181c } [stroke="#d4d4d4"] { stroke: #50555d } '
-    '[stroke="#00558f"] { stroke: #5da9ec } [stroke="#d96b0a"] { stroke: #f5b56b }'
-    "}</style>"
-)
-"""The colours that report.css gives the other figures there."""
-
-
-def animated_walk(figures: Mapping[str, Mapping[str, Array]], *, seconds: float) -> str:
-    """Walking stick figures from the right and from behind, as an animated SVG document.
+def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> str:
+    """Poses side by side, from the right, as SVG text.
 
     Parameters
     ----------
-    figures : `stick_figure` of "reference" (grey) and, if there is one, of "simulation".
-    seconds : duration of one gait cycle.
+    figures : `stick_figure` of "record" (grey) and, if there is one, of "simulation" at the poses.
+    percent : (T,) of the right gait cycle, of the poses.
     """
-    scale, floor = 150.0, 285.0
-    views = (("from the right", 0, 1.0, 160.0), ("from behind", 1, -1.0, 400.0))
-    parts = [
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 520 320" width="520" height="320" '
-        'font-family="Georgia, serif" font-size="12" fill="none" stroke-linecap="round" '
-        'stroke-linejoin="round">' + _ON_A_DARK_PAGE
-    ]
-    for title, axis, sign, middle in views:
-        parts.append(
-            f'<path d="M{middle - 115:g} {floor:g}h230" stroke="#b0b0b0"/>'
-            f'<text x="{middle:g}" y="308" text-anchor="middle" fill="#606060">{title}</text>'
-        )
-        for which, lines in figures.items():
-            grey = which == "reference"
-            width = 7 if grey else 2.2
-            for name, points in lines.items():
-                x = middle + sign * scale * points[..., axis]
-                z = floor - scale * points[..., 2]
-                colour = RECORD_SHADE if grey else _colour(name)
-                parts.append(_animated_line(x, z, colour, width, seconds))
-                if name == "trunk":
-                    parts.append(_animated_head(x[:, -1], z[:, -1], colour, width, scale, seconds))
-    parts.append("</svg>")
-    return "".join(parts)
-
-
-def _animate(attribute: str, values: Sequence[str], seconds: float) -> str:
-    return (
-        f'<animate attributeName="{attribute}" dur="{seconds:.3f}s" repeatCount="indefinite" '
-        f'values="{";".join(values)}"/>'
-    )
-
-
-def _animated_line(x: Array, z: Array, colour: str, width: float, seconds: float) -> str:
-    frames = [
-        " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*frame, strict=True))
-        for frame in zip(x, z, strict=True)
-    ]
-    return (
-        f'<polyline stroke="{colour}" stroke-width="{width:g}" points="{frames[0]}">'
-        f"{_animate('points', frames, seconds)}</polyline>"
-    )
-
-
-def _animated_head(
-    x: Array, z: Array, colour: str, width: float, scale: float, seconds: float
-) -> str:
-    across, down = [f"{value:.1f}" for value in x], [f"{value:.1f}" for value in z]
-    return (
-        f'<circle r="{_HEAD_RADIUS * scale:g}" cx="{across[0]}" cy="{down[0]}" fill="white" '
-        f'stroke="{colour}" stroke-width="{width:g}">'
-        f"{_animate('cx', across, seconds)}{_animate('cy', down, seconds)}</circle>"
-    )
-
-
-def still_walk(figures: Mapping[str, Mapping[str, Array]], phases: Array) -> str:
-    """Frames of the walk side by side, from the right; arguments as `animated_walk`.
-
-    Parameters
-    ----------
-    phases : (T,) of the right gait cycle, of the frames of `figures`.
-    """
-    shown = np.linspace(0, len(phases) - 1, 9).round().astype(int)
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 1.75), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.95), layout="constrained")
         axes = figure.subplots()
-        for place, frame in enumerate(shown):
+        for place, at in enumerate(percent):
             for which, lines in figures.items():
-                grey = which == "reference"
                 for name, points in lines.items():
-                    colour = RECORD_SHADE if grey else _colour(name)
-                    width = 3.2 if grey else 1.0
-                    x, z = points[frame, :, 0] + 0.9 * place, points[frame, :, 2]
-                    axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)
-                    if name == "trunk":
-                        angle = np.linspace(0, 2 * np.pi, 33)
-                        axes.fill(
-                            x[-1] + _HEAD_RADIUS * np.cos(angle),
-                            z[-1] + _HEAD_RADIUS * np.sin(angle),
-                            facecolor="white",
-                            edgecolor=colour,
-                            linewidth=width,
-                            zorder=1 if grey else 2,
-                        )
-            axes.text(0.9 * place, -0.17, f"{100 * phases[frame]:.0f} %", ha="center", va="center")
+                    x, z = points[place, :, 0] + _APART * place, points[place, :, 2]
+                    _pose_line(axes, x, z, name, grey=which == "record")
+            axes.text(_APART * place, -0.15, f"{at:.0f} %", ha="center", va="center")
         axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
         axes.set_aspect("equal")
         axes.axis("off")
-        return svg(figure, "stills")
+        return svg(figure, "poses")
+
+
+def _pose_line(axes: Axes, x: Array, z: Array, name: str, *, grey: bool) -> None:
+    colour, width = (RECORD_SHADE, 4.0) if grey else (_colour(name), 1.3)
+    axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)
+    if name == "trunk":
+        head = Circle(
+            (float(x[-1]), float(z[-1])),
+            _HEAD_RADIUS,
+            facecolor="white",
+            edgecolor=colour,
+            linewidth=width,
+            zorder=2,
+        )
+        axes.add_patch(head)

@@ -1,0 +1,334 @@
+"""The replay of a walk in three dimensions: what the page's script draws, frame by frame.
+
+All that moves is computed here, by the functions that simulated the walk and that compared it; the
+script (`replay.js`) only looks frames up. World axes are REP-103: x forward, y left, z up.
+"""
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array, Index, runs
+from gaitval.artefacts import read_arrays
+from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
+from gaitval.gait.filters import low_pass_simulated
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.metrics.cycles import FootEvents, foot_events, step_of
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import segment_frames
+from gaitval.model.urdf import drawn_shapes, read_urdf
+from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
+from gaitval.simulation.rollout import Rollout
+
+Json = Mapping[str, Any]
+
+FRAMES: Final = 101
+"""Frames of a stride, at 0, 1, … 100 % of the right gait cycle, as the curves on the page have."""
+STRIDES: Final = 10
+"""Strides shown, the first of those compared: more make the page larger, and are alike."""
+ARROW: Final = 0.6
+"""m in the picture that a force of one body weight is long; the walker's trunk stays visible."""
+LENGTH_UNIT: Final = 1e-4
+"""m, of the stored positions: 16 bits reach 3.2 m to every side, rounded by 0.05 mm."""
+ROTATION_UNIT: Final = 1.0 / 32767.0
+"""Of the stored quaternions; rounding turns a segment by less than 0.01 degrees."""
+
+RECORDED_SEGMENTS: Final = tuple(
+    name for name in SEGMENTS if name == "pelvis" or split_side(name)[1] in ("thigh", "shank")
+) + ("foot_r", "foot_l")
+"""Segments whose orientation was recorded."""
+
+
+@dataclass(frozen=True)
+class Strides:
+    """The shown part of a rollout: S strides of the right foot, `FRAMES` each.
+
+    Attributes
+    ----------
+    rows : (S, 101) samples of the rollout, the nearest to each percent of the right gait cycle.
+    seconds : (S,) s, duration.
+    cycle : (S, 101, 2) %, of the gait cycle of the right and of the left foot.
+    stance : (S, 101, 2) %, of the stance of each foot; NaN in swing.
+    """
+
+    rows: Index
+    seconds: Array
+    cycle: Array
+    stance: Array
+
+
+def find_strides(rollout: Rollout, method: Json) -> Strides | None:
+    """The first strides that are compared with the record; None if there is no whole one.
+
+    Parameters
+    ----------
+    method : `method` of `metrics.json`.
+    """
+    step = step_of(rollout)
+    events: dict[Side, FootEvents] = {
+        side: foot_events(
+            rollout.ground_reaction[:, column, 2],
+            step=step,
+            threshold=method["event_threshold_n"],
+        )
+        for column, side in enumerate(SIDES)
+    }
+    strikes = events["right"].heel_strikes[method["settling_cycles"] :][: STRIDES + 1]
+    if len(strikes) < 2:
+        return None
+    starts, lengths = strikes[:-1, None], np.diff(strikes)[:, None]
+    rows = np.rint(starts + lengths * np.linspace(0.0, 1.0, FRAMES)).astype(np.int64)
+    percent = np.broadcast_to(np.linspace(0.0, 100.0, FRAMES), rows.shape)
+    left = _cycle(events["left"].heel_strikes, rows)
+    return Strides(
+        rows=rows,
+        seconds=step * np.diff(strikes),
+        cycle=np.stack([percent, left], axis=-1),
+        stance=np.stack([_stance(events[side].on_ground, rows) for side in SIDES], axis=-1),
+    )
+
+
+def _cycle(strikes: Index, rows: Index) -> Array:
+    """% of a foot's gait cycle at samples of any shape; the first and the last cycle are continued
+    beyond the heel strikes that were seen, NaN without two of them.
+    """
+    if len(strikes) < 2:
+        return np.full(rows.shape, np.nan)
+    first, last = strikes[1] - strikes[0], strikes[-1] - strikes[-2]
+    known = np.concatenate([[strikes[0] - first], strikes, [strikes[-1] + last]])
+    return np.asarray(100.0 * (np.interp(rows, known, np.arange(len(known))) % 1.0))
+
+
+def _stance(on_ground: NDArray[np.bool_], rows: Index) -> Array:
+    """% of the stance of a foot at samples of any shape; NaN in swing."""
+    percent = np.full(len(on_ground), np.nan)
+    for begin, end in zip(*runs(on_ground), strict=True):
+        percent[begin:end] = np.linspace(0.0, 100.0, end - begin, endpoint=False)
+    return np.asarray(percent[rows])
+
+
+def recorded_motion(metrics: Json, reference: Mapping[str, Array]) -> Array:
+    """Positions (101, 31) over one right gait cycle with the recorded angles of legs and pelvis.
+
+    The path of the pelvis was not recorded: it is that of the reference motion, which follows from
+    the recorded forces, without its steady travel, and forward and sideways with mean zero. Trunk,
+    arms and toes are at zero.
+
+    Parameters
+    ----------
+    reference : `phase` (N,), `positions` (N, 31), `speed` and `stride_time` of `reference.npz`.
+    """
+    angles = metrics["record"]["curves"]["angles"]
+    percent = np.linspace(0.0, 100.0, FRAMES)
+    own = {"r": percent, "l": (percent - 100.0 * metrics["record"]["left_phase"]) % 100.0}
+
+    def recorded(name: str, side: str) -> Array:
+        return np.deg2rad(np.interp(own[side], percent, angles[f"{name}_{side}"]))
+
+    positions = np.zeros((FRAMES, len(COORDINATES)))
+    for side in own:
+        for name in RECORDED_ANGLES:
+            positions[:, COORDINATES.index(f"{name}_{side}")] = recorded(name, side)
+    # each side's view of the one pelvis: up and forward on its own side are positive
+    tilt, up, forward = (
+        0.5 * (recorded(name, "r") + sign * recorded(name, "l"))
+        for name, sign in (("pelvis_tilt", 1), ("pelvis_list", -1), ("pelvis_rotation", -1))
+    )
+    rotation = pelvis_rotation(tilt, up, forward)
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    place = reference["positions"][:, 3:6].copy()
+    place[:, 0] -= reference["speed"] * reference["stride_time"] * reference["phase"]
+    place[:, :2] -= place[:, :2].mean(axis=0)
+    for axis in range(3):
+        positions[:, 3 + axis] = np.interp(
+            percent / 100.0, reference["phase"], place[:, axis], period=1.0
+        )
+    return positions
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk as it is shown: on the spot, over S strides of `FRAMES` frames.
+
+    Attributes
+    ----------
+    body : the body that was simulated. recorded_body : as scaled, of the recorded motion.
+    strides : which samples are shown.
+    travel : (S, 101, 2) m, forward and to the left, that the ground moves backwards and to the
+        right: steady within a stride, from one right heel strike to the next.
+    positions : (S, 101, 31) of the rollout, without the travel.
+    recorded : (101, 31), about the middle of the simulated pelvis' path.
+    force : (S, 101, 2, 3) body weights, of the ground on the right and the left foot, filtered as
+        the curves on the page are; zero in swing.
+    pressure : (S, 101, 2, 2) m, its centre, without the travel; NaN in swing.
+    """
+
+    body: BodyModel
+    recorded_body: BodyModel
+    strides: Strides
+    travel: Array
+    positions: Array
+    recorded: Array
+    force: Array
+    pressure: Array
+
+
+def shown_walk(
+    model: BodyModel, rollout: Rollout, metrics: Json, reference: Mapping[str, Array]
+) -> Walk | None:
+    """The part of a rollout that is shown, and the record beside it; None without a whole stride.
+
+    Parameters
+    ----------
+    model : as scaled; the rollout's body parameters are applied here.
+    metrics : content of `metrics.json`.
+    reference : as for `recorded_motion`.
+    """
+    method = metrics["method"]
+    strides = find_strides(rollout, method)
+    if strides is None:
+        return None
+    positions = rollout.positions[strides.rows]
+    start = positions[:, :1, 3:5]
+    travel = start + (positions[:, -1:, 3:5] - start) * np.linspace(0.0, 1.0, FRAMES)[:, None]
+    positions[..., 3:5] -= travel
+    recorded = recorded_motion(metrics, reference)
+    recorded[:, 3:5] += positions[:, :-1, 3:5].mean(axis=(0, 1))
+    low_pass = method.get("record_low_pass") or {"forces_hz": method["filter_frequency_hz"]}
+    force = low_pass_simulated(
+        rollout.ground_reaction, step=step_of(rollout), frequency=low_pass["forces_hz"]
+    )[strides.rows]
+    swing = np.isnan(strides.stance)
+    pressure = rollout.centre_of_pressure[strides.rows][..., :2] - travel[:, :, None]
+    return Walk(
+        body=apply_parameters(model, rollout.mu),
+        recorded_body=model,
+        strides=strides,
+        travel=travel,
+        positions=positions,
+        recorded=recorded,
+        force=np.where(swing[..., None], 0.0, force / method["body_weight_n"]),
+        pressure=np.where(swing[..., None], np.nan, pressure),
+    )
+
+
+def _packed(values: Array, kind: str, unit: float = 1.0) -> dict[str, Any]:
+    """An array for the page: little-endian numbers in base64, in multiples of `unit`."""
+    numbers = np.rint(values / unit) if kind == "int16" else values
+    if kind == "int16" and np.abs(numbers).max() > np.iinfo(np.int16).max:
+        raise ValueError(f"{np.abs(values).max():g} is beyond 16 bits of {unit:g}")
+    data = np.ascontiguousarray(numbers, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+    text = base64.b64encode(data).decode("ascii")
+    return {"type": kind, "unit": unit, "shape": list(values.shape), "data": text}
+
+
+def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dict[str, Any]:
+    """Origin and quaternion (x, y, z, w) of segments, of positions (…, 31)."""
+    frames = segment_frames(model, positions.reshape(-1, positions.shape[-1]))
+    frames = frames[:, [SEGMENTS.index(name) for name in segments]]
+    rotation = Rotation.from_matrix(frames[..., :3, :3].reshape(-1, 3, 3))
+    shape = (*positions.shape[:-1], len(segments))
+    quaternion = rotation.as_quat(canonical=True).reshape(*shape, 4)
+    return {
+        "segments": list(segments),
+        "origin": _packed(frames[..., :3, 3].reshape(*shape, 3), "int16", LENGTH_UNIT),
+        "quaternion": _packed(quaternion, "int16", ROTATION_UNIT),
+    }
+
+
+def _sticks(model: BodyModel) -> list[dict[str, Any]]:
+    """Lines from joint to joint of the recorded segments, in the frame of their segment."""
+    ends: dict[str, list[Array]] = {"pelvis": [np.zeros(3), np.zeros(3)]}
+    for side in "rl":
+        heel = min(
+            (s for s in model.spheres if s.segment == f"foot_{side}"), key=lambda s: s.position[0]
+        )
+        under_heel = heel.position - np.array([0.0, heel.position[1], 0.0])
+        ends["pelvis"][side == "l"] = model[f"thigh_{side}"].joint_position
+        ends[f"thigh_{side}"] = [np.zeros(3), model[f"shank_{side}"].joint_position]
+        ends[f"shank_{side}"] = [np.zeros(3), model[f"foot_{side}"].joint_position]
+        toes = model[f"toes_{side}"].joint_position
+        ends[f"foot_{side}"] = [np.zeros(3), under_heel, under_heel, toes, toes, np.zeros(3)]
+    return [
+        {"segment": name, "from": points[i].tolist(), "to": points[i + 1].tolist()}
+        for name, points in ends.items()
+        for i in range(0, len(points), 2)
+    ]
+
+
+def scene(walk: Walk) -> dict[str, Any]:
+    """What `replay.js` reads, as JSON values: shapes, poses, forces and the place in the cycle.
+
+    Of `body` and `recorded` the poses are those of `walk`'s positions in `gaitval.model.tree`;
+    arrays are as in `Strides` and `Walk`.
+    """
+    shapes = [
+        {
+            "segment": shape.segment,
+            "kind": shape.kind,
+            "position": shape.position.tolist(),
+            "size": list(shape.size),
+        }
+        for shape in drawn_shapes(walk.body)
+    ]
+    spheres = [
+        {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
+        for sphere in walk.body.spheres
+    ]
+    return {
+        "frames": FRAMES,
+        "seconds": walk.strides.seconds.tolist(),
+        "arrow": ARROW,
+        "shapes": shapes,
+        "spheres": spheres,
+        "sticks": _sticks(walk.recorded_body),
+        "body": _poses(walk.body, walk.positions, SEGMENTS),
+        "recorded": _poses(walk.recorded_body, walk.recorded, RECORDED_SEGMENTS),
+        "travel": _packed(walk.travel, "float32"),
+        "force": _packed(walk.force, "float32"),
+        "pressure": _packed(walk.pressure, "float32"),
+        "cycle": _packed(walk.strides.cycle, "float32"),
+        "stance": _packed(walk.strides.stance, "float32"),
+    }
+
+
+STRIP: Final = (0, 20, 40, 60, 80, 100)
+"""% of the right gait cycle of the six poses that stand for the replay on paper."""
+
+SCRIPTS: Final = ("vendor/three.min.js", "replay.js")
+"""Scripts of the page, in the order in which they run."""
+
+
+def walk_pictures(folder: Path, metrics: Json) -> dict[str, Any] | None:
+    """The replay and the strip of poses of a run folder, for the template; None without a model or
+    a reference motion. Without a whole simulated stride there is no replay, and the strip shows the
+    record alone.
+    """
+    if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
+        return None
+    model = read_urdf(folder / "model.urdf")
+    names = ("phase", "positions", "stride_time", "speed")
+    reference = read_arrays(folder / "reference.npz", names)
+    path = folder / "rollouts" / f"{metrics['final']}.npz"
+    walk = None
+    if path.exists():
+        walk = shown_walk(model, Rollout.load(path), metrics, reference)
+    poses = list(STRIP)
+    recorded = recorded_motion(metrics, reference) if walk is None else walk.recorded
+    legs = stick_figure(model, recorded[poses])
+    # the record knows nothing of trunk, arms and toes
+    sticks = {"record": {side: legs[side][:, :RECORDED_POINTS] for side in SIDES}}
+    if walk is not None:
+        sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
+    return {
+        "strip": pose_strip(sticks, np.array(STRIP)),
+        "scene": None if walk is None else scene(walk),
+    }
