@@ -18,7 +18,7 @@
   };
   // Edges are not smoothed: without a graphics card that costs more than all else (measured by
   // scripts/replay_evidence.py).
-  const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "low-power" });
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false });
   if (!gl) return fallBack();
 
   // ---- data ---------------------------------------------------------------------------------
@@ -54,6 +54,7 @@
   const LIGHT = new THREE.Vector3(0.4, -0.45, 0.8).normalize();
 
   const renderer = new THREE.WebGLRenderer({ canvas, context: gl });
+  renderer.debug.checkShaderErrors = false; // to ask would wait for every shader
   const world = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1.6, 0.1, 40);
   camera.up.set(0, 0, 1);
@@ -133,7 +134,7 @@
 
   const body = figureOf(scene.body);
   const recorded = figureOf(scene.recorded);
-  const shown = { recorded: recorded.groups, forces: [], spheres: [], cursor: [] };
+  const shown = { recorded: recorded.groups, forces: [], spheres: [] };
   const limbs = []; // geometry and name of its colour
 
   body.segments.forEach((segment, index) => {
@@ -263,6 +264,15 @@
     return `Right ${state.percent.toFixed(0)} %${ofLeft}; ${seconds} s of stride ${state.stride + 1}; ${phaseName()}`;
   }
 
+  let told = "";
+  function tell() {
+    const text = words();
+    if (text === told) return;
+    find(".replay-phase").textContent = told = text;
+    slider.value = state.percent;
+    announce();
+  }
+
   const QUIET = 4000; // ms between two announcements while the walk plays
   let said = "";
   let saidAt = -QUIET;
@@ -280,7 +290,8 @@
 
   const SVG = "http://www.w3.org/2000/svg";
   const LINKED = /-(cycle|stance|loop)\.(right|left|both)\.\d+$/;
-  const links = [];
+  const links = new Map(); // of every figure that was seen: what moves in it
+  const seen = new Set(); // the figures in the window: to move what nobody sees would take half the time
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
 
   function element(name, attributes, parent) {
@@ -330,8 +341,7 @@
     const attributes = { y1: y, y2: y + height, class: "replay-cursor", "vector-effect": "non-scaling-stroke" };
     const line = element("line", { ...attributes, "aria-hidden": "true" }, group);
     clickable(group, { x, y, width, height }, (point) => goTo(kind, side, (100 * within(point.x - x, 0, width)) / width));
-    shown.cursor.push(line);
-    links.push(() => {
+    links.get(group.closest("figure")).push(() => {
       const percent = own(kind, side);
       line.style.visibility = Number.isFinite(percent) && shows("cursor") ? "" : "hidden";
       line.setAttribute("x1", x + (width * percent) / 100 || 0);
@@ -350,7 +360,7 @@
       const distances = loops.at(-1).map(([a, b]) => Math.hypot(a - point.x, b - point.y));
       goTo("cycle", side, distances.indexOf(Math.min(...distances)));
     });
-    links.push(() => {
+    links.get(group.closest("figure")).push(() => {
       const percent = own("cycle", side);
       dots.forEach((dot, index) => {
         const at = loops[index][Math.round(percent)];
@@ -360,8 +370,9 @@
     });
   }
 
-  function linkCurves() {
-    for (const group of document.querySelectorAll("figure svg g[id]")) {
+  function linkFigure(figure) {
+    links.set(figure, []);
+    for (const group of figure.querySelectorAll("svg g[id]")) {
       const [, kind, sideName] = group.id.match(LINKED) ?? [];
       SIDES.forEach((name, side) => {
         if (!kind || (sideName !== name && sideName !== "both")) return;
@@ -369,7 +380,17 @@
         else linkCurve(group, kind, side);
       });
     }
-    draw();
+  }
+
+  function linkCurves() {
+    const watch = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        seen[isIntersecting ? "add" : "delete"](target);
+        if (isIntersecting && !links.has(target)) linkFigure(target);
+      }
+      draw();
+    });
+    for (const figure of document.querySelectorAll("figure")) if (figure !== root) watch.observe(figure);
   }
 
   // ---- drawing ------------------------------------------------------------------------------
@@ -391,10 +412,8 @@
       draw();
     }
     pose();
-    links.forEach((update) => update());
-    slider.value = state.percent;
-    find(".replay-phase").textContent = words();
-    announce();
+    seen.forEach((figure) => links.get(figure).forEach((update) => update()));
+    tell();
     if (state.visible) {
       renderer.render(world, camera);
       root.dataset.frames = ++drawn;
@@ -416,6 +435,7 @@
     before = null;
     find(".replay-play").textContent = on ? "Pause" : "Play";
     if (!on) slider.setAttribute("aria-valuetext", words());
+    announce();
     draw();
   }
 
@@ -431,13 +451,14 @@
   }
 
   /* The whole walker is in the picture from every side, in wide pictures and in narrow ones. */
-  const reach = { middle: 0.9, half: 1.0 };
+  const head = scene.shapes.find(({ segment, kind }) => segment === "torso" && kind === "sphere");
+  const torso = scene.body.segments.indexOf("torso");
+  const height = body.origin[3 * torso + 2] + head.position[2] + head.size[0];
   function aim() {
-    const narrow = Math.min(1, camera.aspect);
-    const distance = (state.far * reach.half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / narrow;
-    const direction = new THREE.Vector3(...VIEWS[state.view]).normalize();
-    orbit.target.set(0, 0, state.view === "top" ? 0 : reach.middle);
-    camera.position.copy(orbit.target).addScaledVector(direction, distance + (state.view === "top" ? reach.middle : 0));
+    const half = 0.5 * height + 0.12;
+    const distance = (state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
+    orbit.target.set(0, 0, 0.5 * height);
+    camera.position.copy(orbit.target).addScaledVector(new THREE.Vector3(...VIEWS[state.view]).normalize(), distance);
     orbit.update();
     draw();
   }
