@@ -81,7 +81,8 @@ def find_strides(rollout: Rollout, method: Json) -> Strides | None:
         )
         for column, side in enumerate(SIDES)
     }
-    strikes = events["right"].heel_strikes[method["settling_cycles"] :][: STRIDES + 1]
+    count = min(STRIDES, method["cycles"])
+    strikes = events["right"].heel_strikes[method["settling_cycles"] :][: count + 1]
     if len(strikes) < 2:
         return None
     starts, lengths = strikes[:-1, None], np.diff(strikes)[:, None]

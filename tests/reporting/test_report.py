@@ -1,5 +1,3 @@
-import csv
-import io
 import json
 import re
 from dataclasses import replace
@@ -8,234 +6,20 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from html_page import Page, an_hour_later, only_html
+from report_run import build_run
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
-from gaitval.coordinates import ACTUATED, SIDES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.torque_shares import PARTS
 from gaitval.metrics.validation import validate
-from gaitval.model.urdf import write_urdf
-from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reference.motion import build_reference
 from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import number
 from gaitval.reporting.report import write_report
 from gaitval.scaling.scaling import scale_subject
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
-PHASES = (0.0, 0.5)
-
-
-def _imperfect(walk, seed: int, size: float):
-    """The walk with smooth errors that differ from cycle to cycle."""
-    random = np.random.default_rng(seed)
-    phase = walk.phase[:, None]
-
-    def wander(columns: int) -> np.ndarray:
-        shift = random.uniform(0, 2 * np.pi, (2, columns))
-        within = np.sin(2 * np.pi * phase + shift[0])
-        return within + 0.4 * np.sin(2 * np.pi * 0.37 * phase + shift[1])
-
-    positions = walk.positions.copy()
-    positions[:, 6:] += np.deg2rad(3.0 * size) * wander(25)
-    ground = walk.ground_reaction * (1 + 0.08 * size * wander(1))[..., None]
-    return replace(
-        walk,
-        positions=positions,
-        moments=walk.moments + 8.0 * size * wander(25),
-        ground_reaction=ground,
-    )
-
-
-def _identification() -> dict:
-    names = [
-        *("damping", "friction", "foot_length", "shank_length", "thigh_length"),
-        *(f"{joint}_{axis}" for joint in ("ankle", "hip", "knee") for axis in "xyz"),
-    ]
-    nominal = [0.5, 0.8, 1.0, 1.0, 1.0, *[0.0] * 9]
-    half = [0.5, 0.2, 0.05, 0.03, 0.03, *[0.01] * 9]
-    share = np.linspace(-0.9, 1.0, 14)
-    found = [n + h * s for n, h, s in zip(nominal, half, share, strict=True)]
-    leg = {"prior_standard_deviation": 0.02, "mean": 0.0105, "standard_deviation": 0.005}
-    correlation = np.eye(14)
-    correlation[3, 4] = correlation[4, 3] = -0.62
-    return {
-        "names": names,
-        "nominal": nominal,
-        "identified": [*nominal[:3], *found[3:5], *nominal[5:13], found[13]],
-        "prior_standard_deviation": half,
-        "posterior_mean": found,
-        "standard_deviation": [0.2 * h for h in half],
-        "verdicts": [
-            *["not identified"] * 3,
-            "identified",
-            "weak",
-            *["not identified"] * 8,
-            "at its bound",
-        ],
-        "correlation": correlation.tolist(),
-        "combinations": [{"name": "leg length, thigh + shank", **leg, "verdict": "identified"}],
-        "plates": [0.004, -0.002],
-        "deviance_nominal": 151.25,
-        "deviance_identified": 139.0,
-        "converged": True,
-        "search_distance": 0.1,
-        "lower": [n - h for n, h in zip(nominal, half, strict=True)],
-        "upper": [n + h for n, h in zip(nominal, half, strict=True)],
-        "on_bound": [bool(s == 1.0) for s in share],
-        "epsilon_nominal": None,
-        "epsilon_identified": None,
-        "history": [{"generation": 0, "best": 0.8123, "sigma": 0.2}],
-        "rounds": [
-            {
-                "round": 1,
-                "epsilon": {"angles": 0.1, "moments": 0.2, "forces": 0.1, "total": 0.4},
-                "epsilon_nominal": None,
-                "scatter": 0.0123,
-                "floor": 0.3478,
-            }
-        ],
-    }
-
-
-def _correction() -> dict:
-    """As `gaitval correct` writes it."""
-    harmonics = np.zeros((len(JOINTS), 3))
-    harmonics[JOINTS.index("knee_angle_l")] = np.deg2rad([-1.25, 0.5, 0.0])
-    rows = [
-        ("angles", "knee_angle_l", True, 2.6, 1.4),
-        ("angles", "ankle_angle_l", True, 1.9, 1.8),
-        ("angles", "pelvis_list_r", False, 0.7, 0.75),
-        ("forces", "vertical_r", True, 3.0, 2.0),
-    ]
-    keys = ("kind", "curve", "fitted", "before", "after")
-    return {
-        **Adjustment(harmonics, -0.0021).as_dict(),
-        "errors": [0.95, 0.8, 0.71],
-        "numbers": 170,
-        "effective_number": 101.6,
-        "refused": None,
-        "curves": [dict(zip(keys, row, strict=True)) for row in rows],
-    }
-
-
-def _torque_shares() -> dict:
-    """Parts of the moments that no walk was asked for; one joint does not move."""
-    return {
-        joint: {
-            part: {"rms": 0.001 * row + 0.1 * column, "r_squared": None if row == 3 else 0.5 - row}
-            for column, part in enumerate(PARTS)
-        }
-        for row, joint in enumerate(ACTUATED)
-    }
-
-
-def _pushes() -> dict:
-    """Recovery as `gaitval push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
-    directions = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0]
-    largest = [[500.0 + 25.0 * i for i in range(12)], [1200.0 - 75.0 * i for i in range(12)]]
-    ahead = [each for each in directions if abs(each) <= 90.0]
-    cycles = np.linspace(-1.0, 5.0, 200)
-    velocity = np.column_stack([1.1 + 0.1 * np.sin(12.6 * cycles), 0 * cycles, 0 * cycles])
-    return {
-        "recovery": {
-            "seconds": 0.05,
-            "cycles": 5.0,
-            "resolution": 25.0,
-            "ceiling": 1200.0,
-            "phases": list(PHASES),
-            "directions": directions,
-            "largest": largest,
-            "force": 300.0,
-            "criterion_directions": ahead,
-            "survived": [[True] * len(ahead), [each != -90.0 for each in ahead]],
-        },
-        "traces": [
-            {
-                "phase": phase,
-                "direction": direction,
-                "force": 300.0,
-                "fell": phase > 0.0,
-                "cycles": cycles.tolist(),
-                "velocity": velocity.tolist(),
-            }
-            for direction in (0.0, 90.0)
-            for phase in PHASES
-        ],
-    }
-
-
-def _training_rows() -> str:
-    text = io.StringIO()
-    columns = "samples wall_seconds episode_length episode_reward cycles learning_rate log_std"
-    writer = csv.writer(text)
-    writer.writerow([*columns.split(), "approx_kl"])
-    for step in range(1, 40):
-        walked = 300 / (1 + np.exp(5 - step / 4))
-        writer.writerow(
-            [step * 50_000, step * 45, walked, walked * 0.7, walked / 33, 3e-4, -1, 0.02]
-        )
-    return text.getvalue()
-
-
-def build_run(
-    folder,
-    *,
-    source: str | None = None,
-    identified: bool = True,
-    subject: Subject | None = None,
-    told: dict | None = None,
-) -> None:
-    """A run folder as the earlier stages leave it, but for walks made from the record."""
-    subject = subject or load_subject("S05")
-    if source is not None:
-        subject = subject.model_copy(update={"source": source, "citation": source})
-    (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
-    record = subject.record()
-    body = scale_subject(subject)
-    write_urdf(body.model, folder / "model.urdf")
-    body.frame().to_csv(folder / "scaling.csv", index=False)
-    build_reference(record, body.model).save(folder / "reference.npz")
-    configuration = sharp_filter(
-        cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
-    )
-    settings = configuration.record.model_copy(update=told or {})
-    configuration = configuration.model_copy(update={"record": settings})
-    sizes = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
-    final = list(sizes)[-1]
-    made = {}
-    for seed, (which, size) in enumerate(sizes.items()):
-        rollouts = []
-        for phase in PHASES if which == final else PHASES[:1]:
-            perfect = perfect_walk(record, cycles=9.0, start_phase=phase)
-            walk = _imperfect(perfect, seed, size)
-            walk.positions[:, 3] = perfect.positions[:, 3]
-            rollouts.append(walk)
-        made[which] = walks_of(rollouts, configuration)
-        made[which].compared.save(folder / "rollouts" / f"{which}.npz")
-    write_json(folder / "push.json", _pushes())
-    last = made.get("identified", made["nominal"])
-    metrics = validate(
-        subject,
-        record,
-        body.model,
-        made["nominal"],
-        made.get("identified"),
-        configuration,
-        identification=_identification() if identified else None,
-        correction=_correction() if identified else None,
-        pushes=_pushes()["recovery"],
-        others=builtin_subjects(),
-        torque_shares=_torque_shares(),
-        witness=replace(last, starts=last.starts[:1]),
-    )
-    write_json(folder / "metrics.json", metrics)
-    (folder / "policy").mkdir()
-    (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")
-    write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})
 
 
 @pytest.fixture(scope="module")
@@ -264,9 +48,7 @@ def metrics(run_folder) -> dict:
 def test_the_page_is_whole_and_needs_nothing_else(page, html):
     assert page.open == []
     assert not {"link", "iframe", "object"} & set(page.tags)
-    assert page.tags.count("script") == 1  # ours, which copies tables
-    inside = ("#", "data:image/svg+xml;base64,", "data:text/csv;")
-    assert all(link.startswith(inside) for link in page.links)
+    assert all(link.startswith(("#", "data:text/csv;")) for link in page.links)
     assert "@import" not in html
     assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
     assert len(page.identifiers) == len(set(page.identifiers))
@@ -299,7 +81,7 @@ def test_every_section_is_there(page):
     ):
         assert heading in page.text
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 13
+    assert page.tags.count("svg") == 14
     assert "compliant" not in page.text.lower()
 
 
@@ -395,7 +177,7 @@ def test_hostile_text_stays_text(tmp_path, monkeypatch):
     build_run(tmp_path, source=HOSTILE, identified=False)
     write_report(tmp_path)
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert page.tags.count("script") == 1
+    assert page.tags.count("script") == 4  # the scene of the replay, its two, the page's own
     assert all("evil" not in link for link in page.links)
     assert "{{ 7 * 7 }}" in page.text
     assert "alert('x')" in page.text
@@ -480,14 +262,15 @@ def test_the_stick_figure_stands_where_the_model_stands():
     assert figure["trunk"][0, -1, 2] > figure["right arm"][0, 0, 2]
 
 
-def test_the_animation_is_one_svg_document_that_repeats_with_the_stride():
-    model = scale_subject(load_subject("S05")).model
-    sticks = {"reference": stick_figures.stick_figure(model, np.zeros((3, 31)))}
-    root = ElementTree.fromstring(stick_figures.animated_walk(sticks, seconds=1.105))
-    animations = root.findall(".//{http://www.w3.org/2000/svg}animate")
-    assert len(animations) == 2 * (5 + 2)
-    assert {a.get("dur") for a in animations} == {"1.105s"}
-    assert all(a.get("values").count(";") == 2 for a in animations)
+def test_the_poses_stand_side_by_side_with_the_record_behind_them():
+    sticks = {
+        which: stick_figures.stick_figure(MODEL, np.zeros((2, 31)))
+        for which in ("record", "simulation")
+    }
+    drawn = stick_figures.pose_strip(sticks, np.array([0, 20]))
+    root = ElementTree.fromstring(drawn)
+    lines = [each for each in root.iter() if (each.get("id") or "").startswith("poses-line2d")]
+    assert len(lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
 
 
 @pytest.mark.parametrize(
