@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from itertools import cycle
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import matplotlib
 import numpy as np
@@ -23,6 +23,7 @@ from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.reporting.links import link
 
 Json = Mapping[str, Any]
 
@@ -97,21 +98,6 @@ def svg(figure: Figure, name: str) -> str:
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'href="#', f'href="#{name}-', text)
     return re.sub(r"url\(#", f"url(#{name}-", text)
-
-
-def link(
-    axes: Axes, kind: Literal["cycle", "stance", "loop"], side: Side | Literal["both"], number: int
-) -> None:
-    """Let the replay on the page (`replay.js`) show its moment in a panel.
-
-    Parameters
-    ----------
-    kind : what the horizontal axis is, 0 to 100 % of the gait cycle or of the stance of the foot of
-        this side; or "loop": a dot on each line whose name begins with "points.", which has a point
-        for each percent of the cycle.
-    number : of the panel, among those of its figure, kind and side.
-    """
-    axes.set_gid(f"{kind}.{side}.{number}")
 
 
 def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) -> None:

@@ -18,9 +18,9 @@ from gaitval.reporting.figures import (
     SETTINGS,
     STYLES,
     WIDTH,
-    link,
     svg,
 )
+from gaitval.reporting.links import link
 
 Json = Mapping[str, Any]
 

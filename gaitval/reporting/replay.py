@@ -132,7 +132,7 @@ def recorded_motion(metrics: Json, reference: Mapping[str, Array]) -> Array:
     own = {"r": percent, "l": (percent - 100.0 * metrics["record"]["left_phase"]) % 100.0}
 
     def recorded(name: str, side: str) -> Array:
-        return np.deg2rad(np.interp(own[side], percent, angles[f"{name}_{side}"]))
+        return np.asarray(np.deg2rad(np.interp(own[side], percent, angles[f"{name}_{side}"])))
 
     positions = np.zeros((FRAMES, len(COORDINATES)))
     for side in own:
@@ -326,7 +326,9 @@ def walk_pictures(folder: Path, metrics: Json) -> dict[str, Any] | None:
     recorded = recorded_motion(metrics, reference) if walk is None else walk.recorded
     legs = stick_figure(model, recorded[poses])
     # the record knows nothing of trunk, arms and toes
-    sticks = {"record": {side: legs[side][:, :RECORDED_POINTS] for side in SIDES}}
+    sticks: dict[str, dict[str, Array]] = {
+        "record": {side: legs[side][:, :RECORDED_POINTS] for side in SIDES}
+    }
     if walk is not None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
     return {

@@ -25,7 +25,7 @@ def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
 class Page(HTMLParser):
     """Tags, links and text of a page; balanced as far as HTML asks for it."""
 
-    VOID = frozenset({"meta", "img", "br", "link", "hr"})
+    VOID = frozenset({"meta", "img", "br", "link", "hr", "input"})
 
     def __init__(self, text: str):
         super().__init__()

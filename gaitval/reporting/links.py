@@ -1,0 +1,22 @@
+"""How a panel of a figure says to the replay on the page what it shows."""
+
+from typing import Literal
+
+from matplotlib.axes import Axes
+
+from gaitval.coordinates import Side
+
+
+def link(
+    axes: Axes, kind: Literal["cycle", "stance", "loop"], side: Side | Literal["both"], number: int
+) -> None:
+    """Let the replay on the page (`replay.js`) show its moment in a panel.
+
+    Parameters
+    ----------
+    kind : what the horizontal axis is, 0 to 100 % of the gait cycle or of the stance of the foot of
+        this side; or "loop": a dot on each line whose name begins with "points.", which has a point
+        for each percent of the cycle.
+    number : of the panel, among those of its figure, kind and side.
+    """
+    axes.set_gid(f"{kind}.{side}.{number}")
