@@ -417,8 +417,13 @@
     if (state.visible) {
       renderer.render(world, camera);
       root.dataset.frames = ++drawn;
-      if (drawn === 1) requestAnimationFrame(() => performance.mark("replay-first-frame"));
+      if (drawn === 1) requestAnimationFrame(markFirst);
     }
+  }
+
+  function markFirst() {
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits until it is drawn
+    performance.mark("replay-first-frame");
   }
 
   function advance(seconds) {
