@@ -209,7 +209,7 @@ def test_a_button_copies_a_table_as_text_with_tabs(folder: Path, browser: str) -
         assert page.locator("button.copy").count() == page.locator("table").count()
         table = page.locator("table", has_text="Cadence")
         page.locator(".scroll", has=table).locator("+ button.copy").click()
-        page.wait_for_function("document.body.innerText.includes(document.body.dataset.copied)")
+        page.get_by_role("button", name="Copied").wait_for()
         copied = page.evaluate("navigator.clipboard.readText()")
     assert copied.splitlines()[0] == "Parameter\tRight\tLeft\tBoth\tUnit"
     assert "Cadence\t\t\t92.1 ± 1.4\tsteps/min" in copied
