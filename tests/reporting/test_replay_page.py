@@ -27,7 +27,7 @@ FLAGS = (
     "--ignore-gpu-blocklist",
     "--disable-gpu-rasterization",
 )
-"""Graphics without a graphics card; the page itself is painted on the processor, which is faster."""
+"""Graphics without a graphics card; the page around them is painted without, which is faster."""
 FIRST_FRAME = "performance.getEntriesByName('replay-first-frame').length > 0"
 THREE_PERCENT = "+document.querySelector('.replay-slider input').value >= 3"
 BLUE, ORANGE = (0x00, 0x55, 0x8F), (0xD9, 0x6B, 0x0A)
