@@ -25,6 +25,8 @@ from playwright.sync_api import sync_playwright
 ROUNDS = 7
 SECONDS = 4.0
 """Of one measurement of frames per second."""
+SETTLING = 5000
+"""ms, in which the replay finds how many pixels the machine has time for."""
 IDLE = 0.8
 PROCESSORS = 2
 PRIORITY = -18
@@ -38,6 +40,7 @@ FLAGS = (
 )
 FIRST = "performance.getEntriesByName('replay-first-frame')[0]?.startTime ?? 0"
 DRAWN = "[+document.getElementById('replay').dataset.frames, performance.now()]"
+PIXELS = "(({width, clientWidth}) => width / clientWidth)(document.querySelector('canvas'))"
 IN_SIGHT = "document.querySelector('.replay-stage').scrollIntoView({block: 'center'})"
 
 
@@ -95,7 +98,7 @@ def frames_per_second(page: Any) -> float:
     page.evaluate(IN_SIGHT)
     if "--anyway" in sys.argv:
         go_before_others()
-    page.wait_for_timeout(1000)
+    page.wait_for_timeout(SETTLING)
     frames, start = page.evaluate(DRAWN)
     page.wait_for_timeout(1000 * SECONDS)
     later, end = page.evaluate(DRAWN)
@@ -119,7 +122,12 @@ def main() -> None:
             with opened(playwright, path) as page:
                 firsts.append(page.evaluate(FIRST) / 1000.0)
                 rates.append(frames_per_second(page))
-                print(f"first frame {firsts[-1]:.2f} s, {rates[-1]:.1f} frames/s", flush=True)
+                pixels = page.evaluate(PIXELS)
+                print(
+                    f"first frame {firsts[-1]:.2f} s, {rates[-1]:.1f} frames/s, "
+                    f"{pixels:.2f} pixels a CSS pixel along an edge",
+                    flush=True,
+                )
     command = " ".join(["python scripts/replay_evidence.py", *sys.argv[1:]])
     size = path.stat().st_size / 1e6
     rows = [
