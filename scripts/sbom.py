@@ -3,7 +3,8 @@
     python scripts/sbom.py [FILE]        (default: dist/gaitval-VERSION.cdx.json, beside the wheel)
 
 It lists what gaitval imports when it runs: its dependencies and theirs, as they are installed here,
-with their licences and what depends on what. SHA-256 are those of the locks in `locks/`, where the
+with their licences and what depends on what; and what is bundled into it
+(`gaitval/reporting/vendor`). SHA-256 are those of the locks in `locks/`, where the
 version is the same; they are left out of a package that no lock has.
 """
 
@@ -18,6 +19,7 @@ from lock import FOLDER, ROOT, canonical, locked
 from packaging.requirements import Requirement
 
 NAME = "gaitval"
+VENDOR = ROOT / "gaitval" / "reporting" / "vendor"
 _TEXT = 80
 """Longest licence that is a name; some packages state the whole text."""
 
@@ -90,6 +92,25 @@ def component(name: str, hashes: dict[str, dict[str, set[str]]]) -> dict[str, An
     return {key: value for key, value in values.items() if value}
 
 
+def bundled() -> list[dict[str, Any]]:
+    """Libraries whose code is in gaitval's own files, from the records beside them."""
+    records = [
+        json.loads(path.read_text(encoding="utf-8")) for path in sorted(VENDOR.glob("*.json"))
+    ]
+    return [
+        {
+            "type": "library",
+            "bom-ref": record["purl"],
+            "purl": record["purl"],
+            "name": record["name"],
+            "version": record["version"],
+            "licenses": [{"license": {"id": record["licence"]}}],
+            "hashes": [{"alg": "SHA-256", "content": record["bundle_sha256"]}],
+        }
+        for record in records
+    ]
+
+
 def bill() -> dict[str, Any]:
     """The bill of materials; the same packages give the same bytes."""
     hashes: dict[str, dict[str, set[str]]] = {}
@@ -97,7 +118,8 @@ def bill() -> dict[str, Any]:
         for name, (version, digests) in locked(path).items():
             hashes.setdefault(name, {}).setdefault(version, set()).update(digests)
     needs = closure()
-    components = [component(name, hashes) for name in sorted(needs) if name != NAME]
+    inside = bundled()
+    components = [component(name, hashes) for name in sorted(needs) if name != NAME] + inside
     said = json.dumps(components, sort_keys=True)
     return {
         "bomFormat": "CycloneDX",
@@ -107,7 +129,11 @@ def bill() -> dict[str, Any]:
         "metadata": {"component": component(NAME, hashes)},
         "components": components,
         "dependencies": [
-            {"ref": _reference(name), "dependsOn": [_reference(each) for each in needs[name]]}
+            {
+                "ref": _reference(name),
+                "dependsOn": [_reference(each) for each in needs[name]]
+                + [each["bom-ref"] for each in inside if name == NAME],
+            }
             for name in sorted(needs)
         ],
     }

@@ -1,6 +1,7 @@
 """Write a report as self-contained HTML and as PDF from the same template."""
 
 import base64
+import colorsys
 import hashlib
 import os
 import re
@@ -56,8 +57,19 @@ def _labelled(svg: str, text: str, medium: str, name: str = "") -> Markup:
             f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
             f'alt="{escape(text)}" {filling.NAME}="{name}">'
         )
-    themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", r"var(--c\1, #\1)", svg)
+    themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
+
+
+def _in_both_modes(colour: re.Match[str]) -> str:
+    """A colour of a figure as the style sheet has it, or else turned from dark to light on a dark
+    page.
+    """
+    red, green, blue = (int(colour[1][at : at + 2], 16) / 255 for at in (0, 2, 4))
+    hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
+    turned = colorsys.hls_to_rgb(hue, max(lightness, 1.0 - 0.6 * lightness), saturation)
+    light = "".join(f"{round(255 * value):02x}" for value in turned)
+    return f"var(--c{colour[1]}, light-dark(#{colour[1]}, #{light}))"
 
 
 _OUTLINED: Final = re.compile(

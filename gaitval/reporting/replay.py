@@ -41,10 +41,8 @@ LENGTH_UNIT: Final = 1e-4
 ROTATION_UNIT: Final = 1.0 / 32767.0
 """Of the stored quaternions; rounding turns a segment by less than 0.01 degrees."""
 
-RECORDED_SEGMENTS: Final = (
-    *(name for name in SEGMENTS if name == "pelvis" or split_side(name)[1] in ("thigh", "shank")),
-    "foot_r",
-    "foot_l",
+RECORDED_SEGMENTS: Final = tuple(
+    name for name in SEGMENTS if split_side(name)[1] in ("pelvis", "thigh", "shank", "foot")
 )
 """Segments whose orientation was recorded."""
 

@@ -26,7 +26,7 @@ RECORDED_POINTS: Final = 5
 _HEAD_HEIGHT = 0.24
 """m, from the shoulders to the middle of the head, in the picture only."""
 _HEAD_RADIUS = 0.1
-_APART = 1.2
+_APART = 1.0
 """m, between two poses; a step and both arms fit in."""
 
 
@@ -78,7 +78,7 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
     percent : (T,) of the right gait cycle, of the poses.
     """
     with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 1.95), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.25), layout="constrained")
         axes = figure.subplots()
         for place, at in enumerate(percent):
             for which, lines in figures.items():

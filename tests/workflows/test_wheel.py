@@ -1,5 +1,6 @@
 """The wheel holds all that the installed command needs, and the sdist all that the wheel needs."""
 
+import hashlib
 import json
 import os
 import re
@@ -86,6 +87,12 @@ def test_the_bill_of_materials_names_every_package_that_runs(wheel, tmp_path):
     subprocess.run([sys.executable, script, tmp_path / "bill.json"], check=True, cwd=tmp_path)
     bill = json.loads((tmp_path / "bill.json").read_text())
     versions = {each["name"]: each["version"] for each in bill["components"]}
+    assert versions.pop("three") == "0.187.0"  # bundled into the report
+    with zipfile.ZipFile(wheel) as archive:
+        bundle = archive.read("gaitval/reporting/vendor/three.min.js")
+        assert "gaitval/reporting/vendor/three.LICENSE" in archive.namelist()
+    (three,) = (each for each in bill["components"] if each["name"] == "three")
+    assert three["hashes"][0]["content"] == hashlib.sha256(bundle).hexdigest()
     needed = needed_by_the_wheel(wheel)
     assert {"numpy", "dartpy", "yourdfpy"} <= needed <= versions.keys()
     assert "trimesh" in versions  # what only a dependency needs

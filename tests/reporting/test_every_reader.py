@@ -1,0 +1,237 @@
+"""Pages for colour-blind readers, grey print, dark rooms, small screens and screen readers."""
+
+import csv
+import io
+import re
+from itertools import combinations
+from pathlib import Path
+
+import pikepdf
+import pytest
+from colour_vision import DEFICIENCIES, contrast, difference
+from html_page import only_html
+from page_in_browser import chromium, opened, overflow, violations
+from recording_summary import sample
+
+from gaitval.configuration import ReportSettings
+from gaitval.reporting import figures
+from gaitval.reporting.page import _resource, _with_letters
+from gaitval.reporting.recording_figures import cycle_curves
+from gaitval.reporting.recording_report import write_recording_report
+
+JUST_SEEN = 2.3
+"""CIE 1976 difference that is just noticeable (Mahy et al. 1994)."""
+SMALLEST_PRINT = 7.0
+"""Points."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("reader")
+    write_recording_report(made, sample(), ReportSettings(paper="letter"))
+    return made
+
+
+@pytest.fixture(scope="module")
+def pdf(folder: Path):
+    with pikepdf.open(folder / "recording.pdf") as document:
+        yield document
+
+
+LINES = [figures.RECORD_COLOUR, *figures.COLOURS.values()]
+
+
+@pytest.mark.parametrize("deficiency", DEFICIENCIES)
+@pytest.mark.parametrize("colours", [LINES, figures.phase_colours(4)], ids=["sides", "phases"])
+def test_lines_differ_for_every_reader_and_in_grey(colours: list[str], deficiency: str) -> None:
+    """Five just noticeable differences; the dashes come on top of it."""
+    for one, other in combinations(colours, 2):
+        assert difference(one, other, deficiency) > 5 * JUST_SEEN, (one, other)
+
+
+def test_the_colours_before_could_not_be_told_apart_in_grey() -> None:
+    """Okabe and Ito's blue and vermilion: equal for no eye, but nearly for a grey printer."""
+    assert difference("#0072b2", "#d55e00", "grey print") < 5 * JUST_SEEN
+    assert difference("#0072b2", "#d55e00", "deuteranopia") > 50
+
+
+@pytest.mark.parametrize("colour", [*LINES, *figures.phase_colours(4)])
+def test_lines_have_the_contrast_of_graphics_on_paper(colour: str) -> None:
+    """WCAG 2.2, criterion 1.4.11: at least 3."""
+    assert contrast(colour, "#ffffff") >= 3.0
+
+
+def test_sides_differ_in_their_dashes_too() -> None:
+    assert figures.STYLES["right"] != figures.STYLES["left"]
+
+
+def _shown_when_dark(page: str) -> set[str]:
+    """Colours of the lines and texts of a page's figures on a dark page."""
+    css = _resource("report.css")
+    known = dict(re.findall(r"--c([0-9a-f]{6}): (#[0-9a-f]{6})", css))
+    lines = re.findall(r"stroke: var\(--c([0-9a-f]{6}), light-dark\(#\w{6}, (#\w{6})\)\)", page)
+    return {known.get(light, other) for light, other in lines}
+
+
+def test_figures_have_light_lines_on_a_dark_page(folder: Path) -> None:
+    page = (folder / "recording.html").read_text(encoding="utf-8")
+    shown = _shown_when_dark(page)
+    assert len(shown) >= 4
+    grids = {"#5f656d", "#8d9299"}  # zero lines and shades, which recede on paper, too
+    assert all(contrast(colour, "#16181c") >= 4.5 for colour in shown - grids)
+
+
+def test_no_figure_has_text_below_seven_points(folder: Path) -> None:
+    """The PDF shows the texts as letters; figures are as wide as the paper's text."""
+    points = []
+    page = (folder / "recording.html").read_text(encoding="utf-8")
+    for figure in re.findall(r"<svg.*?</svg>", page, re.DOTALL):
+        width = float(re.search(r'width="([\d.]+)pt"', figure)[1])
+        printed = (8.5 - 30 / 25.4) * 72  # letter, with the margins of report.css
+        sizes = re.findall(r'<text [^>]*font-size="([\d.]+)"', _with_letters(figure))
+        assert len(sizes) >= 5
+        points += [float(size) * printed / width for size in sizes]
+    assert min(points) >= SMALLEST_PRINT
+
+
+def test_letters_replace_outlines_only_where_nothing_is_lost() -> None:
+    outlined = (
+        '<svg><!-- 12 --> <g transform="translate(1 2) scale(0.085 -0.085)"><defs>'
+        '<path id="a"/></defs><use xlink:href="#a"/></g></svg>'
+    )
+    text = _with_letters(outlined)
+    assert 'transform="translate(1 2)" font-family="Report" font-size="8.5">12</text>' in text
+    shared = outlined.replace("</svg>", '<g><use xlink:href="#a"/></g></svg>')
+    assert _with_letters(shared) == shared
+
+
+def test_a_stretched_figure_is_higher_and_its_letters_are_not() -> None:
+    def height(drawing: str) -> float:
+        return float(re.search(r'height="([\d.]+)pt"', drawing)[1])
+
+    def sizes(drawing: str) -> set[str]:
+        return set(re.findall(r'font-size="([\d.]+)"', _with_letters(drawing)))
+
+    curve = {"knee_angle_r": sample().angles["knee_angle_r"]}
+    drawings = []
+    for factor in (1.0, 1.5):
+        with figures.stretched(factor):
+            drawings.append(cycle_curves(curve, {}, label="angle, °", figure_name="one"))
+    assert height(drawings[1]) == pytest.approx(1.5 * height(drawings[0]), rel=1e-3)
+    assert sizes(drawings[1]) == sizes(drawings[0])
+
+
+# --- the PDF as an archive and a screen reader take it ---------------------------------------
+
+
+def test_the_pdf_says_that_it_is_pdf_a_2a(pdf) -> None:
+    with pdf.open_metadata() as metadata:
+        assert metadata["pdfaid:part"] == "2"
+        assert metadata["pdfaid:conformance"] == "A"
+        assert metadata["dc:title"] == "Recording of subject WBDS01"
+    intent = pdf.Root.OutputIntents[0]
+    assert intent.S == "/GTS_PDFA1"
+    assert intent.DestOutputProfile.N == 3
+    assert not pdf.is_encrypted
+    assert "/JavaScript" not in pdf.Root.get("/Names", {})
+
+
+def test_all_fonts_of_the_pdf_are_embedded(pdf) -> None:
+    descriptors = [
+        each
+        for each in pdf.objects
+        if isinstance(each, pikepdf.Dictionary) and each.get("/Type") == "/FontDescriptor"
+    ]
+    assert len(descriptors) >= 3
+    assert all(each.get("/FontFile2") or each.get("/FontFile3") for each in descriptors)
+
+
+def test_headings_tables_and_figures_are_tagged(pdf) -> None:
+    assert pdf.Root.MarkInfo.Marked
+    assert pdf.Root.Lang == "en"
+    parts: dict[str, list] = {}
+
+    def walk(node) -> None:
+        if isinstance(node, pikepdf.Dictionary):
+            parts.setdefault(str(node.get("/S", "")), []).append(node)
+            children = node.get("/K", [])
+            for child in children if isinstance(children, pikepdf.Array) else [children]:
+                walk(child)
+
+    walk(pdf.Root.StructTreeRoot)
+    assert len(parts["/H1"]) == 1
+    assert len(parts["/H2"]) >= 10
+    assert len(parts["/Table"]) >= 6
+    assert {str(figure.get("/Alt", "")) for figure in parts["/Figure"]} >= {
+        "Joint angles",
+        "Joint moments",
+        "Residual force and moment",
+    }
+
+
+def test_the_headings_are_bookmarks(pdf) -> None:
+    with pdf.open_outline() as outline:
+        (title,) = outline.root
+        assert title.title == "Recording of subject WBDS01"
+        assert "Joint angles" in [child.title for child in title.children]
+
+
+def test_the_paper_is_the_one_that_was_asked_for(pdf) -> None:
+    assert [float(edge) for edge in pdf.pages[0].mediabox] == pytest.approx([0, 0, 612, 792])
+
+
+# --- the page in a browser -------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser(request: pytest.FixtureRequest) -> str:
+    return chromium(request.config)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_axe_finds_nothing_serious(folder: Path, browser: str, dark: bool) -> None:
+    with opened(browser, folder / "recording.html", width=360, dark=dark) as page:
+        assert violations(page) == []
+        assert overflow(page) == 0
+
+
+def test_axe_finds_what_is_wrong(tmp_path: Path, browser: str) -> None:
+    bad = tmp_path / "bad.html"
+    bad.write_text('<p style="color: #ccc; background: #fff">pale</p><img src="data:,">')
+    with opened(browser, bad) as page:
+        found = violations(page)
+    assert {each.partition(":")[0] for each in found} >= {"color-contrast", "image-alt"}
+
+
+def test_a_button_copies_a_table_as_text_with_tabs(folder: Path, browser: str) -> None:
+    with opened(browser, folder / "recording.html") as page:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        assert page.locator("button.copy").count() == page.locator("table").count()
+        table = page.locator("table", has_text="Cadence")
+        page.locator(".scroll", has=table).locator("+ button.copy").click()
+        page.get_by_role("button", name="Copied").wait_for()
+        copied = page.evaluate("navigator.clipboard.readText()")
+    assert copied.splitlines()[0] == "Parameter\tRight\tLeft\tBoth\tUnit"
+    assert "Cadence\t\t\t92.1 ± 1.4\tsteps/min" in copied
+
+
+def test_the_numbers_behind_a_figure_are_beside_it(folder: Path, browser: str) -> None:
+    with opened(browser, folder / "recording.html") as page:
+        with page.expect_download() as download:
+            page.locator("a.data", has_text="moments0.csv").click()
+        saved = Path(download.value.path()).read_text(encoding="utf-8")
+    assert saved == (folder / "figures" / "moments0.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(io.StringIO(saved)))
+    mean, deviation = sample().moments["knee_angle_l"]
+    assert [float(row["knee_angle_l_mean"]) for row in rows] == pytest.approx(mean, rel=1e-5)
+    assert [float(row["knee_angle_l_sd"]) for row in rows] == pytest.approx(deviation, rel=1e-5)
+
+
+def test_without_the_script_only_the_buttons_lack(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_recording_report(tmp_path, sample())
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    assert page.count("<script>") == 1
+    assert "http" not in page[page.index("<script>") :]
