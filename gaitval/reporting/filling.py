@@ -22,7 +22,7 @@ def stretches(document: Any) -> dict[str, float]:
     ----------
     document : `weasyprint.Document`, laid out. Its last page is left as it ends.
     """
-    found = {}
+    found: dict[str, float] = {}
     for page in document.pages[:-1]:
         sheet = page._page_box  # there is no public way to ask where a figure is
         content = sheet.children[0]
