@@ -8,14 +8,7 @@ import typer
 from rich.table import Table
 
 from gaitval.cli import display
-from gaitval.cli.app import (
-    ConfigOption,
-    LanguageOption,
-    PaperOption,
-    SetOption,
-    command,
-    with_pages,
-)
+from gaitval.cli.app import ConfigOption, SetOption, command
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -278,8 +271,6 @@ def import_command(
     halves: HalvesOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
-    language: LanguageOption = None,
-    paper: PaperOption = None,
 ) -> None:
     """Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
 
@@ -303,9 +294,7 @@ def import_command(
             mass=mass,
             height=height,
             sex=sex,
-            configuration=load_configuration(
-                config, settings=with_pages(settings, language, paper) or ()
-            ),
+            configuration=load_configuration(config, settings=settings or ()),
             tell=lambda step, text: live.say(f"{step}: {text}"),
             forces=forces,
             static_time=None if static_time is None else parsed_window(static_time),

@@ -245,8 +245,7 @@ def report(
     paper: PaperOption = None,
 ) -> None:
     """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV."""
-    settings = with_pages(settings, language, paper)
-    folder = _stage("report", subject, out, config, settings, force)
+    folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
 
 
@@ -280,8 +279,6 @@ def predict(
         bool,
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
-    language: LanguageOption = None,
-    paper: PaperOption = None,
 ) -> None:
     """Walk at a speed that was not recorded, or that the walker is not told.
 
@@ -302,7 +299,6 @@ def predict(
         person = person.with_trial(load_subject(holdout))
         holdout = person.trials[-1].name
     wanted = _wanted(speed, holdout)
-    settings = with_pages(settings, language, paper)
     chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
     configuration = load_configuration(config, settings=chosen)
     record = configuration.record

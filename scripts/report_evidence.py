@@ -1,0 +1,99 @@
+"""What was asked of the layout of the reports, and what was measured: rows of report.csv.
+
+`python scripts/report_evidence.py --run RUN --recording FOLDER` writes the report of a finished run
+folder again, takes the `recording.pdf` and `recording.html` of an import, and measures both: the
+largest blank block of a page, what axe-core finds in Chromium, and how long the report takes.
+"""
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from evidence import Row, none_may, write
+from page_blanks import blanks
+
+SERIOUS: Final = ("serious", "critical")
+_REPORT: Final = """
+import resource, sys
+from pathlib import Path
+from gaitval.reporting.report import write_report
+write_report(Path(sys.argv[1]))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_utime)
+"""
+
+
+def violations(file: Path, chromium: str) -> int:
+    """Serious and critical violations that axe-core finds on a page, in light and in dark."""
+    from playwright.sync_api import sync_playwright
+
+    axe = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text()
+    found = 0
+    with sync_playwright() as browsers:
+        browser = browsers.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        for width, scheme in ((360, "light"), (360, "dark"), (1600, "light")):
+            page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page.set_default_timeout(300_000)
+            page.goto(file.resolve().as_uri())
+            page.evaluate(axe)
+            result = page.evaluate("axe.run()")
+            if not result["passes"]:
+                raise RuntimeError(f"{file}: axe-core checked nothing")
+            for violation in result["violations"]:
+                print(
+                    f"{file.name}, {width} px, {scheme}: {violation['id']}, {violation['impact']}"
+                )
+                found += violation["impact"] in SERIOUS
+            page.close()
+        browser.close()
+    return found
+
+
+def report_time(run: Path) -> tuple[float, float]:
+    """Wall-clock and processor seconds of a process that writes the report of a run."""
+    begun = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", _REPORT, str(run)], check=True, capture_output=True, text=True
+    )
+    return time.monotonic() - begun, float(done.stdout)
+
+
+def main() -> None:
+    """Measure, print and write the rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--run", type=Path, required=True, help="a finished run folder")
+    parser.add_argument("--recording", type=Path, required=True, help="an import's recording/")
+    parser.add_argument("--repeats", type=int, default=3, help="reports that are timed")
+    given = parser.parse_args()
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        parser.error("no chromium on the path: apt-get install chromium")
+    command = "python scripts/report_evidence.py --run RUN --recording FOLDER"
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder) / "run"
+        shutil.copytree(given.run, run)
+        times = [report_time(run) for _ in range(given.repeats)]
+        print("wall-clock and processor seconds:", times)
+        pages = [run / "report.html", given.recording / "recording.html"]
+        empty = []
+        for page in pages:
+            found = blanks(page.with_suffix(".pdf"))
+            print(page.name, [round(100 * blank) for blank in found])
+            empty += found[:-1]  # the last page ends where the report ends
+        wrong = sum(violations(page, chromium) for page in pages)
+    seconds = min(processor for _, processor in times)
+    rows = [
+        none_may("axe-core violations, serious or critical", wrong, "", len(pages), command),
+        Row("empty area of PDF pages", 100 * max(empty), "%", "<=", 20, 30, len(empty), command),
+        Row("report time, HTML + PDF, processor", seconds, "s", "<=", 15, 30, len(times), command),
+    ]
+    print(write("report", rows))
+
+
+if __name__ == "__main__":
+    main()
