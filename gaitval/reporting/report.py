@@ -23,6 +23,7 @@ from gaitval.model.urdf import read_urdf
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import credibility, figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting.facts import UNKNOWN
 from gaitval.reporting.page import write_page
 from gaitval.simulation.rollout import Rollout
 
@@ -457,7 +458,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "picture": _picture(folder, metrics["final"]),
         "provenance": _provenance(folder),
         "credibility": credibility.sections(folder, metrics),
-        "unknown": credibility.UNKNOWN,
+        "unknown": UNKNOWN,
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],
