@@ -157,8 +157,8 @@ def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
     yield Fact(
         "Balance of angular momentum and of energy in this walk",
         UNKNOWN,
-        note="A stored walk has no inertia forces of its own. The project's figures follow; the "
-        "balance at every step is asserted in tests/simulation/test_walker.py.",
+        note="They are not worked out of a stored walk. Of energy the project's figures follow; of "
+        "angular momentum tests/simulation/test_walker.py asserts the balance at every step.",
     )
     witness = metrics.get("witness")
     what = "The same walk in a second engine"
@@ -454,7 +454,7 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
         ),
         ("Review by others than the developers", "Nothing says that there was any."),
         ("Qualification of who ran and who reads this", "Nothing here says."),
-        ("Use in earlier decisions", "gaitval keeps no record of it."),
+        ("Use in earlier decisions", "No record of it is kept."),
     ):
         yield Fact(what, UNKNOWN, note=note)
 
