@@ -32,7 +32,8 @@ Each stage reads and writes files in a run folder (reports/S05). It is skipped w
 that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 a limit was failed (validate, check), 2 the input cannot be used,
+Exit codes: 0 done, 1 a limit was failed (validate, check, compare
+--strict), 2 the input cannot be used,
 70 a fault of gaitval, 130 interrupted.
 """
 

@@ -29,6 +29,7 @@ from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
+    from gaitval.metrics.regression import Row
     from gaitval.study.stage import Run
 
 
@@ -466,13 +467,7 @@ def check(
     stored; otherwise 0.
     """
     from gaitval.metrics import history as histories
-    from gaitval.metrics.regression import (
-        LONG_MEASURES,
-        check_same_measures,
-        compare,
-        lost,
-        write_junit,
-    )
+    from gaitval.metrics.regression import LONG_MEASURES, check_same_measures, compare, write_junit
     from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
 
     if baseline.is_dir():
@@ -492,9 +487,14 @@ def check(
     if junit is not None:
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)
-    display.output.print(
-        f"Inputs: {'changed: ' if changed else ''}{inputs}", highlight=False, markup=False
-    )
+    display.plain(f"Inputs: {'changed: ' if changed else ''}{inputs}")
+    _judge(rows, baseline)
+
+
+def _judge(rows: "list[Row]", baseline: Path) -> None:
+    """Show what moved; raise ToleranceError if accuracy was lost."""
+    from gaitval.metrics.regression import lost
+
     display.print_moved(rows)
     failures = lost(rows)
     if failures:

@@ -75,7 +75,7 @@ def write_comparison(
             "groups": groups,
             "means": _means(groups),
             "measures": _measure_tables(walks, labels),
-            "curves": _drawings(walks, before),
+            "small_multiples": _drawings(walks, before),
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
         },

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import quote
 
 import numpy as np
 
 from gaitval.artefacts import read_json
 from gaitval.metrics.momentum import EVERY, momentum_residual
+from gaitval.reporting.facts import METRICS, UNKNOWN, Fact, derived_fact, read_fact
 from gaitval.reporting.page import number
 from gaitval.simulation.rollout import Rollout
 
@@ -27,36 +27,9 @@ EVIDENCE: Final = "evidence.toml"
 """Figures that the project has measured, not the run: `scripts/credibility_figures.py` writes them.
 A copy lies beside each report, so that its links hold wherever gaitval is installed."""
 
-METRICS: Final = "metrics.json"
 PROVENANCE: Final = "provenance.json"
-UNKNOWN: Final = "not known"
 
 SKILLS: Final = ("angle_skill", "moment_skill", "force_skill")
-
-
-@dataclass(frozen=True)
-class Fact:
-    """A row of the page.
-
-    Attributes
-    ----------
-    what : what the figure is.
-    text : the figure with its unit, or `UNKNOWN`.
-    file : beside the report, from which the figure was read; none for what is not known.
-    pointer : where in that file, or what it was worked out from there.
-    note : how it was worked out, or why it is not known and how it could be.
-    """
-
-    what: str
-    text: str
-    file: str = ""
-    pointer: str = ""
-    note: str = ""
-
-    @property
-    def link(self) -> str:
-        """Where the figure is, as the target of a link; nothing without a file."""
-        return quote(self.file) + (f"#{quote(self.pointer)}" if self.pointer else "")
 
 
 @dataclass(frozen=True)
@@ -132,43 +105,6 @@ def evidence_text() -> str:
     return resources.files("gaitval.reporting").joinpath(EVIDENCE).read_text("utf-8")
 
 
-def at(values: Any, pointer: str) -> Any:
-    """What a JSON pointer leads to; KeyError where it leads nowhere."""
-    for part in pointer.split("/")[1:]:
-        name = part.replace("~1", "/").replace("~0", "~")
-        values = values[int(name)] if isinstance(values, list) else values[name]
-    return values
-
-
-def _in(
-    values: Json, pointer: str, what: str, unit: str = "", *, digits: int = 3, note: str = "",
-    file: str = METRICS,
-) -> Fact:  # fmt: skip
-    """The figure or the word that a file has at a place."""
-    found = at(values, pointer)
-    if found is None:
-        return Fact(what, UNKNOWN, file, pointer, note or "The file has no value here.")
-    return Fact(what, _text(found, unit, digits), file, pointer, note)
-
-
-def _from(
-    pointer: str, what: str, value: float | None, unit: str = "", *, digits: int = 3, note: str,
-    file: str = METRICS,
-) -> Fact:  # fmt: skip
-    """A figure that was worked out from what a file has at a place."""
-    if value is None:
-        return Fact(what, UNKNOWN, file, pointer, note)
-    return Fact(what, _text(value, unit, digits), file, pointer, note)
-
-
-def _text(value: Any, unit: str, digits: int) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        value = number(value, digits)
-    return f"{value} {unit}".strip()
-
-
 def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
     for key, figure in project.items():
         if figure["part"] == part:
@@ -183,29 +119,29 @@ def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
 
 
 def _told(metrics: Json) -> Iterator[Fact]:
-    yield _in(metrics, "/subject/source", "Record")
-    yield _in(metrics, "/subject/licence", "Licence")
+    yield read_fact(metrics, "/subject/source", "Record")
+    yield read_fact(metrics, "/subject/licence", "Licence")
     read = [name for name, by in metrics["told"].items() if by]
     left = [name for name in metrics["told"] if name not in read]
-    yield _from(
+    yield derived_fact(
         "/told", "Told", len(read), f"of {len(metrics['told'])} quantities", note=_list(read)
     )
-    yield _from("/told", "Untold", len(left), "quantities", note=_list(left))
+    yield derived_fact("/told", "Untold", len(left), "quantities", note=_list(left))
     missing = sorted({"moments", "forces"} - set(metrics["recorded"]))
-    yield _from(
+    yield derived_fact(
         "/recorded",
         "Not recorded",
         len(missing),
         "of moments and forces",
         note=_list(missing),
     )
-    yield _from(
+    yield derived_fact(
         "/unseen",
         "Trials at the same speed that were kept back",
         len(metrics["unseen"]),
         note=_list([row["trial"] for row in metrics["unseen"]]),
     )
-    yield _in(
+    yield read_fact(
         metrics,
         "/provenance/record",
         "SHA-256 of the record as it was read",
@@ -221,8 +157,8 @@ def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
     yield Fact(
         "Balance of angular momentum and of energy in this walk",
         UNKNOWN,
-        note="A stored walk has no inertia forces of its own. The project's figures follow; the "
-        "balance at every step is asserted in tests/simulation/test_walker.py.",
+        note="They are not worked out of a stored walk. Of energy the project's figures follow; of "
+        "angular momentum tests/simulation/test_walker.py asserts the balance at every step.",
     )
     witness = metrics.get("witness")
     what = "The same walk in a second engine"
@@ -235,9 +171,9 @@ def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
             "`gaitval simulate` and `gaitval validate` write it.",
         )
         return
-    yield _in(metrics, "/witness/engine", what)
-    yield _in(metrics, "/witness/fell", "It falls there")
-    yield _in(
+    yield read_fact(metrics, "/witness/engine", what)
+    yield read_fact(metrics, "/witness/fell", "It falls there")
+    yield read_fact(
         metrics,
         "/witness/goals_reached",
         "Goals of accuracy reached there",
@@ -251,7 +187,7 @@ def _momentum(folder: Path, metrics: Json) -> Fact:
     if not (folder / file).exists():
         return Fact(what, UNKNOWN, note=f"{file} is not here; `gaitval simulate` writes it.")
     residual = momentum_residual(Rollout.load(folder / file), metrics["method"]["model_mass_kg"])
-    return _from(
+    return derived_fact(
         "",
         what,
         residual,
@@ -265,7 +201,7 @@ def _momentum(folder: Path, metrics: Json) -> Fact:
 
 def _validated(metrics: Json) -> Iterator[Fact]:
     counts = metrics["summary"]
-    yield _in(
+    yield read_fact(
         metrics,
         "/summary/accepted",
         "Values within their tolerance",
@@ -284,7 +220,7 @@ def _validated(metrics: Json) -> Iterator[Fact]:
         )
     for index, row in enumerate(metrics["unseen"]):
         yield from _kept_back(metrics, index, row)
-    yield _in(
+    yield read_fact(
         metrics,
         "/record/spatiotemporal/walking_speed",
         "Speed to which all this applies",
@@ -306,7 +242,7 @@ def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
         measured = [value for value in values if value is not None]
         if values:
             below = sum(value < 0.0 for value in measured)
-            yield _from(
+            yield derived_fact(
                 "/measures",
                 f"Skill of {what} ({'told' if status == 'fitted' else 'untold'}), mean",
                 float(np.mean(measured)) if len(measured) == len(values) else None,
@@ -319,7 +255,7 @@ def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
 def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
     for kind, unit in metrics["units"].items():
         errors = [each for each in row["rmse"][kind].values() if each is not None]
-        yield _from(
+        yield derived_fact(
             f"/unseen/{index}/rmse/{kind}",
             f"RMSE of {kind} against {row['trial']}, which was kept back, mean",
             float(np.mean(errors)) if len(errors) == len(row["rmse"][kind]) else None,
@@ -345,13 +281,13 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
         )
     yield from _scatter(metrics)
     consistency = "/record/consistency"
-    yield _in(
+    yield read_fact(
         metrics,
         f"{consistency}/mean_force/vertical",
         "Mean vertical force of the record, which steady walking makes 1",
         "body weights",
     )
-    yield _in(
+    yield read_fact(
         metrics,
         f"{consistency}/vertical_rmse_bound_in_stance",
         "Vertical RMSE below which no steady walk can be, in stance",
@@ -360,7 +296,7 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
     )
     differences = metrics["record"]["consistency"]["moment_asymmetry"]
     worst = max(differences, key=lambda name: float(differences[name]["rms_difference"]))
-    yield _in(
+    yield read_fact(
         metrics,
         f"{consistency}/moment_asymmetry/{worst}/rms_difference",
         f"Right less left moment of the record, largest RMS ({worst.replace('_', ' ')})",
@@ -378,7 +314,7 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
         ("shift_left", "Centre of pressure too far forward, left", "m"),
     ):
         spread = number(metrics["record"]["plates"][f"{name}_sd"], 4)
-        yield _in(
+        yield read_fact(
             metrics,
             f"/record/plates/{name}",
             what,
@@ -402,7 +338,7 @@ def _posterior(found: Json | None) -> Iterator[Fact]:
             for name, each in zip(found["names"], found["verdicts"], strict=True)
             if each == verdict
         ]
-        yield _from(
+        yield derived_fact(
             f"{place}/verdicts",
             f"Body parameters: {verdict}",
             len(names),
@@ -411,14 +347,14 @@ def _posterior(found: Json | None) -> Iterator[Fact]:
         )
     ratios = np.divide(found["standard_deviation"], found["prior_standard_deviation"])
     least = int(np.argmin(ratios))
-    yield _from(
+    yield derived_fact(
         f"{place}/standard_deviation/{least}",
         f"Posterior SD over prior SD, smallest ({str(found['names'][least]).replace('_', ' ')})",
         float(ratios[least]),
         digits=2,
         note="Over prior_standard_deviation at the same place.",
     )
-    yield _in(
+    yield read_fact(
         {"identification": found},
         f"{place}/search_distance",
         "Between the results of CMA-ES and of Gauss-Newton",
@@ -436,7 +372,7 @@ def _scatter(metrics: Json) -> Iterator[Fact]:
             for curve in curves.values()
             if curve["sd"] is not None
         ]
-        yield _from(
+        yield derived_fact(
             f"/walks/{final}/curves/{kind}",
             f"SD between the cycles of the walk, {kind}, mean",
             float(np.mean(spreads)) if len(spreads) == len(curves) else None,
@@ -452,7 +388,7 @@ def _sensitive(metrics: Json) -> Iterator[Fact]:
     for which in ("nominal", "identified"):
         walk = metrics["walks"][which]
         if walk is not None and walk["epsilon"] is not None:
-            yield _in(
+            yield read_fact(
                 metrics,
                 f"/walks/{which}/epsilon/total",
                 f"Error ε with the {which} body parameters",
@@ -461,14 +397,14 @@ def _sensitive(metrics: Json) -> Iterator[Fact]:
         pairs = np.abs(np.tril(np.array(found["correlation"], dtype=float), -1))
         row, column = (int(each) for each in np.unravel_index(int(pairs.argmax()), pairs.shape))
         names = [str(found["names"][each]).replace("_", " ") for each in (row, column)]
-        yield _in(
+        yield read_fact(
             metrics,
             f"/identification/correlation/{row}/{column}",
             f"Parameters told apart worst: {names[0]} and {names[1]}, correlation",
             digits=2,
         )
     starts = metrics["walks"][metrics["final"]]["starts"]
-    yield _from(
+    yield derived_fact(
         f"/walks/{metrics['final']}/starts",
         "Falls over all start phases",
         sum(start["fell"] for start in starts),
@@ -483,7 +419,7 @@ def _sensitive(metrics: Json) -> Iterator[Fact]:
         )  # fmt: skip
     else:
         stood = [each for phase in pushes["survived"] for each in phase]
-        yield _from(
+        yield derived_fact(
             "/push_recovery/survived",
             f"Pushes of {pushes['force']:g} N survived",
             sum(stood),
@@ -500,14 +436,14 @@ def _sensitive(metrics: Json) -> Iterator[Fact]:
 def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
     for name in ("gaitval", "python", "dartpy"):
         if name in metrics["provenance"]["versions"]:
-            yield _in(metrics, f"/provenance/versions/{name}", f"Version of {name}")
-    yield _in(metrics, "/provenance/configuration", "SHA-256 of the settings")
+            yield read_fact(metrics, f"/provenance/versions/{name}", f"Version of {name}")
+    yield read_fact(metrics, "/provenance/configuration", "SHA-256 of the settings")
     provenance = _read(folder / PROVENANCE)
     stages = provenance.get("stages") if provenance else None
     if isinstance(stages, dict) and stages:
         seconds = [each.get("seconds") for each in stages.values() if isinstance(each, dict)]
         known = [float(each) for each in seconds if isinstance(each, int | float)]
-        yield _from(
+        yield derived_fact(
             "/stages", "Stages that ran, and how long", sum(known), "s", digits=0,
             note=f"{len(stages)} stages.", file=PROVENANCE,
         )  # fmt: skip
@@ -517,8 +453,8 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
             "A run does not see them; `gaitval check --history` keeps and `gaitval history` shows.",
         ),
         ("Review by others than the developers", "Nothing says that there was any."),
-        ("Qualification of who ran and who reads this", "gaitval cannot know."),
-        ("Use in earlier decisions", "gaitval keeps no record of it."),
+        ("Qualification of who ran and who reads this", "Nothing here says."),
+        ("Use in earlier decisions", "No record of it is kept."),
     ):
         yield Fact(what, UNKNOWN, note=note)
 

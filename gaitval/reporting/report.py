@@ -28,6 +28,7 @@ from gaitval.reporting import (
     mechanics_figures,
     tables,
 )
+from gaitval.reporting.facts import UNKNOWN
 from gaitval.reporting.page import Draw, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
@@ -387,7 +388,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "picture": walk_pictures(folder, metrics),
         "provenance": _provenance(folder),
         "credibility": credibility.sections(folder, metrics),
-        "unknown": credibility.UNKNOWN,
+        "unknown": UNKNOWN,
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],

@@ -14,7 +14,8 @@ from newton_walk import newton_walk
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.reporting import credibility
-from gaitval.reporting.credibility import EVIDENCE, UNKNOWN, Fact, at, sections
+from gaitval.reporting.credibility import EVIDENCE, sections
+from gaitval.reporting.facts import UNKNOWN, Fact, at
 from gaitval.reporting.page import number
 
 ROOT = Path(__file__).parents[2]

@@ -1,0 +1,86 @@
+"""Figures that say from which file they were read, and from where in it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+from urllib.parse import quote
+
+from gaitval.reporting.page import number
+
+METRICS: Final = "metrics.json"
+UNKNOWN: Final = "not known"
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A row of the page.
+
+    Attributes
+    ----------
+    what : what the figure is.
+    text : the figure with its unit, or `UNKNOWN`.
+    file : beside the report, from which the figure was read; none for what is not known.
+    pointer : where in that file, or what it was worked out from there.
+    note : how it was worked out, or why it is not known and how it could be.
+    """
+
+    what: str
+    text: str
+    file: str = ""
+    pointer: str = ""
+    note: str = ""
+
+    @property
+    def link(self) -> str:
+        """Where the figure is, as the target of a link; nothing without a file."""
+        return quote(self.file) + (f"#{quote(self.pointer)}" if self.pointer else "")
+
+
+def at(values: Any, pointer: str) -> Any:
+    """What a JSON pointer leads to; KeyError where it leads nowhere."""
+    for part in pointer.split("/")[1:]:
+        name = part.replace("~1", "/").replace("~0", "~")
+        values = values[int(name)] if isinstance(values, list) else values[name]
+    return values
+
+
+def read_fact(
+    values: Mapping[str, Any],
+    pointer: str,
+    what: str,
+    unit: str = "",
+    *,
+    digits: int = 3,
+    note: str = "",
+    file: str = METRICS,
+) -> Fact:
+    """The figure or the word that a file has at a place."""
+    found = at(values, pointer)
+    if found is None:
+        return Fact(what, UNKNOWN, file, pointer, note or "The file has no value here.")
+    return Fact(what, shown(found, unit, digits), file, pointer, note)
+
+
+def derived_fact(
+    pointer: str,
+    what: str,
+    value: float | None,
+    unit: str = "",
+    *,
+    digits: int = 3,
+    note: str,
+    file: str = METRICS,
+) -> Fact:
+    """A figure that was worked out from what a file has at a place."""
+    if value is None:
+        return Fact(what, UNKNOWN, file, pointer, note)
+    return Fact(what, shown(value, unit, digits), file, pointer, note)
+
+
+def shown(value: Any, unit: str, digits: int) -> str:
+    """A figure or word as text with its unit."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        value = number(value, digits)
+    return f"{value} {unit}".strip()
