@@ -17,7 +17,9 @@ from typing import Final, NamedTuple
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
+    "gaitval.metrics.walk_statistics": ("metrics/healthy_bands.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css"),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
