@@ -248,6 +248,7 @@ def pushes(runs: Mapping[str, Stored], subject: str, traces: Sequence[Trace]) ->
     hardest = {name: phases[int(row.argmin())] for name, row in zip(runs, forces, strict=True)}
     late = sum(phase >= 0.75 for phase in hardest.values())
     means = ", ".join(f"{100 * p:g} %: {f:.0f} N" for p, f in zip(phases, of_one, strict=True))
+    force = runs[subject]["push_recovery"]["force"]
     kept, parts = [], []
     for trace in traces:
         before = trace.velocity[trace.cycles < 0.0, 0].mean()
@@ -266,7 +267,7 @@ def pushes(runs: Mapping[str, Stored], subject: str, traces: Sequence[Trace]) ->
         ),
         Claim(
             "The velocity of the centre of mass shows the recovery over five cycles.",
-            f"Pushed ahead with {traces[0].push.force:g} N; change of the mean forward velocity, "
+            f"Pushed ahead with {force:g} N; change of the mean forward velocity, "
             f"m/s, in the cycle of the push and in the fourth: {'; '.join(parts)}.",
             judged(kept),
         ),

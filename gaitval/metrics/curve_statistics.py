@@ -349,10 +349,12 @@ def random_field_threshold(
     known = tested & (squares > 0.0)
     if not known.any():
         return None
-    slopes = np.sum(np.gradient(residuals, axis=1)[:, known] ** 2, axis=0)
-    resels_per_point = np.sqrt(slopes / squares[known] / (4.0 * math.log(2.0))).mean()
     firsts, ends = runs(tested)
-    resels = float(np.sum(ends - firsts - 1) * resels_per_point)
+    resels = 0.0
+    if len(squares) > 1:  # a single point has no width
+        slopes = np.sum(np.gradient(residuals, axis=1)[:, known] ** 2, axis=0)
+        resels_per_point = np.sqrt(slopes / squares[known] / (4.0 * math.log(2.0))).mean()
+        resels = float(np.sum(ends - firsts - 1) * resels_per_point)
 
     def excess(height: float) -> float:
         density = math.sqrt(4.0 * math.log(2.0)) / (2.0 * math.pi)

@@ -17,7 +17,9 @@ from typing import Final, NamedTuple
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
+    "gaitval.metrics.walk_statistics": ("metrics/healthy_bands.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.catalogue": ("reporting/languages/*.po",),
     "gaitval.reporting.credibility": ("reporting/evidence.toml",),

@@ -109,7 +109,9 @@ def test_a_field_of_one_point_is_students_threshold():
     where = np.array([False, True, False])
     found = random_field_threshold(residuals, 11, where=where)
     # two one-sided tests at alpha/2, each as 1 - exp(-p)
-    assert found == pytest.approx(stats.t.isf(-np.log1p(-0.025), 11), rel=1e-9)
+    expected = stats.t.isf(-np.log1p(-0.025), 11)
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert random_field_threshold(residuals[:, :1], 11) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -79,13 +79,14 @@ def test_every_section_is_there(page):
             "Body parameters μ: what this record can tell",
         ),
         *("Where the joint moments come from", "Correction of the reference"),
+        *("Whole curves", "Beside healthy people"),
         *("Contradictions in the record", "How the feet meet the ground", "Recovery from pushes"),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
         assert heading in page.text
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 14
+    assert page.tags.count("svg") == 16
     assert "compliant" not in page.text.lower()
 
 
