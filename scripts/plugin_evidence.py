@@ -54,9 +54,10 @@ def example(readme: str) -> str:
 def run(project: Path) -> int:
     """Exit code of pytest in the project."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:randomly"],
+        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval.testing.plugin"],
         cwd=project,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        # The plug-in of this checkout, whichever gaitval is installed, and no other.
+        env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
