@@ -151,7 +151,12 @@ def toml(value: Any) -> str:
 
 def limits_page() -> str:
     """The limits and goals with their sources, from `gaitval/metrics/tolerances.toml`."""
-    from gaitval.metrics.tolerances import WALK_UNITS, load_registry
+    from gaitval.metrics.tolerances import (
+        JUDGED_UNITS,
+        RECORDING_UNITS,
+        WALK_UNITS,
+        load_registry,
+    )
 
     signs = {"at_most": "≤", "at_least": "≥", "exactly": "="}
     parts = [
@@ -163,7 +168,11 @@ def limits_page() -> str:
         "*Unread*: the value is recalled, or was read in a secondary source.",
     ]
     registry = load_registry()
-    for title, of_walks in (("Simulated walks", True), ("Imported recordings", False)):
+    for title, units in (
+        ("Simulated walks", WALK_UNITS),
+        ("Imported recordings", RECORDING_UNITS),
+        ("OpenSim models and results (`gaitval judge`)", JUDGED_UNITS),
+    ):
         rows = [
             (
                 entry.title,
@@ -174,7 +183,7 @@ def limits_page() -> str:
                 f"{entry.citation}. {entry.locator}. {entry.note}",
             )
             for entry in registry.tolerance
-            if (entry.measure in WALK_UNITS) is of_walks
+            if entry.measure in units
         ]
         parts += [f"## {title}"]
         parts += [table(("measure", "limit", "goal", "role", "status", "source and note"), rows)]

@@ -1,12 +1,15 @@
 """The command that judges models and results of OpenSim."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import command
+
+if TYPE_CHECKING:
+    from gaitval.judging.results import JudgeResult
 
 
 def _file(option: str, what: str) -> typer.models.OptionInfo:
@@ -79,23 +82,25 @@ def judge(
     )  # fmt: skip
     found = judged(request)
     result = write_judgement(found, out)
+    _say(result, model.name, out / f"{NAME}.html")
+    if not result.passed:
+        raise typer.Exit(1)
+
+
+def _say(result: "JudgeResult", model: str, page: Path) -> None:
+    """Limits that are not kept, what was noticed, what could not be judged, and the page."""
     rows = [["limit", "of", "value", "limit", "verdict"]]
     for one in result.limits:
         if one.decides and not one.passed:
-            value = (
-                "not measured"
-                if one.value is None
-                else f"{one.value:.4g} {one.unit}".removesuffix(" 1")
-            )
+            value = "not measured" if one.value is None else f"{one.value:.4g} {one.unit}"
             sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[one.relation]
-            rows.append([one.title, one.target, value, f"{sign} {one.limit:g}", "FAILED"])
+            limit = f"{sign} {one.limit:g}"
+            rows.append([one.title, one.target, value.removesuffix(" 1"), limit, "FAILED"])
     if len(rows) > 1:
-        display.print_rows(rows, f"{model.name}: limits that are not kept")
+        display.print_rows(rows, f"{model}: limits that are not kept")
     for finding in result.findings:
         display.plain(finding)
     for reason in result.not_judged:
         display.plain(f"Not judged. {reason}")
     kept = sum(one.decides and one.passed for one in result.limits)
-    display.plain(f"{kept} limits kept, {len(rows) - 1} failed. Page: {out / NAME}.html")
-    if not result.passed:
-        raise typer.Exit(1)
+    display.plain(f"{kept} limits kept, {len(rows) - 1} failed. Page: {page}")

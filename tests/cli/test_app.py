@@ -34,7 +34,7 @@ HEAVY = {
 """Libraries that take longer to load than the help to read."""
 COMMANDS = (
     *("subjects", "import", "curves", *STAGES),
-    *("predict", "subject", "baseline", "check", "history", "compare"),
+    *("predict", "subject", "baseline", "check", "history", "compare", "judge"),
 )
 
 
