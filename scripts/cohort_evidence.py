@@ -1,10 +1,10 @@
 """What is required of cohorts, as rows of `reports/evidence/cohort.csv`.
 
-    python scripts/cohort_evidence.py kills                  10 kills of workers, one of the scheduler
-    python scripts/cohort_evidence.py kills --real           the same with real studies (an hour)
-    python scripts/cohort_evidence.py trials DATA            15 real trials as a cohort; memory
-    python scripts/cohort_evidence.py efficiency --real      2 workers against single studies
-    python scripts/cohort_evidence.py planning               the figures of docs/how-to/cohort.md
+    python scripts/cohort_evidence.py kills              10 kills of workers, one of the scheduler
+    python scripts/cohort_evidence.py kills --real       the same with real studies (an hour)
+    python scripts/cohort_evidence.py trials DATA        15 real trials as a cohort; memory
+    python scripts/cohort_evidence.py efficiency --real  2 workers against single studies
+    python scripts/cohort_evidence.py planning           the figures of docs/how-to/cohort.md
 
 All but `kills` and `planning` say something only on a machine that does nothing else. `trials` and
 `efficiency` keep their studies in --work, and begin anew with each call.
@@ -34,9 +34,10 @@ from killed_cohort import environment, killed, quick, results  # noqa: E402
 
 from gaitval.cohort import cluster, task  # noqa: E402
 from gaitval.cohort.engine import outcomes_of, run_cohort  # noqa: E402
-from gaitval.cohort.identity import REAL  # noqa: E402
+from gaitval.cohort.identity import REAL, fingerprint  # noqa: E402
 from gaitval.cohort.store import FINISHED, SUMMARY, Store  # noqa: E402
 from gaitval.cohort.table import Study  # noqa: E402
+from gaitval.datasets.subject_file import load_subject  # noqa: E402
 
 PAGE: Final = ROOT / "docs" / "how-to" / "cohort.md"
 KILLS: Final = 10
@@ -75,7 +76,7 @@ def main() -> None:
 
 
 def _command() -> str:
-    """This line, without the folder that belongs to this machine."""
+    """The line that was run, without the folder that belongs to this machine."""
     arguments = sys.argv[1:]
     if "--work" in arguments:
         place = arguments.index("--work")
@@ -163,9 +164,7 @@ def efficiency(arguments: argparse.Namespace) -> list[evidence.Row]:
         )
         if any(each["status"] != "finished" for each in outcomes):
             raise SystemExit(f"a study failed: {outcomes}")
-        ends = [
-            (arguments.work / name / study.name / FINISHED).stat().st_mtime for study in chosen
-        ]
+        ends = [(arguments.work / name / study.name / FINISHED).stat().st_mtime for study in chosen]
         begins = [
             end - each["seconds"] for end, each in zip(ends, outcomes, strict=True)
         ]  # the start of Dask itself is not of the studies
@@ -233,8 +232,14 @@ def _throughput(work: Path, workers: int, latency: float, count: int) -> dict[st
                       function="none", threads=1)
         for n in range(count)
     ]  # fmt: skip
-    with LocalCluster(n_workers=workers, threads_per_worker=1, host=cluster.LOOPBACK,
-                      dashboard_address=None, memory_limit=0) as made, Client(made) as client:  # fmt: skip
+    made = LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        host=cluster.LOOPBACK,
+        dashboard_address=None,
+        memory_limit=0,
+    )
+    with made, Client(made) as client:
         client.wait_for_workers(workers)
         client.run(_slow_messages, latency)
         counted = _counted_messages(sent, latency)
@@ -257,7 +262,7 @@ def _tiny(order: dict[str, Any]) -> dict[str, Any]:
             "status": "finished", "reason": "", "seconds": 0.0, "peak_memory": 0}  # fmt: skip
 
 
-class _counted_messages:  # noqa: N801 - used like a function
+class _counted_messages:
     """Counts what scheduler and client send, and makes each message late."""
 
     def __init__(self, sent: dict[str, int], latency: float) -> None:
@@ -298,7 +303,6 @@ def _sizes(work: Path) -> dict[str, float]:
     """Bytes of what a study sends and leaves, and seconds of reading a summary."""
     from gaitval.artefacts import write_json
     from gaitval.cohort.study import summary_of
-    from gaitval.datasets.subject_file import load_subject
 
     baseline = ROOT / "reports" / "S05" / "baseline"
     metrics = json.loads((baseline / "metrics.json").read_text())
@@ -315,7 +319,20 @@ def _sizes(work: Path) -> dict[str, float]:
         "summary": (folder / SUMMARY).stat().st_size,
         "metrics": (baseline / "metrics.json").stat().st_size,
         "read": (time.perf_counter() - began) / 100,
+        "fingerprint": _fingerprint_seconds(work),
     }
+
+
+def _fingerprint_seconds(work: Path) -> float:
+    """Processor time of the fingerprint of a study whose subject file nobody has read before, s."""
+    fingerprint(Study(name="first", subject="5"))  # loads what is hashed
+    text, names = load_subject(6).to_toml(), [str(work / f"s{n}.toml") for n in range(10)]
+    for name in names:
+        Path(name).write_text(text, encoding="utf-8")
+    began = time.process_time()
+    for name in names:
+        fingerprint(Study(name="any", subject=name))
+    return (time.process_time() - began) / len(names)
 
 
 def _plan(processor: float, sizes: dict[str, float]) -> list[str]:
@@ -332,8 +349,12 @@ def _plan(processor: float, sizes: dict[str, float]) -> list[str]:
         f"{PLANNED:,} studies. Curves, policies and reports never go through the scheduler.",
         f"* **Results.** The report reads a summary of {sizes['summary'] / 1e3:.0f} kB a study, "
         f"{summaries:.0f} MB in all and {PLANNED * sizes['read']:.0f} s from a local disk; with 10 "
-        f"ms for each file of a network's, {PLANNED * 0.01 / 60:.1f} min more. Reading `metrics.json` "
-        f"instead would be {metrics:.1f} GB.",
+        f"ms for each file of a network's, {PLANNED * 0.01 / 60:.1f} min more. Reading "
+        f"`metrics.json` instead would be {metrics:.1f} GB.",
+        f"* **Start.** Before anything runs, the command hashes what each study depends on: "
+        f"{1000 * sizes['fingerprint']:.0f} ms for a subject file, "
+        f"{PLANNED * sizes['fingerprint'] / 60:.0f} min for {PLANNED:,} of them; a subject that "
+        "several studies share is read once.",
         f"* **Time.** {PLANNED:,} studies of {STUDY_SECONDS:g} s are "
         f"{PLANNED * STUDY_SECONDS / 3600:.0f} h of a processor: "
         f"{PLANNED * STUDY_SECONDS / 3600 / 100:.1f} h on 100 workers.",

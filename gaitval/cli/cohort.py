@@ -161,9 +161,7 @@ def _studies(
     from gaitval.cohort.table import read_table, with_settings, without_doubles, write_table
 
     if table is None and all_data is None and not virtual:
-        raise ConfigurationError(
-            "nothing to run. Give a TABLE, --all-data FOLDER or --virtual N."
-        )
+        raise ConfigurationError("nothing to run. Give a TABLE, --all-data FOLDER or --virtual N.")
     if trials and all_data is None:
         raise ConfigurationError("--trials chooses from --all-data FOLDER. Give that too.")
     studies = () if table is None else read_table(table)
