@@ -20,6 +20,80 @@ TABLE = "table.toml"
 """The studies of a cohort as they were run, in its folder."""
 
 
+TableArgument = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[TABLE]", help="CSV or TOML, a row for each study.", show_default=False
+    ),
+]
+OutOption = Annotated[
+    Path, typer.Option("--out", "-o", help="Folder of the report, and of the studies.")
+]
+AllDataOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--all-data",
+        metavar="FOLDER",
+        help="A study of every treadmill trial of WBDS in this folder, such as the one of "
+        "`gaitval data fetch`.",
+        show_default=False,
+    ),
+]
+TrialsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--trials",
+        metavar="T05",
+        help="Of --all-data these treadmill trials only. May be repeated.",
+        show_default=False,
+    ),
+]
+VirtualOption = Annotated[
+    int, typer.Option("--virtual", metavar="N", min=0, help="And N virtual people.")
+]
+TableOnlyOption = Annotated[
+    bool, typer.Option("--table-only", help="Write OUT/table.toml, and run nothing.")
+]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        metavar="N",
+        help="Processes of this machine, or jobs; by default one for each processor.",
+        show_default=False,
+    ),
+]
+ThreadsOption = Annotated[
+    int, typer.Option("--threads", min=1, metavar="N", help="Threads of each study.")
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="tcp://… of a running Dask cluster, or slurm or pbs.",
+        show_default=False,
+    ),
+]
+StoreOption = Annotated[
+    str | None,
+    typer.Option(
+        "--store",
+        metavar="ADDRESS",
+        help="Where studies are kept: a folder that every worker sees, or object storage "
+        "(s3://…). By default OUT/studies.",
+        show_default=False,
+    ),
+]
+RetriesOption = Annotated[
+    int,
+    typer.Option(
+        "--retries", min=0, metavar="N", help="How often a study begins again when it is lost."
+    ),
+]
+
+
 @command(
     "gaitval cohort table.csv --out runs/cohort",
     "gaitval cohort --all-data ../shared/data --out runs/all   # every trial in a folder",
@@ -29,78 +103,17 @@ TABLE = "table.toml"
     "gaitval cohort table.csv --out runs/c --store s3://bucket/cohort",
 )
 def cohort(
-    table: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[TABLE]", help="CSV or TOML, a row for each study.", show_default=False
-        ),
-    ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder of the report, and of the studies.")
-    ] = Path("reports/cohort"),
-    all_data: Annotated[
-        Path | None,
-        typer.Option(
-            "--all-data",
-            metavar="FOLDER",
-            help="A study of every treadmill trial of WBDS in this folder, such as the one of "
-            "`gaitval data fetch`.",
-            show_default=False,
-        ),
-    ] = None,
-    trials: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--trials",
-            metavar="T05",
-            help="Of --all-data these treadmill trials only. May be repeated.",
-            show_default=False,
-        ),
-    ] = None,
-    virtual: Annotated[
-        int, typer.Option("--virtual", metavar="N", min=0, help="And N virtual people.")
-    ] = 0,
-    table_only: Annotated[
-        bool, typer.Option("--table-only", help="Write OUT/table.toml, and run nothing.")
-    ] = False,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers",
-            min=1,
-            metavar="N",
-            help="Processes of this machine, or jobs; by default one for each processor.",
-            show_default=False,
-        ),
-    ] = None,
-    threads: Annotated[
-        int, typer.Option("--threads", min=1, metavar="N", help="Threads of each study.")
-    ] = 1,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler",
-            metavar="ADDRESS",
-            help="tcp://… of a running Dask cluster, or slurm or pbs.",
-            show_default=False,
-        ),
-    ] = None,
-    store: Annotated[
-        str | None,
-        typer.Option(
-            "--store",
-            metavar="ADDRESS",
-            help="Where studies are kept: a folder that every worker sees, or object storage "
-            "(s3://…). By default OUT/studies.",
-            show_default=False,
-        ),
-    ] = None,
-    retries: Annotated[
-        int,
-        typer.Option(
-            "--retries", min=0, metavar="N", help="How often a study begins again when it is lost."
-        ),
-    ] = 3,
+    table: TableArgument = None,
+    out: OutOption = Path("reports/cohort"),
+    all_data: AllDataOption = None,
+    trials: TrialsOption = None,
+    virtual: VirtualOption = 0,
+    table_only: TableOnlyOption = False,
+    workers: WorkersOption = None,
+    threads: ThreadsOption = 1,
+    scheduler: SchedulerOption = None,
+    store: StoreOption = None,
+    retries: RetriesOption = 3,
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -161,9 +174,7 @@ def _studies(
     from gaitval.cohort.table import read_table, with_settings, without_doubles, write_table
 
     if table is None and all_data is None and not virtual:
-        raise ConfigurationError(
-            "nothing to run. Give a TABLE, --all-data FOLDER or --virtual N."
-        )
+        raise ConfigurationError("nothing to run. Give a TABLE, --all-data FOLDER or --virtual N.")
     if trials and all_data is None:
         raise ConfigurationError("--trials chooses from --all-data FOLDER. Give that too.")
     studies = () if table is None else read_table(table)

@@ -15,6 +15,8 @@ from gaitval.errors import ConfigurationError, GaitvalError
 if TYPE_CHECKING:
     from distributed import Client
 
+    from gaitval.cohort.store import Store
+
 NEEDED: Final = ("dask", "distributed", "fsspec", "psutil", "statsmodels")
 POLL: Final = 0.2
 """s between two looks for studies that are done."""
@@ -97,26 +99,10 @@ def run_cohort(
     """
     require()
     from gaitval.cohort.store import Store
-    from gaitval.cohort.task import order_of
 
     store = Store(address)
     store.check()
-    outcomes: dict[str, Json] = {}
-    orders: list[Json] = []
-    for study in studies:
-        try:
-            found = fingerprint(study, function)
-        except GaitvalError as error:
-            reason = " ".join(str(error).split())
-            outcomes[study.name] = _refused(study.name, reason)
-            continue
-        known = store.finished(study.name)
-        if known is not None and known["fingerprint"] == found:
-            outcomes[study.name] = known
-        else:
-            about = study.model_dump(mode="json", exclude_defaults=True)
-            where = str(store.local.resolve()) if store.local else store.address
-            orders.append(order_of(about, found, where, function=function, threads=threads))
+    outcomes, orders = _known_and_ordered(studies, store, function, threads)
     began, earlier = time.monotonic(), len(outcomes)
 
     def say(outcome: Json | None, client: "Client | None") -> None:
@@ -147,6 +133,30 @@ def run_cohort(
                     outcomes[outcome["name"]] = outcome
                     say(outcome, client)
     return [outcomes[study.name] for study in studies]
+
+
+def _known_and_ordered(
+    studies: Sequence[Study], store: "Store", function: str, threads: int
+) -> tuple[dict[str, Json], list[Json]]:
+    """What has become of studies already, by name, and orders for the others."""
+    from gaitval.cohort.task import order_of
+
+    where = str(store.local.resolve()) if store.local else store.address
+    outcomes: dict[str, Json] = {}
+    orders = []
+    for study in studies:
+        try:
+            found = fingerprint(study, function)
+        except GaitvalError as error:
+            outcomes[study.name] = _refused(study.name, " ".join(str(error).split()))
+            continue
+        known = store.finished(study.name)
+        if known is not None and known.get("fingerprint") == found:
+            outcomes[study.name] = known
+        else:
+            about = study.model_dump(mode="json", exclude_defaults=True)
+            orders.append(order_of(about, found, where, function=function, threads=threads))
+    return outcomes, orders
 
 
 def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Iterator[Json | None]:

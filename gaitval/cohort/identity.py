@@ -5,6 +5,7 @@ A worker imports this for every study, so what takes long to load is imported wh
 
 import importlib
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -77,8 +78,6 @@ def fingerprint(study: Study, function: str = REAL) -> str:
 
 def record_parts(study: Study) -> Json:
     """What says which record a study is of."""
-    from gaitval.datasets.subject_file import load_subject
-
     if study.recording is not None:
         given = study.recording
         files = [given.get("static"), *(file for key in FILES for file in given.get(key, ()))]
@@ -86,9 +85,10 @@ def record_parts(study: Study) -> Json:
         options = {key: each for key, each in given.items() if key not in ("static", *FILES)}
         return {"files": hashes, "name": study.name, **options}
     if study.virtual is not None:
-        around = load_subject(study.virtual.around).to_toml()
-        return {"around": value_hash(around), **study.virtual.model_dump(mode="json")}
-    return {"subject": value_hash(subject_in_table(study).to_toml())}
+        around = _known(study.virtual.around)[1]
+        return {"around": around, **study.virtual.model_dump(mode="json")}
+    assert study.subject is not None
+    return {"subject": _known(study.subject, study.trial)[1]}
 
 
 def _hash_of(file: Path) -> str:
@@ -102,13 +102,31 @@ def _hash_of(file: Path) -> str:
 
 def _policies(study: Study) -> list[str]:
     """Hashes of the stored policies that a training may start from."""
-    from gaitval.datasets.subject_file import load_subject
-
     folders = [general_policy()] if study.start != "scratch" else []
     if study.start == "stored" and study.subject is not None:
-        own = stored_baseline(Path("nowhere"), load_subject(study.subject).identifier)
+        own = stored_baseline(Path("nowhere"), _known(study.subject)[0])
         folders.append(None if own is None else own / "policy")
     return [file_hash(each / name) for each in folders if each for name in POLICY_FILES]
+
+
+def _known(subject: str, trial: str = "") -> tuple[str, str]:
+    """Identifier of a subject, and the hash of its record on a trial."""
+    path = Path(subject)
+    stamp = path.stat().st_mtime_ns if path.is_file() else 0
+    return _read(subject, trial, stamp)
+
+
+@cache
+def _read(subject: str, trial: str, stamp: int) -> tuple[str, str]:
+    """As `_known`; a cohort has many studies of few subjects, and reading one takes 0.05 s.
+
+    Parameters
+    ----------
+    stamp : time of the last change, so that a subject that has changed is read again.
+    """
+    del stamp
+    found = subject_in_table(Study(name="any", subject=subject, trial=trial))
+    return found.identifier, value_hash(found.to_toml())
 
 
 def subject_in_table(study: Study) -> "Subject":

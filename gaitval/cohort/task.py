@@ -60,7 +60,7 @@ def run_order(order: Json) -> Json:
     name = order["study"]["name"]
     store = Store(order["store"])
     known = store.finished(name)
-    if known is not None and known["fingerprint"] == order["fingerprint"]:
+    if known is not None and known.get("fingerprint") == order["fingerprint"]:
         return dict(known)
     store.forget(name)
     folder = store.folder(name, order["fingerprint"])

@@ -83,7 +83,7 @@ def write_markers(path, trial):
 
 
 def write_forces(path, source):
-    """The plates of a MOT file in the columns of `…grf.txt`, mm, Nmm, every second one of 300 Hz."""
+    """The plates of a MOT file in the columns of `…grf.txt`: N, mm, Nmm, 300 Hz."""
     from gaitval.mocap.mot import read_ground_reaction
 
     rate, _, plates = read_ground_reaction(source)
