@@ -3,8 +3,8 @@
 Network, advantages, losses and optimiser are stable-baselines3's. There are three differences. A
 rollout comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are
 computed for all of it at once. Actor and critic, which share no weights, learn in two threads. And
-the gradients of the layers are written out, because autograd's search for them took as long as the
-matrix products.
+the gradients of the layers are written out, which saves autograd's bookkeeping (12 to 16 % of a
+minibatch).
 """
 
 import time
