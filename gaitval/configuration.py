@@ -294,9 +294,10 @@ class TrainingSettings(Section):
     refinement_samples: Samples = 800_000
     """Environment steps of a warm start, and of each further round of Algorithm 1."""
     workers: int = Field(2, ge=1, le=1024)
-    """Processes; each runs its share of the environments."""
+    """Processes; each runs its share of the environments, in groups of eight: more processes than
+    environments / 8 are not started."""
     environments: int = Field(32, ge=1, le=ROLLOUT_SAMPLES)
-    """Environments over all workers."""
+    """Environments over all workers; a multiple of eight makes the best use of the processor."""
     rollout_steps: int = Field(128, ge=1, le=ROLLOUT_SAMPLES)
     """Steps of each environment between updates."""
     batch_size: int = Field(512, ge=2, le=ROLLOUT_SAMPLES)

@@ -31,15 +31,17 @@ from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import load_subject
+from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.contact import ground_forces
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
-from gaitval.policy.environment import WalkingEnvironment, action_size
+from gaitval.policy.environment import action_size
 from gaitval.policy.learner import Learner
 from gaitval.policy.rollout_buffer import WalkingWorkers
 from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy, load_policy
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
@@ -234,10 +236,13 @@ def steered_table() -> list[str]:
 # ---- Where the time goes. ----
 
 
-def least_seconds(work: Callable[[], object], *, rounds: int) -> float:
+def least_seconds(
+    work: Callable[[], object], *, rounds: int, prepare: Callable[[], object] = lambda: None
+) -> float:
     """The least time of a few runs, so that other work on the machine matters little."""
     times = []
     for _ in range(rounds):
+        prepare()
         start = perf_counter()
         work()
         times.append(perf_counter() - start)
@@ -245,40 +250,39 @@ def least_seconds(work: Callable[[], object], *, rounds: int) -> float:
 
 
 def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
-    """Parts of one action of one environment, µs."""
-    environment = WalkingEnvironment(task)
-    options = {"phase": 0.0, "mu": environment.walker.mu, "push": None, "noise": 0.0}
-    actions, no_force = 10, np.zeros(6)
-    no_action = np.zeros(action_size(environment.constants), dtype=np.float32)
-    no_offset = np.zeros(25)
-    observation, _ = environment.reset(seed=0, options=options)
+    """Parts of one action of one of eight environments, s."""
+    group = WalkingGroup([task] * WIDTH)
+    constants = group.environments[0].constants
+    actions = 10
+    no_action = np.zeros((WIDTH, action_size(constants)), dtype=np.float32)
+    observations = np.array([group.reset(e, seed=e) for e in range(WIDTH)])
 
     def begin() -> None:
-        environment.reset(seed=0, options=options)
+        for e in range(WIDTH):
+            group.reset(e)
 
     def steps() -> None:
-        begin()
         for _ in range(actions):
-            environment.step(no_action)
+            group.step(no_action, observations)
 
     def physics() -> None:
-        begin()
         for _ in range(actions):
-            environment.walker.step(no_offset, no_force)
+            group.beside.advance()
 
     def policies() -> None:
         for _ in range(actions):
-            policy.act(observation)
+            policy.act(observations)
 
     steps()  # compiles
-    start = least_seconds(begin, rounds=200)
-    whole = (least_seconds(steps, rounds=200) - start) / actions
-    walker = (least_seconds(physics, rounds=200) - start) / actions
-    acting = least_seconds(policies, rounds=200) / actions
-    count = environment.walker.steps_per_action
+    physics()
+    whole, walker, acting = (
+        least_seconds(work, rounds=200, prepare=begin) / (WIDTH * actions)
+        for work in (steps, physics, policies)
+    )
+    count = constants.steps_per_action
     return [
-        (f"{count} physics steps in one compiled call", walker),
-        ("observation, errors, reward, checks", whole - walker),
+        (f"{count} physics steps, eight walkers side by side", walker),
+        ("observation, errors, reward, pushes", whole - walker),
         ("policy (mean action)", acting),
     ]
 
@@ -315,7 +319,7 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
         f"{rollouts - 1} rollouts and their updates: {1e3 * walked:.0f} ms of walking and "
         f"{1e3 * learned:.0f} ms of learning for {samples:,} samples.",
         "",
-        "| part of an action of one environment, one core | µs | share of the training, % |",
+        "| part of an action, of one of eight environments, one core | µs | share of training, % |",
         "|---|---|---|",
     ]
     for name, seconds in rows:

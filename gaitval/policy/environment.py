@@ -106,8 +106,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
-        actions = (action_size(self.constants),)
-        self.action_space = gymnasium.spaces.Box(-limit, limit, actions, np.float32)
+        self._asked = np.zeros(action_size(self.constants), dtype=np.float32)
+        self.action_space = gymnasium.spaces.Box(-limit, limit, self._asked.shape, np.float32)
         self._made_for = task.reference_body
         tolerances = [getattr(self.constants, f"{name}_tolerance") for name in _TOLERANCES]
         self.yardstick = Yardstick(
@@ -288,8 +288,10 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if self._habit is not None:
             action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
         episode, limit = self.episode, self.constants.action_limit
-        taken = np.asarray(action, dtype=np.float32)
-        take_action(taken, limit, self.shares, self._is_mirrored(), episode.action, episode.before)
+        self._asked[:] = action
+        take_action(
+            self._asked, limit, self.shares, self._is_mirrored(), episode.action, episode.before
+        )
         self.push()
         offset = self.constants.action_scale * episode.action[:-1]
         self.walker.step(offset, episode.root_force, recording, pace=self._pace())

@@ -1,8 +1,10 @@
 """Proximal policy optimisation from whole rollouts: stable-baselines3's PPO with less waiting.
 
-Network, advantages, losses and optimiser are stable-baselines3's. There are two differences. A
+Network, advantages, losses and optimiser are stable-baselines3's. There are three differences. A
 rollout comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are
-computed for all of it at once. And actor and critic, which share no weights, learn in two threads.
+computed for all of it at once. Actor and critic, which share no weights, learn in two threads. And
+the gradients of the layers are written out, which saves autograd's bookkeeping (12 to 16 % of a
+minibatch).
 """
 
 import time
@@ -32,31 +34,70 @@ _REWARD_CLIP = 10.0
 """Normalised rewards are clipped at this, as in stable-baselines3's VecNormalize."""
 
 
+_Layers = list[torch.nn.Linear]
+
+
+def _layers(hidden: torch.nn.Sequential, last: torch.nn.Module) -> _Layers:
+    """The linear layers of a network with tanh between them."""
+    return [layer for layer in (*hidden, last) if isinstance(layer, torch.nn.Linear)]
+
+
+def _forward(layers: _Layers, inputs: torch.Tensor) -> list[torch.Tensor]:
+    """The inputs of every layer, and the network's output."""
+    seen = [inputs]
+    for layer in layers[:-1]:
+        seen.append(torch.tanh(torch.addmm(layer.bias, seen[-1], layer.weight.t())))
+    return [*seen, torch.addmm(layers[-1].bias, seen[-1], layers[-1].weight.t())]
+
+
+def _backward(layers: _Layers, seen: list[torch.Tensor], gradient: torch.Tensor) -> None:
+    """Give every layer its gradient, from that of the output; the operations are autograd's."""
+    for k in range(len(layers) - 1, -1, -1):
+        layers[k].weight.grad = gradient.t().mm(seen[k])
+        layers[k].bias.grad = gradient.sum(0)
+        if k > 0:
+            below = gradient.mm(layers[k].weight)
+            gradient = torch.ops.aten.tanh_backward(below, seen[k])
+
+
 class WalkingPPO(PPO):
     """PPO whose update gives the same result as stable-baselines3's in less time (tested)."""
 
     policy: ActorCriticPolicy
 
-    def _actor_loss(self, batch: Any, clip_range: float) -> tuple[torch.Tensor, torch.Tensor]:
-        """Clipped surrogate loss, and the approximate Kullback-Leibler divergence."""
+    def _actor_loss(
+        self, means: torch.Tensor, batch: Any, clip_range: float
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Clipped surrogate loss of mean actions, and the approximate Kullback-Leibler
+        divergence.
+        """
         advantages = (batch.advantages - batch.advantages.mean()) / (batch.advantages.std() + 1e-8)
-        log_prob = self.policy.get_distribution(batch.observations).log_prob(batch.actions)
+        distribution: Any = self.policy.action_dist
+        log_std = self.policy.get_parameter("log_std")
+        log_prob = distribution.proba_distribution(means, log_std).log_prob(batch.actions)
         log_ratio = log_prob - batch.old_log_prob
         ratio = torch.exp(log_ratio)
         clipped = torch.clamp(ratio, 1 - clip_range, 1 + clip_range)
         loss = -torch.min(advantages * ratio, advantages * clipped).mean()
         return loss, (ratio.detach() - 1.0 - log_ratio.detach()).mean()
 
-    def _critic_backward(self, batch: Any) -> torch.Tensor:
-        values = self.policy.predict_values(batch.observations).flatten()
-        loss = torch.nn.functional.mse_loss(batch.returns, values)
-        (self.vf_coef * loss).backward()  # type: ignore[no-untyped-call]
+    @torch.no_grad()
+    def _critic_backward(self, layers: _Layers, batch: Any) -> torch.Tensor:
+        seen = _forward(layers, batch.observations)
+        values = seen[-1].requires_grad_()
+        with torch.enable_grad():
+            loss = torch.nn.functional.mse_loss(batch.returns, values.flatten())
+            (gradient,) = torch.autograd.grad(self.vf_coef * loss, values)
+        _backward(layers, seen, gradient)
         return loss.detach()
 
     def train(self) -> None:
         """Update the network from the rollout buffer."""
         policy, optimiser = self.policy, self.policy.optimizer
         policy.set_training_mode(True)
+        extractor = policy.mlp_extractor
+        actor_layers = _layers(extractor.policy_net, policy.action_net)
+        critic_layers = _layers(extractor.value_net, policy.value_net)
         self._update_learning_rate(optimiser)
         clip_range = self.clip_range(self._current_progress_remaining)  # type: ignore[operator]
         actor_losses, critic_losses, divergences = [], [], []
@@ -65,13 +106,18 @@ class WalkingPPO(PPO):
             for _ in range(self.n_epochs):
                 for batch in self.rollout_buffer.get(self.batch_size):
                     optimiser.zero_grad()
-                    critic = beside.submit(self._critic_backward, batch)
-                    loss, divergence = self._actor_loss(batch, clip_range)
+                    critic = beside.submit(self._critic_backward, critic_layers, batch)
+                    with torch.no_grad():
+                        seen = _forward(actor_layers, batch.observations)
+                    means = seen[-1].requires_grad_()
+                    loss, divergence = self._actor_loss(means, batch, clip_range)
                     actor_losses.append(loss.detach())
                     divergences.append(float(divergence))
                     go_on = self.target_kl is None or divergences[-1] <= 1.5 * self.target_kl
                     if go_on:
-                        loss.backward()  # type: ignore[no-untyped-call]
+                        (gradient,) = torch.autograd.grad(loss, means)
+                        with torch.no_grad():
+                            _backward(actor_layers, seen, gradient)
                     critic_losses.append(critic.result())
                     if not go_on:
                         break

@@ -197,6 +197,7 @@ class WalkingGroup:
     Attributes
     ----------
     environments : with all that an environment has.
+    beside : their walkers.
     """
 
     def __init__(self, tasks: Sequence[WalkingTask]) -> None:
@@ -212,7 +213,7 @@ class WalkingGroup:
         kinds = list({id(each.task): each.yardstick for each in every}.items())
         order = [key for key, _ in kinds]
         trees = _stacked([each.walker.tree for each in every])
-        self._side_by_side = SideBySide([each.walker for each in every])
+        self.beside = SideBySide([each.walker for each in every])
         self._arrays = GroupArrays(
             walkers,
             episodes,
@@ -231,7 +232,7 @@ class WalkingGroup:
         self._inward, self._outward = self._pairs()
 
     def _pairs(self) -> tuple[Pairs, Pairs]:
-        rows, lanes = self._arrays, self._side_by_side.arrays
+        rows, lanes = self._arrays, self.beside.arrays
 
         def pair(row: Array, columns: Array) -> tuple[Array, Array]:
             return row.reshape(WIDTH, -1), columns.reshape(-1, WIDTH)
@@ -262,7 +263,7 @@ class WalkingGroup:
         walker = environment.walker
         if walker.mu is not self._mu[e]:
             self._mu[e] = walker.mu
-            self._side_by_side.enter_body(e, walker)
+            self.beside.enter_body(e, walker)
             for rows, values in zip(arrays.trees, walker.tree, strict=True):
                 if rows.dtype == float:
                     rows[e] = values
@@ -292,7 +293,7 @@ class WalkingGroup:
             constants.pace_scale,
             float(self.environments[0].tolerance_share),
         )
-        lanes = self._side_by_side
+        lanes = self.beside
         act_together(
             asked, settings, group, self._inward, self._outward,
             lanes.bodies, lanes.arrays, lanes.account, lanes.work, seen,

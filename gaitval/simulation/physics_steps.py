@@ -97,8 +97,9 @@ def empty_account(count: int) -> Account:
 
 
 class Workspace(NamedTuple):
-    """Arrays that a physics step works in: what moves, the forces (31,) of `forces`, its command
-    (25,) and feet (2, 6), and the acceleration (31,) that they make.
+    """Arrays that a physics step works in: what moves, the forces (31,) of `forces`, what the
+    reference asks for (3, 25), its command (25,) and feet (2, 6), and the acceleration (31,) that
+    they make.
     """
 
     frames: Frames

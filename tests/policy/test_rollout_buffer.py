@@ -106,12 +106,12 @@ def test_an_error_in_a_worker_reaches_the_trainer(short):
 
 def test_a_killed_worker_is_reported_and_cleaned_up(short):
     policy = dict(random_policy(short, scale=0.1).tensors)
-    with WalkingWorkers([short], count=2, workers=2, steps=1) as workers:
+    with WalkingWorkers([short], count=16, workers=2, steps=1) as workers:
         workers.begin(0)
         workers._processes[1].kill()
         workers._processes[1].join(5)
         with pytest.raises(RuntimeError, match="killed, perhaps because"):
-            workers.walk(policy, np.zeros((1, 2, 26), dtype=np.float32))
+            workers.walk(policy, np.zeros((1, 16, 26), dtype=np.float32))
         processes = workers._processes
     assert not set(mp.active_children()) & set(processes)
 
