@@ -55,8 +55,11 @@ NOTHING: Final = "nothing"
 CERTAIN: Final = 1e6
 """Ratio for a measure that never scatters, or can no longer be measured."""
 ALARMS: Final = 20
-SECONDS: Final = 600.0
-"""A check or a test file that takes longer hangs, which is told as a failure."""
+SECONDS: Final = 3600.0
+"""A check or a test file that takes longer hangs, which is told as a failure; on a machine that is
+busy with ten other things a check takes ten minutes."""
+REFUSALS: Final = ("PolicyError", "SubjectError", "ConfigurationError", "ArtefactError")
+"""Errors that refuse an input of the walk; any other says that the walk came to nothing."""
 Json = dict[str, Any]
 
 
@@ -312,7 +315,7 @@ def rows(stored: Json) -> list[evidence.Row]:
     faults = stored["faults"]
     counts = [each for name, each in faults.items() if name != NOTHING and each["ratio"] > 1.0]
     caught = [each for each in counts if each["by_check"] or each.get("by_test")]
-    figures = [each for each in counts if each["by_check"] in ("figures", "does not walk")]
+    figures = [each for each in counts if by_figures(each)]
     n = len(counts)
     made = [
         evidence.Row(
@@ -340,6 +343,13 @@ def rows(stored: Json) -> list[evidence.Row]:
             )
         )
     return made
+
+
+def by_figures(found: Json) -> bool:
+    """Whether the check tells a fault by what is measured of the walk, or that there is none."""
+    if found["by_check"] == "does not walk":
+        return not found["error"].startswith(REFUSALS)
+    return bool(found["by_check"] == "figures")
 
 
 def save(**parts: Any) -> Json:

@@ -9,6 +9,7 @@ can cause is a `RecordError`. It costs 0.2 s.
 import io
 import json
 import os
+import signal
 import struct
 import subprocess
 import sys
@@ -27,7 +28,13 @@ PROCESS = Path(__file__).with_name("c3d_process.py")
 
 SECONDS = 10.0
 SECONDS_PER_MEGABYTE: Final = 1.0
-"""Longest time to read a file; measured: 0.1 s plus 0.08 s per megabyte."""
+"""Longest computing time to read a file; measured: 0.1 s plus 0.08 s per megabyte."""
+BUSY = 10.0
+"""Times as long by the clock: a machine that is busy with ten other things has taken 11 s for a
+file of 1 MB, which is no fault of the file."""
+
+OUT_OF_TIME: Final = getattr(signal, "SIGXCPU", 24)
+"""With which a system ends a process that has computed for too long."""
 
 _BLOCK: Final = 512
 
@@ -138,16 +145,18 @@ def _damaged(path: Path, why: str) -> RecordError:
 def read_contents(path: Path) -> Contents:
     """Contents of a file, read in another process (see the module's docstring)."""
     # -P: a json.py in the data folder must not replace Python's own.
-    command = [sys.executable, "-P", str(PROCESS), str(path.resolve())]
+    limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    command = [sys.executable, "-P", str(PROCESS), str(path.resolve()), str(limit)]
     # Each OpenBLAS thread would count towards the process' memory limit.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     try:
         done = subprocess.run(
-            command, capture_output=True, timeout=limit, check=False, env=environment
+            command, capture_output=True, timeout=BUSY * limit, check=False, env=environment
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, f"reading did not finish within {limit:.0f} s") from None
+        raise _damaged(path, f"reading did not finish within {BUSY * limit:.0f} s") from None
+    if done.returncode == -OUT_OF_TIME:
+        raise _damaged(path, f"reading did not finish within {limit:.0f} s of computing")
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         known = done.returncode > 0 and lines and lines[-1].startswith("c3d: ")

@@ -1,11 +1,13 @@
 """Read a C3D file with ezc3d and write its contents as npz to stdout; see `gaitval.mocap.c3d`.
 
-A script, run with one argument in a separate process. It imports nothing from gaitval.
+A script, run with a file and a computing time, s, in a separate process. It imports nothing from
+gaitval.
 """
 
 import contextlib
 import io
 import json
+import math
 import os
 import sys
 from pathlib import Path
@@ -45,6 +47,17 @@ def limit_memory(size: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
 
 
+def limit_time(seconds: float) -> None:
+    """End this process when it has computed for so long, if the system can."""
+    try:
+        import resource
+    except ImportError:
+        return
+    whole = math.ceil(seconds)
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 1))
+
+
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
@@ -52,6 +65,7 @@ def main() -> None:
     contents = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     limit_memory(path.stat().st_size)
+    limit_time(float(sys.argv[2]))
     try:
         file = ezc3d.c3d(str(path))
         described = {

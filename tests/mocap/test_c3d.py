@@ -1,6 +1,7 @@
 """C3D files: what a laboratory's program may write is read as meant, or refused with a reason."""
 
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -547,7 +548,24 @@ class TestRefusals:
         (tmp_path / "process.py").write_text(script)
         monkeypatch.setattr(c3d_contents, "PROCESS", tmp_path / "process.py")
         monkeypatch.setattr(c3d_contents, "SECONDS", 1.0)
+        monkeypatch.setattr(c3d_contents, "BUSY", 1.0)
         self.refuse(path, words, "damaged", "Copy it again")
+
+    @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit of computing time")
+    def test_a_file_that_never_ends_to_be_read_has_a_limit_of_computing_time(
+        self, tmp_path, monkeypatch
+    ):
+        """By the clock it is ten times as long, for machines that are busy."""
+        path = write(tmp_path / "a.c3d")
+        folder = str(c3d_contents.PROCESS.parent)
+        (tmp_path / "process.py").write_text(
+            f"import sys; sys.path.insert(0, {folder!r})\nfrom c3d_process import limit_time\n"
+            "limit_time(float(sys.argv[2]))\nwhile True: pass"
+        )
+        monkeypatch.setattr(c3d_contents, "PROCESS", tmp_path / "process.py")
+        monkeypatch.setattr(c3d_contents, "SECONDS", 1.0)
+        monkeypatch.setattr(c3d_contents, "BUSY", 100.0)
+        self.refuse(path, "did not finish within 1 s of computing", "damaged")
 
     @pytest.mark.parametrize("without", ["module", "limit"])
     def test_a_system_without_a_limit_of_memory_reads_the_same(

@@ -276,8 +276,9 @@ def _abandoned(where: Path, *, seconds: float) -> Path:
     return folder
 
 
-def test_what_a_killed_check_has_left_is_removed(tmp_path: Path) -> None:
-    left = _abandoned(tmp_path, seconds=3600.0)
+@pytest.mark.parametrize("seconds", [3600.0, -86400.0], ids=["an hour ago", "clock gone back"])
+def test_what_a_killed_check_has_left_is_removed(tmp_path: Path, seconds: float) -> None:
+    left = _abandoned(tmp_path, seconds=seconds)
     theirs = tmp_path / "something"
     theirs.mkdir()
     remove_abandoned(tmp_path)

@@ -34,6 +34,14 @@ def test_a_fault_of_the_code_is_told_by_inputs_and_figures(prepared: Path) -> No
     assert found["by_check"] == "figures"
 
 
+def test_a_refused_input_is_not_told_by_figures() -> None:
+    assert gate.by_figures({"by_check": "figures"})
+    assert gate.by_figures({"by_check": "does not walk", "error": "RecordError: no gait cycle"})
+    assert not gate.by_figures({"by_check": "does not walk", "error": "PolicyError: another body"})
+    assert not gate.by_figures({"by_check": "refused"})
+    assert not gate.by_figures({"by_check": None, "by_test": "tests/test_a.py::test_b"})
+
+
 def test_all_faults_can_be_planted() -> None:
     """Their texts are in the package, each once."""
     for fault in gate.code_faults().values():
