@@ -21,6 +21,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from gaitval.errors import ToleranceError
 from gaitval.study.stage import INTERRUPTED, Observer
 
 if TYPE_CHECKING:
@@ -302,6 +303,23 @@ def print_moved(rows: "Sequence[Row]") -> None:
             "[red]lost[/]" if row.change == "lost" else row.change,
         )
     output.print(table)
+
+
+def judge_moved(rows: "Sequence[Row]", baseline: Path) -> None:
+    """Show what moved; raise ToleranceError if accuracy was lost."""
+    from gaitval.metrics.regression import lost
+
+    print_moved(rows)
+    failures = lost(rows)
+    if failures:
+        raise ToleranceError(
+            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
+            "more than their margin (table above). If the change is intended, store a new baseline "
+            "with `gaitval baseline SUBJECT`."
+        )
+    output.print(
+        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
+    )
 
 
 def _number(value: float | None) -> str:

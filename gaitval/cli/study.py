@@ -29,7 +29,6 @@ from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
-    from gaitval.metrics.regression import Row
     from gaitval.study.stage import Run
 
 
@@ -488,21 +487,4 @@ def check(
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)
     display.plain(f"Inputs: {'changed: ' if changed else ''}{inputs}")
-    _judge(rows, baseline)
-
-
-def _judge(rows: "list[Row]", baseline: Path) -> None:
-    """Show what moved; raise ToleranceError if accuracy was lost."""
-    from gaitval.metrics.regression import lost
-
-    display.print_moved(rows)
-    failures = lost(rows)
-    if failures:
-        raise ToleranceError(
-            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
-            "more than their margin (table above). If the change is intended, store a new baseline "
-            "with `gaitval baseline SUBJECT`."
-        )
-    display.output.print(
-        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
-    )
+    display.judge_moved(rows, baseline)

@@ -106,7 +106,7 @@ def write_urdf(model: BodyModel, path: Path) -> None:
             f"the model's name {model.name!r} cannot be used in a URDF: use letters, digits, "
             "spaces, dots, hyphens and underscores."
         )
-    with scratch(Path(path).parent) as folder:
+    with scratch(Path(path).resolve().parent) as folder:  # xacro looks from its template's
         body = folder / "body.json"
         body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
         document = xacro.process_file(

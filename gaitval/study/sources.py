@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.judging.moments": ("judging/schwartz2008.csv",),
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.walk_statistics": ("metrics/healthy_bands.csv",),
@@ -24,6 +25,7 @@ DATA: Final = {
     "gaitval.reporting.catalogue": ("reporting/languages/*.po",),
     "gaitval.reporting.credibility": ("reporting/evidence.toml",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
+    "gaitval.reporting.replay": ("reporting/vendor/*",),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
 }
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""

@@ -85,7 +85,7 @@ def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
     html = (folder / "accuracy.html").read_text(encoding="utf-8")
     page = Page(html)
     assert page.open == []
-    assert "script" not in page.tags
+    assert page.tags.count("script") == 1  # what copies tables
     text = " ".join(page.text.split())
     assert re.search(r"08080808 ?07070707 ?S05 ?angle rmse knee_angle_r", text)
     assert "worse" in text
@@ -124,9 +124,9 @@ def test_text_from_outside_stays_text(tmp_path: Path, monkeypatch: pytest.Monkey
     write_history(tmp_path, "a<b>", hostile)
     html = (tmp_path / "a<b>.html").read_text(encoding="utf-8")
     page = Page(html)
-    assert "script" not in page.tags
+    assert page.tags.count("script") == 1  # what copies tables
     assert "b" not in page.tags
-    assert "<script>" not in html
+    assert html.count("<script>") == 1
     assert "{{ 7 * 7 }}" in page.text
     with (tmp_path / "a<b>.csv").open(newline="") as file:
         assert all(row["target"].startswith("'=") for row in csv.DictReader(file))

@@ -185,17 +185,19 @@ def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path
     before = {path.name for path in run.iterdir()}
     monkeypatch.setattr("tempfile.tempdir", str(temporary))
     seen = []
-    drawn = weasyprint.HTML.write_pdf
+    drawn = weasyprint.Document.write_pdf
 
     def watched(document, target, **options):
         drawn(document, target, **options)
         seen.extend([*temporary.iterdir(), *run.glob(f"{PARTIAL}*/*")])
 
-    monkeypatch.setattr(weasyprint.HTML, "write_pdf", watched)
+    monkeypatch.setattr(weasyprint.Document, "write_pdf", watched)
     write_report(run)
-    assert len(seen) == 4, "the faces of the font, in a folder of ours"
+    assert len(seen) == 5, "the faces of the fonts, in a folder of ours"
     assert not list(temporary.iterdir())
-    assert {path.name for path in run.iterdir()} - before == {"report.html", "report.pdf"}
+    assert {path.name for path in run.iterdir()} - before == {
+        *("report.html", "report.pdf", "evidence.toml", "figures"),
+    }
 
 
 def test_hostile_text_stays_text(tmp_path, monkeypatch):

@@ -40,7 +40,7 @@ NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
 
 
-FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".safetensors")
+FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
 
 
 def texts(files: list[Path]) -> Iterator[tuple[str, str]]:
