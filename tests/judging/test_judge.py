@@ -12,10 +12,11 @@ from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
 from gaitval.errors import GaitvalError, RecordError
-from gaitval.judging.judge import Judgement, Request, judge
+from gaitval.judging.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval.judging.markers import logged_errors
 from gaitval.judging.moments import bands, speed_group
 from gaitval.judging.write import result_of, write_judgement
+from gaitval.metrics.tolerances import JUDGED_UNITS, Measure, load_registry
 from gaitval.mocap.mot import StorageTable, read_storage, write_storage
 
 NOISE_M = 0.005
@@ -61,6 +62,20 @@ def sound(judged_files) -> Judgement:
             height=1.53,
         )
     )
+
+
+LIMITS = [row for row in load_registry().tolerance if row.measure in JUDGED_UNITS]
+
+
+@pytest.mark.parametrize("row", LIMITS, ids=[row.id for row in LIMITS])
+def test_a_value_beyond_a_limit_fails_it_and_at_the_limit_does_not(sound, row):
+    beyond = row.value * (1.01 if row.limit == "at_most" else 0.99)
+    target = f"{row.applies_to[0]}_l" if row.applies_to else "left"
+    for value, kept in ((row.value, True), (beyond, False)):
+        found = replace(sound, measures=[*sound.measures, Measure(row.measure, target, value)])
+        missed = {(v.tolerance.id, v.target) for v in found.verdicts() if not v.passed}
+        assert ((row.id, target) not in missed) == kept
+        assert ((row.id, target) not in failed(found)) == (kept or row.id in SHOWN_ONLY)
 
 
 # ---- Without a fault. ----

@@ -128,7 +128,7 @@ def test_opensim_finds_the_exported_moments_from_the_exported_files(
 ):
     """The files of one trial belong together, in a folder that was moved: motion, ground reaction
     and the model with the masses that made it consistent give the moments beside them."""
-    monkeypatch.setattr(write, "write_recording_report", lambda folder, summary: None)
+    monkeypatch.setattr(write, "write_recording_report", lambda *_: None)
     write_import(tmp_path / "first", rajagopal.found, Configuration())
     folder = (tmp_path / "first" / FOLDER).rename(tmp_path / "moved")
     tool = inverse_dynamics_tool(

@@ -300,7 +300,7 @@ def from_python(sessions, from_the_command_line, tmp_path_factory) -> Session:
     """Without the page, which has its own tests and takes long."""
     session, person = sessions[0.003], sessions[0.003].request
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(write, "write_recording_report", lambda folder, summary: None)
+        patch.setattr(write, "write_recording_report", lambda *_: None)
         return gv.import_session(
             session.standing,
             session.walking,

@@ -8,7 +8,6 @@ gives, and everything after it is worked out as for any other.
 """
 
 import re
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -32,12 +31,13 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.push_recovery import Push, PushRecovery, evenly_spaced, required_pushes
-from gaitval.metrics.tolerances import WALK_UNITS, Tolerance, load_registry
+from gaitval.metrics.tolerances import JUDGED_UNITS, WALK_UNITS, Tolerance, load_registry
 from gaitval.metrics.unrecorded import STEP_WIDTH, TRUNK_TILT_SD
 from gaitval.metrics.validation import validate
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
+from gaitval.reporting import recording_report, report
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
@@ -50,7 +50,8 @@ PHASES = (0.0, 0.5)
 CONFIGURATION = sharp_filter(cycles=6, start_phases=PHASES)
 WEIGHT = MASS * GRAVITY
 
-REGISTRY = load_registry().tolerance
+REGISTRY = [row for row in load_registry().tolerance if row.measure not in JUDGED_UNITS]
+"""Those of OpenSim's models and results are in tests/judging."""
 OF_WALKS = {row.id: row for row in REGISTRY if row.measure in WALK_UNITS}
 OF_RECORDINGS = {row.id: row for row in REGISTRY if row.measure not in WALK_UNITS}
 
@@ -674,8 +675,22 @@ def test_a_walk_that_misses_a_goal_only_still_passes(name):
 def no_drawings(monkeypatch):
     """Pages without figures and without a PDF, which take seconds and tell no verdict."""
     monkeypatch.setattr("gaitval.reporting.page.weasyprint", MagicMock())
-    monkeypatch.setattr("gaitval.reporting.report._drawings", lambda *_: defaultdict(str))
-    monkeypatch.setattr("gaitval.reporting.recording_report._drawings", lambda _: defaultdict(list))
+    for module, at in (
+        (report, lambda found: found),
+        (recording_report, lambda found: found["drawings"]),
+    ):
+        monkeypatch.setattr(module, "_drawings", undrawn(module._drawings, at))
+
+
+def undrawn(names, at):
+    """What names the drawings of a page, without what draws them."""
+
+    def named(*given):
+        found = names(*given)
+        at(found).update(dict.fromkeys(at(found), str))
+        return found
+
+    return named
 
 
 def told(html: str, title: str) -> list[tuple[bool, str]]:
