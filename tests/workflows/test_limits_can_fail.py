@@ -695,7 +695,8 @@ def undrawn(names, at):
 
 def told(html: str, title: str) -> list[tuple[bool, str]]:
     """Of every line of a table about a limit: whether it is marked as failed, and its verdict."""
-    lines = re.findall(rf'<tr class="(\w*)"><td>{re.escape(escape(title))}<(.*?)</tr>', html, re.S)
+    start = rf'<tr class="(\w*)"><td>(?:<span>)?{re.escape(escape(title))}<'
+    lines = re.findall(rf"{start}(.*?)</tr>", html, re.S)
     return [
         (mark == "failed", *re.findall(r">(FAILED|passed|goal reached)</span>", line))
         for mark, line in lines
