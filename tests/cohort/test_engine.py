@@ -157,7 +157,7 @@ def test_a_scheduler_that_does_not_answer(tmp_path, monkeypatch):
     ("options", "told"),
     [
         ({"scheduler": "lsf"}, "give the address of a running one"),
-        ({"scheduler": "tcp://127.0.0.1:9", "workers": 2}, "has its own workers"),
+        ({"scheduler": "tcp://127.0.0.1:9", "workers": 2}, "has its own"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, options, told):

@@ -69,10 +69,10 @@ LIMITS = [row for row in load_registry().tolerance if row.measure in JUDGED_UNIT
 
 @pytest.mark.parametrize("row", LIMITS, ids=[row.id for row in LIMITS])
 def test_a_value_beyond_a_limit_fails_it_and_at_the_limit_does_not(sound, row):
-    beyond = row.value * (1.01 if row.limit == "at_most" else 0.99)
+    beyond = row.value + (0.01 if row.limit == "at_most" else -0.01)
     target = f"{row.applies_to[0]}_l" if row.applies_to else "left"
     for value, kept in ((row.value, True), (beyond, False)):
-        found = replace(sound, measures=[*sound.measures, Measure(row.measure, target, value)])
+        found = replace(sound, measures=[Measure(row.measure, target, value)])
         missed = {(v.tolerance.id, v.target) for v in found.verdicts() if not v.passed}
         assert ((row.id, target) not in missed) == kept
         assert ((row.id, target) not in failed(found)) == (kept or row.id in SHOWN_ONLY)
@@ -390,7 +390,7 @@ def test_names_from_outside_are_escaped(everything, tmp_path):
     model.write_text(text.replace('<Model name="', '<Model name="&lt;b&gt;'))
     write_judgement(judge(Request(model=model)), tmp_path)
     page = (tmp_path / "judge.html").read_text()
-    assert "<script>" not in page
+    assert page.count("<script>") == 1  # what copies tables
     assert "&lt;b&gt;" in page
 
 

@@ -19,6 +19,7 @@ from simulation_fixtures import changed, random_policy
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.lanes import WIDTH
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
@@ -26,6 +27,7 @@ from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
 from gaitval.policy.training import _read_checkpoint, train, train_general
 from gaitval.policy.training_log import LOG_COLUMNS
+from gaitval.policy.walking_group import WalkingGroup
 
 EASY = {
     # actions of 30 ms: the same seconds of walking in a third of the samples
@@ -79,7 +81,8 @@ class LocalWorkers:
         constants = tasks[0].configuration.environment
         arrays = {n: np.zeros(*shape) for n, shape in _shapes(steps, count, constants).items()}
         self.experience = RolloutBuffer(**arrays)
-        self.environments = [WalkingEnvironment(tasks[i % len(tasks)]) for i in range(count)]
+        every = [tasks[i % len(tasks)] for i in range(count)]
+        self.groups = {i: WalkingGroup(every[i : i + WIDTH]) for i in range(0, count, WIDTH)}
 
     def __enter__(self):
         return self
@@ -88,17 +91,23 @@ class LocalWorkers:
         pass
 
     def set_curriculum(self, difficulty, tolerance_share):
-        for environment in self.environments:
-            environment.difficulty, environment.tolerance_share = difficulty, tolerance_share
+        for group in self.groups.values():
+            for environment in group.environments:
+                environment.difficulty, environment.tolerance_share = difficulty, tolerance_share
 
     def begin(self, seed):
-        self.seen = [each.reset(seed=seed + i)[0] for i, each in enumerate(self.environments)]
+        self.seen = {
+            first: np.array(
+                [group.reset(e, seed=seed + first + e) for e in range(len(group.environments))]
+            )
+            for first, group in self.groups.items()
+        }
 
     def walk(self, tensors, noise):
         self.experience.actions[:] = noise
         policy = Policy(tensors, {})
-        for i, environment in enumerate(self.environments):
-            self.seen[i] = _walk(environment, self.seen[i], policy, self.experience, i)
+        for first, group in self.groups.items():
+            _walk(group, self.seen[first], policy, self.experience, first)
         return self.experience
 
 
