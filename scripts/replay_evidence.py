@@ -10,7 +10,6 @@ work, which needs the right to do so (root); the command in the rows says so.
 """
 
 import os
-import shutil
 import statistics
 import sys
 import time
@@ -19,6 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from browser import FLAGS, program
 from evidence import Row, write
 from playwright.sync_api import sync_playwright
 
@@ -31,13 +31,6 @@ IDLE = 0.8
 PROCESSORS = 2
 PRIORITY = -18
 WINDOW = {"width": 1280, "height": 800}
-FLAGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-gpu-rasterization",
-)
 FIRST = "performance.getEntriesByName('replay-first-frame')[0]?.startTime ?? 0"
 DRAWN = "[+document.getElementById('replay').dataset.frames, performance.now()]"
 PIXELS = "(({width, clientWidth}) => width / clientWidth)(document.querySelector('canvas'))"
@@ -81,8 +74,7 @@ def go_before_others() -> None:
 @contextmanager
 def opened(playwright: Any, path: Path) -> Iterator[Any]:
     """The page in a browser of its own, when it has drawn its first frame."""
-    program = os.environ.get("GAITVAL_CHROMIUM") or shutil.which("chromium")
-    browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    browser = playwright.chromium.launch(executable_path=program(), args=list(FLAGS))
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     if "--anyway" in sys.argv:
         go_before_others()

@@ -11,14 +11,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from importlib import resources
 from pathlib import Path
 from typing import Final
 
+from browser import LACKING, SERIOUS, findings, program
 from evidence import Row, none_may, write
 from page_blanks import blanks
 
-SERIOUS: Final = ("serious", "critical")
 _REPORT: Final = """
 import resource, sys
 from pathlib import Path
@@ -32,7 +31,6 @@ def violations(file: Path, chromium: str) -> int:
     """Serious and critical violations that axe-core finds on a page, in light and in dark."""
     from playwright.sync_api import sync_playwright
 
-    axe = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text()
     found = 0
     with sync_playwright() as browsers:
         browser = browsers.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
@@ -40,11 +38,7 @@ def violations(file: Path, chromium: str) -> int:
             page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
             page.set_default_timeout(300_000)
             page.goto(file.resolve().as_uri())
-            page.evaluate(axe)
-            result = page.evaluate("axe.run()")
-            if not result["passes"]:
-                raise RuntimeError(f"{file}: axe-core checked nothing")
-            for violation in result["violations"]:
+            for violation in findings(page):
                 print(
                     f"{file.name}, {width} px, {scheme}: {violation['id']}, {violation['impact']}"
                 )
@@ -70,9 +64,9 @@ def main() -> None:
     parser.add_argument("--recording", type=Path, required=True, help="an import's recording/")
     parser.add_argument("--repeats", type=int, default=3, help="reports that are timed")
     given = parser.parse_args()
-    chromium = shutil.which("chromium")
+    chromium = program()
     if chromium is None:
-        parser.error("no chromium on the path: apt-get install chromium")
+        parser.error(LACKING)
     command = "python scripts/report_evidence.py --run RUN --recording FOLDER"
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"

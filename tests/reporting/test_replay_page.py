@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from browser import FLAGS
 from html_page import only_html
 from page_in_browser import chromium as found_chromium
 from page_in_browser import overflow, violations
@@ -20,14 +21,6 @@ from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
 from gaitval.simulation.rollout import Rollout
 
-FLAGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-gpu-rasterization",
-)
-"""Graphics without a graphics card; the page around them is painted without, which is faster."""
 FIRST_FRAME = "performance.getEntriesByName('replay-first-frame').length > 0"
 THREE_PERCENT = "+document.querySelector('.replay-slider input').value >= 3"
 BLUE, ORANGE = (0x00, 0x55, 0x8F), (0xD9, 0x6B, 0x0A)

@@ -1,26 +1,22 @@
 """A page in Debian's Chromium, as a reader sees it."""
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-SERIOUS = ("serious", "critical")
+from browser import LACKING, SERIOUS, findings, program
 
 
 def chromium(config: pytest.Config) -> str:
     """The browser; without one the test is skipped, and fails where --require-data is given."""
     pytest.importorskip("playwright")
-    found = shutil.which("chromium")
+    found = program()
     if found is None:
-        reason = "no chromium on the path: apt-get install chromium"
         if config.getoption("--require-data"):
-            pytest.fail(reason)
-        pytest.skip(reason)
+            pytest.fail(LACKING)
+        pytest.skip(LACKING)
     return found
 
 
@@ -41,10 +37,9 @@ def opened(executable: str, file: Path, *, width: int = 800, dark: bool = False)
 
 def violations(page: Any) -> list[str]:
     """What axe-core finds that hinders readers seriously, with the first place of each."""
-    page.evaluate(resources.files("axe_playwright_python").joinpath("axe.min.js").read_text())
     return [
         f"{found['id']}: {found['nodes'][0]['html']}"
-        for found in page.evaluate("axe.run()")["violations"]
+        for found in findings(page)
         if found["impact"] in SERIOUS
     ]
 

@@ -1,0 +1,31 @@
+"""Chromium, as the tests of pages and what measures them use it."""
+
+import os
+import shutil
+from importlib import resources
+from typing import Any, Final
+
+FLAGS: Final = (
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--disable-gpu-rasterization",
+)
+"""Graphics without a graphics card; the page around them is painted without, which is faster."""
+LACKING: Final = "no chromium on the path: apt-get install chromium, or set GAITVAL_CHROMIUM"
+SERIOUS: Final = ("serious", "critical")
+
+
+def program() -> str | None:
+    """The browser of this machine; None without one (`LACKING`)."""
+    return os.environ.get("GAITVAL_CHROMIUM") or shutil.which("chromium")
+
+
+def findings(page: Any) -> list[Any]:
+    """What axe-core finds on a page of playwright, of any impact."""
+    page.evaluate(resources.files("axe_playwright_python").joinpath("axe.min.js").read_text())
+    result = page.evaluate("axe.run()")
+    if not result["passes"]:
+        raise RuntimeError(f"{page.url}: axe-core checked nothing")
+    return list(result["violations"])
