@@ -31,6 +31,7 @@ SOURCES = (
     "model/tree.py",
     "policy/judgement.py",
     "policy/observation.py",
+    "policy/policy_update.py",
     "policy/reward.py",
     "policy/walking_group.py",
     "reference/walking_laws.py",
@@ -74,3 +75,8 @@ def njit_borrowing(function: Any) -> Any:
     every tuple member took a third of the time of a physics step.
     """
     return _compiled(function, _nrt=False)
+
+
+def njit_unlocked(function: Any) -> Any:
+    """`njit` for a function that runs beside others in threads: it holds no lock of Python's."""
+    return _compiled(function, nogil=True)

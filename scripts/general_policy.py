@@ -30,10 +30,13 @@ SPEEDS = (0.75, 1.0, 1.25)
 """Of the recorded one; at the others the angles are those expected of a change of speed."""
 
 
-def task_of(wanted: tuple[str, float, Configuration]) -> WalkingTask:
-    """The walking task of a subject at a share of the recorded speed."""
-    name, share, configuration = wanted
-    subject, others = load_subject(name), builtin_subjects()
+def task_of(wanted: tuple[str, float, Configuration, tuple[str, ...]]) -> WalkingTask:
+    """The walking task of a subject at a share of the recorded speed; what it is not told is
+    expected from the people named.
+    """
+    name, share, configuration, names = wanted
+    subject = load_subject(name)
+    others = [each for each in builtin_subjects() if each.identifier in names]
     speed = None if share == 1.0 else share * subject.walking_speed_m_s
     first = subject.model_copy(update={"trials": ()})
     known = told(first, configuration.record, others, speed=speed)
@@ -61,6 +64,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
     parser.add_argument("--samples", type=int, default=22_000_000, help="default: %(default)s")
+    parser.add_argument(
+        "--alone", action="store_true", help="nothing is known of built-in people not named"
+    )
     parser.add_argument("--start", type=Path, help="start from this general policy")
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
@@ -70,7 +76,10 @@ def main() -> None:
         settings=[f"training.environments={environments}", "record.use=kinematics"]
     )
     with ProcessPoolExecutor(2) as pool:
-        wanted = [(name, speed, configuration) for name in arguments.subjects for speed in SPEEDS]
+        known = tuple(arguments.subjects if arguments.alone else BUILTIN)
+        wanted = [
+            (name, speed, configuration, known) for name in arguments.subjects for speed in SPEEDS
+        ]
         tasks = list(pool.map(task_of, wanted))
     print(f"{len(tasks)} references", flush=True)
     began = time.monotonic()

@@ -287,8 +287,13 @@ def action_rows(task: WalkingTask, policy: Policy) -> list[tuple[str, float]]:
     ]
 
 
-def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
-    """The profile of a training with the default configuration."""
+def training_seconds(task: WalkingTask, rollouts: int = 6) -> tuple[float, float]:
+    """Walking and learning, s: medians of the rollouts after the first, and their updates."""
+    walked, learned, _ = _trained(task, rollouts)
+    return walked, learned
+
+
+def _trained(task: WalkingTask, rollouts: int) -> tuple[float, float, Learner]:
     torch.set_num_threads(1)  # as in a training
     training = task.configuration.training
     learner = Learner(task.configuration)
@@ -310,7 +315,13 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
             learner.learn(experience, learning_rate=training.learning_rate)
             walking.append(middle - start)
             learning.append(perf_counter() - middle)
-    walked, learned = statistics.median(walking[1:]), statistics.median(learning[1:])
+    return statistics.median(walking[1:]), statistics.median(learning[1:]), learner
+
+
+def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
+    """The profile of a training with the default configuration."""
+    training = task.configuration.training
+    walked, learned, learner = _trained(task, rollouts)
     samples = training.environments * training.rollout_steps
     rows = action_rows(task, Policy(learner.actor(), {}))
     alone = sum(seconds for _, seconds in rows)

@@ -162,6 +162,16 @@ RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Roun
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
 ]
+StartOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--start",
+        metavar="FOLDER",
+        help="Train from the policy in this folder (policy.json, policy.safetensors): a general "
+        "one, or one of the same body. Not given: from a stored one.",
+        show_default=False,
+    ),
+]
 
 UseOption = Annotated[
     str | None,

@@ -20,6 +20,7 @@ from gaitval.cli.app import (
     RoundOption,
     ScratchOption,
     SetOption,
+    StartOption,
     SubjectArgument,
     UseOption,
     command,
@@ -347,6 +348,7 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
 @command(
     "gaitval subject 5               # from the stored policy: 3 minutes",
     "gaitval subject 5 --scratch     # from nothing: 9 minutes",
+    "gaitval subject my_patient.toml --start my_walkers   # from another policy",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --use kinematics   # told angles only; moments and forces are predicted",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
@@ -359,6 +361,7 @@ def subject_command(
     settings: SetOption = None,
     force: ForceOption = False,
     scratch: ScratchOption = False,
+    start: StartOption = None,
     use: UseOption = None,
     language: LanguageOption = None,
     paper: PaperOption = None,
@@ -378,7 +381,7 @@ def subject_command(
         if use != "all" and out is None:
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False) as run:
-        run_subject(run, scratch=scratch, force=force)
+        run_subject(run, scratch=scratch, start=start, force=force)
     metrics = read_json(run.folder / "metrics.json")
     display.print_tolerances(metrics)
     display.print_groups(metrics)

@@ -102,6 +102,8 @@ def _hash_of(file: Path) -> str:
 
 def _policies(study: Study) -> list[str]:
     """Hashes of the stored policies that a training may start from."""
+    if study.policy is not None:
+        return [_hash_of(Path(study.policy) / name) for name in POLICY_FILES]
     folders = [general_policy()] if study.start != "scratch" else []
     if study.start == "stored" and study.subject is not None:
         own = stored_baseline(Path("nowhere"), _known(study.subject)[0])

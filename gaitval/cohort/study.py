@@ -77,7 +77,12 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     """A real study: `gaitval subject` in `folder`, and its summary."""
     subject = subject_of(study, folder, observer)
     with open_run(subject, configuration_of(study, threads), folder, observer) as opened:
-        run_subject(opened, scratch=study.start == "scratch", general=study.start == "general")
+        run_subject(
+            opened,
+            scratch=study.start == "scratch",
+            general=study.start == "general",
+            start=None if study.policy is None else Path(study.policy),
+        )
     return summary_of(read_json(folder / "metrics.json"), subject)
 
 

@@ -16,7 +16,7 @@ A column with a dot in its name is a setting, `section.key`. In TOML the same is
     subject = "S01"
     trial = "T03"
     seeds = [0, 1, 2]             # a study for each
-    start = "general"
+    start = "general"             # or, of a folder: policy = "../my_walkers"
     settings.identification.method = "none"
 
     [[studies]]
@@ -73,6 +73,7 @@ class Study(BaseModel):
     trial : of the subject that the study is of; its own if empty.
     start : what the first training starts from: the stored policy of this body where there is one
         (else the general one), the general one, or nothing.
+    policy : folder of another policy that it starts from.
     config : file of settings, or the name of a built-in one.
     settings : "section.key=value", as for `--set`.
     """
@@ -85,6 +86,7 @@ class Study(BaseModel):
     virtual: Virtual | None = None
     trial: str = ""
     start: Start = "stored"
+    policy: str | None = None
     config: str | None = None
     settings: tuple[str, ...] = ()
 
@@ -237,6 +239,8 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
     values["name"] = f"{named}-s{seeds[0]}" if several > 1 and values.get("name") else named
     if kinds == ["subject"]:
         values["subject"] = _subject_path(path.parent, str(values["subject"]))
+    if values.get("policy"):
+        values["policy"] = str((path.parent / str(values["policy"])).resolve())
     if kinds == ["recording"]:
         values["recording"] = _recording(path, where, values)
     try:

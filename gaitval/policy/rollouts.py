@@ -154,30 +154,48 @@ def roll_out(
     )
 
 
-_environment: WalkingEnvironment | None = None
+class _Environments:
+    """A task's environments, one an engine, because they are slow to build."""
+
+    def __init__(self, task: WalkingTask) -> None:
+        self._task = task
+        self._built: dict[Engine, WalkingEnvironment] = {}
+
+    def of(self, engine: Engine) -> WalkingEnvironment:
+        if engine not in self._built:
+            self._built[engine] = WalkingEnvironment(self._task, engine=engine)
+        return self._built[engine]
 
 
-def _begin(task: WalkingTask, engine: Engine) -> None:
-    global _environment  # one environment per worker process, because it is slow to build
+_environments: _Environments | None = None
+
+
+def _begin(task: WalkingTask) -> None:
+    global _environments  # of a worker process
     end_with_parent()
-    _environment = WalkingEnvironment(task, engine=engine)
+    _environments = _Environments(task)
 
 
-def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Any]) -> Any:
-    function, item = arguments
-    assert _environment is not None
-    return function(_environment, item)
+def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Engine, Any]) -> Any:
+    function, engine, item = arguments
+    assert _environments is not None
+    return function(_environments.of(engine), item)
 
 
 class RolloutPool:
-    """Worker processes with an environment each; use as a context manager.
+    """Worker processes with their own environments; use as a context manager.
 
     One worker is this process itself: to start another takes seconds.
+
+    Parameters
+    ----------
+    engine : physics engine of the environments, where a call does not name one.
     """
 
     def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
-        self._alone = WalkingEnvironment(task, engine=engine) if workers == 1 else None
-        self._executor = None if workers == 1 else _workers(task, workers, engine)
+        self._engine = engine
+        self._alone = _Environments(task) if workers == 1 else None
+        self._executor = None if workers == 1 else _workers(task, workers)
 
     def __enter__(self) -> "RolloutPool":
         return self
@@ -193,21 +211,31 @@ class RolloutPool:
         return list(self.each(function, items))
 
     def each(
-        self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
+        self,
+        function: Callable[[WalkingEnvironment, Item], Result],
+        items: Sequence[Item],
+        *,
+        engine: Engine | None = None,
     ) -> Iterator[Result]:
-        """As `map`, each result as soon as it and those before it are there."""
+        """As `map`, each result as soon as it and those before it are there.
+
+        Parameters
+        ----------
+        engine : another one than the pool's.
+        """
+        engine = engine or self._engine
         if self._executor is None:
             assert self._alone is not None
             for item in items:
-                yield function(self._alone, item)
+                yield function(self._alone.of(engine), item)
         else:
-            yield from self._executor.map(_call, [(function, item) for item in items])
+            yield from self._executor.map(_call, [(function, engine, item) for item in items])
 
 
-def _workers(task: WalkingTask, count: int, engine: Engine) -> ProcessPoolExecutor:
+def _workers(task: WalkingTask, count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(
         count,
         mp_context=mp.get_context("spawn"),
         initializer=_begin,
-        initargs=(task, engine),
+        initargs=(task,),
     )

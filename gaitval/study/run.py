@@ -113,6 +113,25 @@ def choose_general_start(run: Run, stage: Stage) -> None:
         _start_from(run, [])
 
 
+def start_from(run: Run, policy: Path) -> None:
+    """Put the policy of a folder into `start/`; a training from it that has begun goes on.
+
+    Raises
+    ------
+    PolicyError : it is for another body or observation, or there is none.
+    """
+    start_policy(run, policy)
+    start = run.folder / "start"
+    same = all(
+        (start / name).is_file() and (start / name).read_bytes() == (policy / name).read_bytes()
+        for name in POLICY_FILES
+    )
+    if not same:
+        shutil.rmtree(start, ignore_errors=True)
+        copy_files(policy, start, POLICY_FILES)
+    run.observer.say(f"Training starts from the policy in {policy}.")
+
+
 def _start_from(run: Run, stored: Sequence[Path]) -> None:
     general = general_policy()
     for source in (*stored, *([general] if general else [])):
@@ -208,23 +227,40 @@ def _require(run: Run, stage: Stage, name: str) -> None:
 
 
 def run_subject(
-    run: Run, *, scratch: bool = False, general: bool = False, force: bool = False
+    run: Run,
+    *,
+    scratch: bool = False,
+    general: bool = False,
+    start: Path | None = None,
+    force: bool = False,
 ) -> None:
     """The main job: every stage that is not up to date, with the loop of Algorithm 1.
 
     Parameters
     ----------
     scratch : train from nothing even if there is a stored policy for this body.
+    start : folder of the policy to train from, whatever is stored.
     general : train from the general policy even if there is a stored policy for this body.
     force : run every stage, up to date or not.
+
+    Raises
+    ------
+    ConfigurationError : both `scratch` and `start` are given.
+    PolicyError : `start` cannot be used.
     """
+    if scratch and start is not None:
+        raise ConfigurationError(
+            f"a training starts from nothing or from {start}. Give one of --scratch and --start."
+        )
 
     def perform(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
     perform(scale_stage(run))
     perform(reference_stage(run))
-    if general and not scratch:
+    if start is not None:
+        start_from(run, start)
+    elif general and not scratch:
         choose_general_start(run, train_stage(run, 1))
     else:
         choose_start(run, scratch=scratch)

@@ -29,6 +29,17 @@ def test_another_record_setting_or_start_is_another_study(other):
     assert of(**other) != of(subject="5")
 
 
+def test_the_policy_that_is_named_counts(tmp_path):
+    for name in ("policy.json", "policy.safetensors"):
+        (tmp_path / name).write_text("one")
+    first = of(subject="5", policy=str(tmp_path))
+    assert first != of(subject="5", start="general")
+    (tmp_path / "policy.safetensors").write_text("another")
+    assert of(subject="5", policy=str(tmp_path)) != first
+    with pytest.raises(ConfigurationError, match=r"nowhere/policy\.\w+: cannot be read"):
+        of(subject="5", policy="nowhere")
+
+
 def test_the_files_of_a_recording_count_and_not_their_place(tmp_path):
     def of_files(folder, text):
         folder.mkdir()

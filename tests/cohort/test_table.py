@@ -69,6 +69,11 @@ def test_what_is_written_is_read_again(tmp_path):
     assert read_table(tmp_path / "again.toml") == studies
 
 
+def test_a_policy_is_relative_to_the_table(tmp_path):
+    (study,) = read_table(written(tmp_path, "subject,policy\n5,walkers\n"))
+    assert study.policy == str(tmp_path / "walkers")
+
+
 def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
     (study,) = with_settings([Study(name="a", subject="5", settings=("seed=1",))], ["seed=9"], "c")
     assert study.settings == ("seed=9", "seed=1")

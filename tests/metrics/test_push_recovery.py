@@ -73,8 +73,10 @@ class LocalPool:
     """What `RolloutPool` does, in this process."""
 
     def __init__(self, task, *, workers, engine):
-        assert engine == "dart"  # results do not hang on the engine of learning
-        self.environment = WalkingEnvironment(task, engine=engine)
+        assert engine == "dart"  # what must be survived does not hang on the engine of learning
+        self.environments = {
+            name: WalkingEnvironment(task, engine=name) for name in ("dart", "compiled")
+        }
 
     def __enter__(self):
         return self
@@ -82,8 +84,8 @@ class LocalPool:
     def __exit__(self, *_):
         pass
 
-    def each(self, function, items):
-        return (function(self.environment, item) for item in items)
+    def each(self, function, items, *, engine="dart"):
+        return (function(self.environments[engine], item) for item in items)
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +157,7 @@ def test_the_table_is_what_single_walks_show(tried):
     assert recovery.largest.shape == (2, 4)
     assert recovery.survived.shape == (2, 3)
     assert heard[-1] == {"pushes": 8, "total": 8}
-    environment = WalkingEnvironment(small, engine="dart")
+    environment = WalkingEnvironment(small)
     stride, walked = small.reference.stride_time, set()
     for i, phase in enumerate(recovery.phases):
         for j, direction in enumerate(recovery.directions):

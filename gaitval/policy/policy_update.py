@@ -1,0 +1,279 @@
+"""Gradients and steps of proximal policy optimisation for networks of two hidden layers, compiled.
+
+They are those that stable-baselines3 and torch compute, to rounding
+(`tests/policy/test_policy_update.py`, in double precision). Compiled, the many small operations of
+a minibatch need no interpreter, and without its lock actor and critic really learn side by side.
+
+The arrays of a `Network` are those of torch's parameters: what is written here, torch sees.
+All functions take single or double precision.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Index
+from gaitval.compiled import njit_unlocked
+from gaitval.lanes import exponential
+
+Numbers = Any
+"""An array in single or double precision."""
+
+
+class Network(NamedTuple):
+    """Weights (outputs, inputs) and biases (outputs,) of three layers, tanh after the first two;
+    or their gradients, or their means or mean squares.
+    """
+
+    first: Numbers
+    first_bias: Numbers
+    second: Numbers
+    second_bias: Numbers
+    last: Numbers
+    last_bias: Numbers
+
+
+class Layers(NamedTuple):
+    """What a minibatch makes of the layers: inputs (n, size), activations of the hidden ones
+    (n, units), the output (n, outputs), and the loss's derivatives with respect to these.
+    """
+
+    inputs: Numbers
+    first: Numbers
+    second: Numbers
+    output: Numbers
+    to_first: Numbers
+    to_second: Numbers
+    to_output: Numbers
+
+
+def layers_of(network: Network, rows: int) -> Layers:
+    """Arrays for minibatches of so many rows."""
+    kind = network.first.dtype
+    units, size = network.first.shape
+    outputs = len(network.last)
+    widths = (size, units, units, outputs, units, units, outputs)
+    return Layers(*(np.empty((rows, width), kind) for width in widths))
+
+
+@njit_unlocked
+def _tanh(values: Numbers) -> None:
+    """Of every number, in place."""
+    flat = values.ravel()
+    for i in range(flat.size):
+        power = exponential(2.0 * np.float64(flat[i]))
+        flat[i] = (power - 1.0) / (power + 1.0)
+
+
+@njit_unlocked
+def _add_bias(values: Numbers, bias: Numbers) -> None:
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            values[i, j] += bias[j]
+
+
+@njit_unlocked
+def forward(network: Network, observations: Numbers, rows: Index, layers: Layers) -> None:
+    """The layers of some rows of the observations (N, size)."""
+    for i in range(len(rows)):
+        layers.inputs[i] = observations[rows[i]]
+    np.dot(layers.inputs, network.first.T, layers.first)
+    _add_bias(layers.first, network.first_bias)
+    _tanh(layers.first)
+    np.dot(layers.first, network.second.T, layers.second)
+    _add_bias(layers.second, network.second_bias)
+    _tanh(layers.second)
+    np.dot(layers.second, network.last.T, layers.output)
+    _add_bias(layers.output, network.last_bias)
+
+
+@njit_unlocked
+def _sum_rows(values: Numbers, sums: Numbers) -> None:
+    sums[:] = 0.0
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            sums[j] += values[i, j]
+
+
+@njit_unlocked
+def _through_tanh(derivatives: Numbers, activations: Numbers) -> None:
+    for i in range(derivatives.shape[0]):
+        for j in range(derivatives.shape[1]):
+            derivatives[i, j] *= 1 - activations[i, j] * activations[i, j]
+
+
+@njit_unlocked
+def backward(network: Network, layers: Layers, gradients: Network) -> None:
+    """The gradients, from `layers.to_output`."""
+    np.dot(layers.to_output.T, layers.second, gradients.last)
+    _sum_rows(layers.to_output, gradients.last_bias)
+    np.dot(layers.to_output, network.last, layers.to_second)
+    _through_tanh(layers.to_second, layers.second)
+    np.dot(layers.to_second.T, layers.first, gradients.second)
+    _sum_rows(layers.to_second, gradients.second_bias)
+    np.dot(layers.to_second, network.second, layers.to_first)
+    _through_tanh(layers.to_first, layers.first)
+    np.dot(layers.to_first.T, layers.inputs, gradients.first)
+    _sum_rows(layers.to_first, gradients.first_bias)
+
+
+@njit_unlocked
+def actor_gradients(
+    network: Network,
+    observations: Numbers,
+    actions: Numbers,
+    advantages: Numbers,
+    log_probabilities: Numbers,
+    log_std: Numbers,
+    clip_range: float,
+    rows: Index,
+    layers: Layers,
+    gradients: Network,
+) -> tuple[float, float]:
+    """The clipped surrogate loss of a minibatch (Schulman et al. 2017, equation 7), its gradients,
+    and the approximate Kullback-Leibler divergence (Schulman's third estimator).
+
+    Parameters
+    ----------
+    observations, actions, advantages, log_probabilities : (N, size), (N, A), (N,), (N,) of a
+        rollout, and of these actions when they were taken.
+    log_std : (A,) logarithm of the actions' standard deviation.
+    rows : of the minibatch; advantages are normalised over them.
+
+    Returns
+    -------
+    Loss and divergence.
+    """
+    forward(network, observations, rows, layers)
+    n, count = len(rows), actions.shape[1]
+    mean = 0.0
+    for i in range(n):
+        mean += advantages[rows[i]]
+    mean /= n
+    square = 0.0
+    for i in range(n):
+        square += (advantages[rows[i]] - mean) ** 2
+    deviation = np.sqrt(square / (n - 1)) + 1e-8
+    constant = 0.0
+    precision = np.empty(count)
+    for a in range(count):
+        precision[a] = np.exp(-2.0 * log_std[a])
+        constant += log_std[a] + 0.5 * np.log(2.0 * np.pi)
+    loss, divergence = 0.0, 0.0
+    for i in range(n):
+        row = rows[i]
+        exponent = 0.0
+        for a in range(count):
+            away = np.float64(actions[row, a]) - np.float64(layers.output[i, a])
+            exponent += away * away * precision[a]
+        log_ratio = -0.5 * exponent - constant - log_probabilities[row]
+        ratio = np.exp(log_ratio)
+        advantage = (advantages[row] - mean) / deviation
+        clipped = min(max(ratio, 1.0 - clip_range), 1.0 + clip_range)
+        free = advantage * ratio <= advantage * clipped
+        loss -= advantage * (ratio if free else clipped)
+        divergence += ratio - 1.0 - log_ratio
+        share = -advantage * ratio / n if free else 0.0
+        for a in range(count):
+            away = np.float64(actions[row, a]) - np.float64(layers.output[i, a])
+            layers.to_output[i, a] = share * away * precision[a]
+    backward(network, layers, gradients)
+    return loss / n, divergence / n
+
+
+@njit_unlocked
+def critic_gradients(
+    network: Network,
+    observations: Numbers,
+    returns: Numbers,
+    weight: float,
+    rows: Index,
+    layers: Layers,
+    gradients: Network,
+) -> float:
+    """Mean squared error of the values of a minibatch, and `weight` times its gradients.
+
+    Parameters
+    ----------
+    returns : (N,).
+    """
+    forward(network, observations, rows, layers)
+    n = len(rows)
+    loss = 0.0
+    for i in range(n):
+        away = np.float64(layers.output[i, 0]) - np.float64(returns[rows[i]])
+        loss += away * away
+        layers.to_output[i, 0] = weight * 2.0 * away / n
+    backward(network, layers, gradients)
+    return loss / n
+
+
+@njit_unlocked
+def _square(values: Numbers) -> float:
+    flat = values.ravel()
+    total = 0.0
+    for i in range(flat.size):
+        total += np.float64(flat[i]) * flat[i]
+    return total
+
+
+@njit_unlocked
+def square_norm(gradients: Network) -> float:
+    """Of all gradients of a network."""
+    total = _square(gradients.first) + _square(gradients.first_bias)
+    total += _square(gradients.second) + _square(gradients.second_bias)
+    total += _square(gradients.last) + _square(gradients.last_bias)
+    return float(total)
+
+
+@njit_unlocked
+def _adam(
+    values: Numbers,
+    gradients: Numbers,
+    means: Numbers,
+    squares: Numbers,
+    shrink: float,
+    rate: float,
+    betas: tuple[float, float],
+    epsilon: float,
+    step: int,
+) -> None:
+    one, two = betas
+    size = rate / (1.0 - one**step)
+    root = np.sqrt(1.0 - two**step)
+    x, g, m, v = values.ravel(), gradients.ravel(), means.ravel(), squares.ravel()
+    for i in range(x.size):
+        gradient = shrink * g[i]
+        m[i] = one * m[i] + (1.0 - one) * gradient
+        v[i] = two * v[i] + (1.0 - two) * gradient * gradient
+        x[i] -= size * m[i] / (np.sqrt(v[i]) / root + epsilon)
+
+
+@njit_unlocked
+def adam_step(
+    network: Network,
+    gradients: Network,
+    means: Network,
+    squares: Network,
+    shrink: float,
+    rate: float,
+    betas: tuple[float, float],
+    epsilon: float,
+    step: int,
+) -> None:
+    """A step of Adam (Kingma, Ba 2015, algorithm 1).
+
+    Parameters
+    ----------
+    means, squares : running means of gradients and their squares, changed.
+    shrink : of the gradients, where their norm is limited.
+    step : number of this step, from 1.
+    """
+    x, g, m, v = network, gradients, means, squares
+    numbers = shrink, rate, betas, epsilon, step
+    _adam(x.first, g.first, m.first, v.first, *numbers)
+    _adam(x.first_bias, g.first_bias, m.first_bias, v.first_bias, *numbers)
+    _adam(x.second, g.second, m.second, v.second, *numbers)
+    _adam(x.second_bias, g.second_bias, m.second_bias, v.second_bias, *numbers)
+    _adam(x.last, g.last, m.last, v.last, *numbers)
+    _adam(x.last_bias, g.last_bias, m.last_bias, v.last_bias, *numbers)
