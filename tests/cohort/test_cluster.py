@@ -81,7 +81,7 @@ def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):
 SBATCH = """#!/bin/sh
 # Runs the script in the background, as if a node had been free at once.
 cp "$1" "$FAKE_SLURM/script.sh"
-sh "$1" >"$FAKE_SLURM/job.log" 2>&1 &
+sh "$FAKE_SLURM/script.sh" >"$FAKE_SLURM/job.log" 2>&1 & # the copy: "$1" is removed at once
 echo "$!" >>"$FAKE_SLURM/jobs"
 echo "Submitted batch job $!"
 """
