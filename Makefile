@@ -62,11 +62,12 @@ check: setup ## Walk the stored policy of subject S again and compare with its s
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
 
-speed: setup ## Write the tables of docs/speed.md (3 min on an otherwise idle machine)
+speed: setup ## Write the tables of docs/speed.md (6 min on an otherwise idle machine); JAX=PYTHON
 	@mkdir -p .benchmarks
 	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
 	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json
 	@$(BIN)/python scripts/speed_tables.py profile
+	@$(BIN)/python scripts/speed_peers.py $(if $(JAX),--jax $(JAX))
 	@$(BIN)/python scripts/speed_tables.py trainings
 	@$(BIN)/python scripts/speed_tables.py steps
 	@$(BIN)/python scripts/speed_tables.py steered
