@@ -316,8 +316,12 @@ def rows(stored: Json) -> list[evidence.Row]:
     counts = [each for name, each in faults.items() if name != NOTHING and each["ratio"] > 1.0]
     caught = [each for each in counts if each["by_check"] or each.get("by_test")]
     figures = [each for each in counts if by_figures(each)]
-    n = len(counts)
+    n, whole = len(counts), len(faults) - (NOTHING in faults)
     made = [
+        evidence.Row(
+            "planted faults run, those within the scatter too",
+            float(whole), "1", ">=", 60, 60, whole, COMMAND,
+        ),
         evidence.Row(
             "planted faults above the scatter caught by check --quick or tests",
             100.0 * len(caught) / n, "%", ">=", 95, 85, n, COMMAND,

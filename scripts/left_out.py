@@ -30,7 +30,7 @@ Json = dict[str, Any]
 
 def groups(count: int) -> list[list[str]]:
     """The subjects that are left out together."""
-    return [list(BUILTIN[number::count]) for number in range(count)]
+    return [list(BUILTIN)[number::count] for number in range(count)]
 
 
 def train_general(left_out: list[str], samples: int, work: Path) -> Path:
