@@ -103,7 +103,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--groups", type=int, default=5, help="default: %(default)s")
+    parser.add_argument("--groups", type=int, default=3, help="default: %(default)s")
     parser.add_argument("--samples", type=int, default=6_000_000, help="of a general policy")
     parser.add_argument("--work", type=Path, default=ROOT / "reports" / "left-out")
     arguments = parser.parse_args()

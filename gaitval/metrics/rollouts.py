@@ -4,7 +4,7 @@ A rollout is long, to show that the walker keeps walking, but only its first cyc
 with the record: for the rest only the distance is reported, and the trajectory is not kept.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.walker import Engine
 
 _WHOLE = ("mu", "start_phase", "fell")
 """Fields that describe the whole rollout; all others have one row per sample."""
@@ -137,6 +138,27 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> _Walk:
     )
     kept = compared_part(rollout, configuration) if start.compared else None
     return endurance(rollout, configuration), kept
+
+
+def begun_walk(
+    pool: RolloutPool, policy: Policy, mu: Array, phase: float, *, cycles: int, engine: Engine
+) -> Callable[[], tuple[Endurance, Rollout]]:
+    """Begin a walk in another engine beside those that the pool is given next; the function that is
+    returned waits for it.
+
+    Returns
+    -------
+    How far it went, and its part that is compared.
+    """
+    start = _Start(policy, mu, phase, cycles, compared=True)
+    walks = iter(pool.each(_walk, [start], engine=engine))
+
+    def ended() -> tuple[Endurance, Rollout]:
+        went, rollout = next(walks)
+        assert rollout is not None
+        return went, rollout
+
+    return ended
 
 
 def roll_out_from(

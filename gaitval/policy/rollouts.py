@@ -217,19 +217,19 @@ class RolloutPool:
         *,
         engine: Engine | None = None,
     ) -> Iterator[Result]:
-        """As `map`, each result as soon as it and those before it are there.
+        """As `map`, each result as soon as it and those before it are there. Worker processes begin
+        at once, and finish what earlier calls gave them first.
 
         Parameters
         ----------
         engine : another one than the pool's.
         """
         engine = engine or self._engine
-        if self._executor is None:
-            assert self._alone is not None
-            for item in items:
-                yield function(self._alone.of(engine), item)
-        else:
-            yield from self._executor.map(_call, [(function, engine, item) for item in items])
+        if self._executor is not None:
+            return self._executor.map(_call, [(function, engine, item) for item in items])
+        alone = self._alone
+        assert alone is not None
+        return (function(alone.of(engine), item) for item in items)
 
 
 def _workers(task: WalkingTask, count: int) -> ProcessPoolExecutor:

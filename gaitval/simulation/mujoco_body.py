@@ -101,12 +101,12 @@ class MujocoBody:
 
     def state(self) -> tuple[Array, Array]:
         """Positions and velocities (31,)."""
-        rotation = self._rotation()
         q, qd = np.empty(31), np.empty(31)
-        q[:3] = rotation.as_rotvec()
+        # The velocity that turns the body in a second from the world's axes to its own.
+        mujoco.mju_quat2Vel(q[:3], self.data.qpos[3:7], 1.0)
         q[3:6] = self.data.qpos[0:3]
         q[6:] = self.data.qpos[self.places]
-        qd[:3] = rotation.apply(self.data.qvel[3:6])
+        qd[:3] = self._rotation() @ self.data.qvel[3:6]
         qd[3:6] = self.data.qvel[0:3]
         qd[6:] = self.data.qvel[self.rates]
         return q, qd
@@ -133,18 +133,21 @@ class MujocoBody:
         transform = self._transform()
         return np.asarray(transform.T @ full @ transform)
 
-    def _rotation(self) -> Rotation:
-        return Rotation.from_quat(self.data.qpos[3:7], scalar_first=True)
+    def _rotation(self) -> Array:
+        """(3, 3) from the pelvis's axes to the world's."""
+        matrix = np.empty(9)
+        mujoco.mju_quat2Mat(matrix, self.data.qpos[3:7])
+        return matrix.reshape(3, 3)
 
     def _transform(self) -> Array:
         transform = np.zeros((31, 31))
         transform[0:3, 3:6] = np.eye(3)
-        transform[3:6, 0:3] = self._rotation().as_matrix().T
+        transform[3:6, 0:3] = self._rotation().T
         transform[self.rates, np.arange(6, 31)] = 1.0
         return transform
 
     def _apply(self, forces: Array) -> None:
         applied = self.data.qfrc_applied
         applied[0:3] = forces[3:6]
-        applied[3:6] = self._rotation().inv().apply(forces[:3])
+        applied[3:6] = self._rotation().T @ forces[:3]
         applied[self.rates] = forces[6:]

@@ -439,24 +439,31 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
 
     def simulate() -> None:
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.rollouts import compared_part, endurance, roll_out_from
+        from gaitval.metrics.rollouts import begun_walk, roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.policy.rollouts import RolloutPool, roll_out
+        from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
+        compared = validation.cycles + 2
         planned = {
-            "nominal": (walking_task(run), validation.start_phases[:1], validation.cycles + 2),
+            "nominal": (walking_task(run), validation.start_phases[:1], compared),
             "identified": (
                 corrected_task(run),
                 validation.start_phases,
                 validation.consecutive_cycles,
             ),
         }
-        starts: dict[str, Any] = {}
+        starts: dict[str, Any] = {"witness": None}
         workers = run.configuration.training.workers
         for which, (task, phases, cycles) in planned.items():
             mu = body_parameters(run.folder / "identification.json", which)
             with RolloutPool(task, workers=min(workers, len(phases)), engine="dart") as pool:
+                in_mujoco = None
+                if witness and which == "identified":
+                    settled = validation.settling_cycles + compared
+                    in_mujoco = begun_walk(
+                        pool, policy, mu, phases[0], cycles=settled, engine="mujoco"
+                    )
                 walks = roll_out_from(
                     pool,
                     policy,
@@ -465,23 +472,15 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
                     cycles=validation.settling_cycles + cycles,
                     workspace=run.folder / UNFINISHED["simulate"] / which,
                 )
+                if in_mujoco is not None:
+                    went, rollout = in_mujoco()
+                    rollout.save(run.folder / WITNESS)
+                    starts["witness"] = went.as_dict()
             walks.compared.save(run.folder / ROLLOUTS[which])
             starts[which] = [went.as_dict() for went in walks.starts]
         # of the last walk, which is the identified body's
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
-        starts["witness"] = None
-        if witness:
-            other = roll_out(
-                task,
-                policy,
-                mu=mu,
-                start_phase=phases[0],
-                cycles=validation.settling_cycles + validation.cycles + 2,
-                engine="mujoco",
-            )
-            compared_part(other, run.configuration).save(run.folder / WITNESS)
-            starts["witness"] = endurance(other, run.configuration).as_dict()
         write_json(run.folder / WALKS, starts)
 
     return Stage(

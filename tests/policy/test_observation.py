@@ -165,7 +165,7 @@ def test_the_mirror_acts_around_the_left_heel_strike_only(task):
     plain = WalkingEnvironment(changed(task, environment={"mirror": False}))
     mirror = WalkingEnvironment(changed(task, environment={"mirror": True}))
     options = {"mu": nominal_parameters(), "push": None}
-    for phase, acts in ((0.2, False), (0.3, True), (0.7, True), (0.8, False)):
+    for phase, acts in ((0.24, False), (0.26, True), (0.74, True), (0.76, False)):
         straight, _ = plain.reset(seed=1, options={"phase": phase, **options})
         seen, _ = mirror.reset(seed=1, options={"phase": phase, **options})
         for i, name in enumerate(ACTUATED):

@@ -17,7 +17,7 @@ from stage_order import STAGES
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
@@ -739,6 +739,26 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     assert "general policy" in said(scaled)
     study.choose_start(scaled, scratch=True)
     assert not (scaled.folder / "start").exists()
+
+
+def test_a_training_starts_from_the_policy_that_is_named(
+    scaled: Run, task: WalkingTask, tmp_path: Path
+) -> None:
+    """Its files count among the training's inputs; the same ones are not copied again."""
+    named = stored_policy(tmp_path / "named", task, general=True)
+    study.start_from(scaled, named)
+    copied = scaled.folder / "start" / "policy.json"
+    assert copied.read_bytes() == (named / "policy.json").read_bytes()
+    assert "start/policy.json" in study.train_stage(scaled, 1).inputs
+    assert str(named) in said(scaled)
+    before = copied.stat().st_mtime_ns
+    study.start_from(scaled, named)
+    assert copied.stat().st_mtime_ns == before
+    with pytest.raises(PolicyError, match="nowhere"):
+        study.start_from(scaled, tmp_path / "nowhere")
+    assert copied.exists()
+    with pytest.raises(ConfigurationError, match="Give one of --scratch and --start"):
+        study.run_subject(scaled, scratch=True, start=named)
 
 
 def test_a_policy_of_this_body_goes_before_the_general_one_and_another_body_is_refused(
