@@ -11,15 +11,19 @@ import pandas as pd
 from markupsafe import Markup
 
 from gaitval import __version__
-from gaitval.cohort.results import mean_of_measure, tables_of, with_people, write_tables
+from gaitval.cohort.results import (
+    PROFILE_SCORES,
+    mean_of_measure,
+    tables_of,
+    with_people,
+    write_tables,
+)
 from gaitval.cohort.statistics import FAR, mixed_model, outliers
 from gaitval.cohort.store import LOG, Store
 from gaitval.reporting.cohort_figures import by_speed_age_sex, parameter_distributions
 from gaitval.reporting.page import write_html
 
 PAGE: Final = "cohort"
-SCORES: Final = ("gait_profile_score", "gps")
-"""Measures shown beside the groups of curves where a study has them."""
 _DIGITS: Final = {"Nm/kg": 3}
 
 
@@ -84,7 +88,7 @@ def values_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     skills = groups.assign(
         name="skill, " + groups["group"].astype(str), kind="skill", unit="", value=groups["skill"]
     )
-    scores = mean_of_measure(tables["measures"], SCORES)
+    scores = mean_of_measure(tables["measures"], PROFILE_SCORES)
     scores = scores.assign(name=scores["measure"].str.replace("_", " "), kind="error")
     columns = ["study", "name", "kind", "unit", "value"]
     parts = [part[columns] for part in (errors, scores, skills) if not part.empty]

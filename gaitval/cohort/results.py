@@ -31,6 +31,8 @@ COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
         "study", "parameter", "nominal", "prior_sd", "mean", "sd", "identified", "verdict",
     ),
 }  # fmt: skip
+PROFILE_SCORES: Final = ("gait_profile_score", "gait_profile_score_of_the_record")
+"""Measures of the walk and of its record, deg."""
 VERDICTS: Final = ("accepted", "refused", "goals", "goals_reached")
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
 from gaitval.cohort.identity import Json, configuration_of, record_parts, subject_in_table
+from gaitval.cohort.results import PROFILE_SCORES
 from gaitval.cohort.table import Study
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -93,9 +94,9 @@ def summary_of(metrics: Mapping[str, Any], subject: Subject) -> Json:
     -------
     dict
         `subject`: who walked (m, kg, m/s). `verdicts`: limits met and failed. `measures`: name,
-        target, unit and value. `groups`: mean RMSE of groups of curves, and its skill against the
-        first prediction without a model. `parameters`: mu with its uncertainty and verdict.
-        `epsilon`: of the final walk.
+        target, unit and value, Gait Profile Scores among them. `groups`: mean RMSE of groups of
+        curves, and its skill against the first prediction without a model. `parameters`: mu with
+        its uncertainty and verdict. `epsilon`: of the final walk.
     """
     walk = metrics["walks"][metrics["final"]]
     groups = []
@@ -125,11 +126,24 @@ def summary_of(metrics: Mapping[str, Any], subject: Subject) -> Json:
                 if row["role"] == "acceptance" and not row["passed"]
             ],
         },
-        "measures": [{name: row[name] for name in kept} for row in metrics["measures"]],
+        "measures": [
+            *({name: row[name] for name in kept} for row in metrics["measures"]),
+            *_profile_scores(metrics.get("curve_statistics")),
+        ],
         "groups": groups,
         "parameters": _parameters(metrics["identification"]),
         "epsilon": None if walk["epsilon"] is None else walk["epsilon"]["total"],
     }
+
+
+def _profile_scores(found: Mapping[str, Any] | None) -> list[Json]:
+    """Gait Profile Scores of the walk and of its record, as rows of measures."""
+    if found is None:
+        return []
+    return [
+        {"measure": name, "target": "walk", "unit": "deg", "value": found["profiles"][of]["total"]}
+        for name, of in zip(PROFILE_SCORES, ("walk", "record"), strict=True)
+    ]
 
 
 def _parameters(found: Mapping[str, Any] | None) -> list[Json]:

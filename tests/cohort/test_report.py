@@ -31,6 +31,8 @@ def cohort(tmp_path):
         # Far beyond the others' 1 to 3 degrees.
         if number == 4:
             found["groups"][0]["rmse"] = 60.0
+        score = {"measure": "gait_profile_score", "target": "walk", "unit": "deg"}
+        found["measures"].append({**score, "value": 5.0 + number / 30})
         path = tmp_path / "studies" / name
         path.mkdir(parents=True)
         (path / SUMMARY).write_text(json.dumps(found))
@@ -51,7 +53,7 @@ def test_tables_are_tidy_and_equal_in_both_formats(cohort):
         assert list(stored.columns) == list(text.columns)
         numbers = stored.select_dtypes("number")
         np.testing.assert_allclose(text[numbers.columns], numbers, rtol=1e-12)
-    assert len(pd.read_csv(folder / "measures.csv")) == 30
+    assert len(pd.read_csv(folder / "measures.csv")) == 60
 
 
 def test_the_page_shows_failures_outliers_and_models(cohort):
@@ -66,6 +68,7 @@ def test_the_page_shows_failures_outliers_and_models(cohort):
     assert "sagittal angles, deg" in page
     assert "30 studies, 7 people" in page
     assert page.count("<svg") == 3
+    assert "gait profile score, deg" in page
 
 
 def test_equal_results_give_an_equal_page(cohort):
@@ -94,3 +97,17 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
     ]
     mean = np.mean([wanted[name]["rmse"] for name in names])
     assert found["groups"][0]["rmse"] == pytest.approx(mean)
+
+
+def test_a_summary_has_the_profile_scores_of_walk_and_record():
+    metrics = json.loads(
+        (stored_baseline(Path("nowhere"), "S05") / "metrics.json").read_text(encoding="utf-8")
+    )
+    before = summary_of(metrics | {"curve_statistics": None}, load_subject(5))["measures"]
+    scores = {"walk": {"total": 5.8}, "record": {"total": 5.1}}
+    metrics["curve_statistics"] = {"profiles": scores}
+    added = summary_of(metrics, load_subject(5))["measures"][len(before) :]
+    assert [(row["measure"], row["unit"], row["value"]) for row in added] == [
+        ("gait_profile_score", "deg", 5.8),
+        ("gait_profile_score_of_the_record", "deg", 5.1),
+    ]

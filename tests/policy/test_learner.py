@@ -214,6 +214,18 @@ def test_the_update_is_that_of_stable_baselines3_in_single_precision():
             assert (value - expected[name]).norm() < 1e-3 * way, name
 
 
+def test_elsewhere_than_on_the_processor_the_update_is_stable_baselines3s_own(monkeypatch):
+    made, called = learner(), []
+    monkeypatch.setattr(PPO, "train", called.append)
+    made._fill_buffer(experience(made, 0))
+    made.ppo.lr_schedule = lambda _: 1e-3
+    made.ppo.train()
+    assert not called
+    monkeypatch.setattr(made.ppo, "device", torch.device("cuda"))
+    made.ppo.train()
+    assert called == [made.ppo]
+
+
 def test_the_parameters_keep_the_scale_of_their_bounds():
     """mu scaled by its bounds in the extended observation, as it is in the paper's."""
     made = learner()
