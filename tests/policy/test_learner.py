@@ -216,7 +216,7 @@ def test_the_update_is_that_of_stable_baselines3_in_single_precision():
 
 def test_elsewhere_than_on_the_processor_the_update_is_stable_baselines3s_own(monkeypatch):
     made, called = learner(), []
-    monkeypatch.setattr(PPO, "train", called.append)
+    monkeypatch.setattr(PPO, "train", lambda ppo: called.append(ppo))
     made._fill_buffer(experience(made, 0))
     made.ppo.lr_schedule = lambda _: 1e-3
     made.ppo.train()
