@@ -1,7 +1,7 @@
 """Gradients and steps of proximal policy optimisation for networks of two hidden layers, compiled.
 
 They are those that stable-baselines3 and torch compute, to rounding
-(`tests/policy/test_policy_update.py`, in double precision). Compiled, the many small operations of
+(`tests/policy/test_learner.py`, in double precision). Compiled, the many small operations of
 a minibatch need no interpreter, and without its lock actor and critic really learn side by side.
 
 The arrays of a `Network` are those of torch's parameters: what is written here, torch sees.
