@@ -321,8 +321,9 @@ def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text)
         ({"holdout": "T03"}, "predicted from other trials", "Nothing of what it is compared with"),
     ],
 )
-def test_the_page_says_what_the_walker_was_told(tmp_path, told, subtitle, sentence):
+def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, subtitle, sentence):
     """And shows the other half of the cycles, which it was not."""
+    only_html(monkeypatch)
     person = load_subject("S05")
     half = person.trials[0].model_copy(
         update={"name": "even", "walking_speed_m_s": person.walking_speed_m_s}
