@@ -16,6 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.artefacts import read_json
+from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import EVERY, momentum_residual
 from gaitval.reporting.facts import METRICS, UNKNOWN, Fact, derived_fact, read_fact
 from gaitval.reporting.page import number
@@ -267,7 +268,7 @@ def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
 
 def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
     yield from _posterior(metrics["identification"])
-    provenance = _read(folder / PROVENANCE)
+    provenance = provenance_before(folder)
     what = "Seeds of this run"
     if provenance is None or "seed" not in provenance:
         yield Fact(what, UNKNOWN, note="provenance.json does not say.")
@@ -438,7 +439,7 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
         if name in metrics["provenance"]["versions"]:
             yield read_fact(metrics, f"/provenance/versions/{name}", f"Version of {name}")
     yield read_fact(metrics, "/provenance/configuration", "SHA-256 of the settings")
-    provenance = _read(folder / PROVENANCE)
+    provenance = provenance_before(folder)
     stages = provenance.get("stages") if provenance else None
     if isinstance(stages, dict) and stages:
         seconds = [each.get("seconds") for each in stages.values() if isinstance(each, dict)]
@@ -457,6 +458,28 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
         ("Use in earlier decisions", "No record of it is kept."),
     ):
         yield Fact(what, UNKNOWN, note=note)
+
+
+def provenance_before(folder: Path) -> dict[str, Any] | None:
+    """`provenance.json` of a run without the report's own stage: a report that is written again
+    shows nothing of the time before, so it is the same.
+
+    Raises
+    ------
+    ArtefactError : it is no JSON object.
+    """
+    path = folder / PROVENANCE
+    if not path.exists():
+        return None
+    found = read_json(path)
+    if not isinstance(found, dict):
+        raise ArtefactError(
+            f"{path}: not a JSON object. Delete it and run `gaitval subject` again."
+        )
+    stages = found.get("stages")
+    if isinstance(stages, dict):
+        found["stages"] = {name: each for name, each in stages.items() if name != "report"}
+    return found
 
 
 def _read(path: Path) -> dict[str, Any] | None:

@@ -281,18 +281,6 @@ def _training(path: Path) -> dict[str, Array] | None:
     }
 
 
-def _provenance(folder: Path) -> dict[str, Any] | None:
-    path = folder / "provenance.json"
-    if not path.exists():
-        return None
-    found = read_json(path)
-    if not isinstance(found, dict):
-        raise ArtefactError(
-            f"{path}: not a JSON object. Delete it and run `gaitval subject` again."
-        )
-    return found
-
-
 def _traces(path: Path) -> list[Json] | None:
     """Velocities around pushes; None if none were tested."""
     if not path.exists():
@@ -386,7 +374,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
         "picture": walk_pictures(folder, metrics),
-        "provenance": _provenance(folder),
+        "provenance": credibility.provenance_before(folder),
         "credibility": credibility.sections(folder, metrics),
         "unknown": UNKNOWN,
         "pushes": metrics["push_recovery"],
