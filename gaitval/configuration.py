@@ -284,9 +284,9 @@ class RandomisationSettings(Section):
 class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: Annotated[Samples, Field(ge=1)] = 6_000_000
+    samples: Annotated[Samples, Field(ge=1)] = 4_000_000
     """Environment steps of the first training."""
-    transfer_samples: Samples = 2_000_000
+    transfer_samples: Samples = 500_000
     """Environment steps of the first training when it starts from the general policy."""
     range_samples: Samples = 2_000_000
     """Environment steps of the training of one policy for several speeds (`predict`), when it

@@ -348,25 +348,28 @@ def profile_table(task: WalkingTask, rollouts: int = 6) -> list[str]:
 
 def trainings_table(reports: Path = REPORTS) -> list[str]:
     """Times of the runs that made the baselines."""
-    training = Configuration().training
     kinds = {
-        "scratch": ("nothing", training.samples),
-        "general": ("the general policy", training.transfer_samples),
-        "warm": ("the person's own policy", training.refinement_samples),
+        "scratch": "nothing",
+        "general": "the general policy",
+        "warm": "the person's own policy",
     }
-    stored = [read_json(path) for path in sorted(reports.glob("S*/baseline/times.json"))]
     lines = ["| starts from | samples | runs | s | samples/s |", "|---|---|---|---|---|"]
-    for kind, (title, samples) in kinds.items():
-        runs = [times[kind] for times in stored if kind in times]
-        seconds = sorted(run["stages"]["train-1"] for run in runs)
-        ends = [seconds[0], seconds[-1]] if len(seconds) > 1 else seconds
-        lines.append(
-            f"| {title} | {samples:,} | {len(runs)} | "
-            + "-".join(f"{end:.0f}" for end in ends)
-            + " | "
-            + "-".join(f"{samples / end:,.0f}" for end in reversed(ends))
-            + " |"
-        )
+    for kind, title in kinds.items():
+        runs: dict[int, list[float]] = {}
+        for path in sorted(reports.glob("S*/baseline/times.json")):
+            times = read_json(path)
+            if kind in times:
+                samples = int(read_json(path.parent / "policy" / "policy.json")["samples"])
+                runs.setdefault(samples, []).append(float(times[kind]["stages"]["train-1"]))
+        for samples, seconds in sorted(runs.items()):
+            ends = sorted({min(seconds), max(seconds)})
+            lines.append(
+                f"| {title} | {samples:,} | {len(seconds)} | "
+                + "-".join(f"{end:.0f}" for end in ends)
+                + " | "
+                + "-".join(f"{samples / end:,.0f}" for end in reversed(ends))
+                + " |"
+            )
     return lines
 
 
