@@ -135,6 +135,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.start_phase = 0.0
         self.lift = 0.0
         self._habit: Array | None = None
+        self._habit_of: tuple[str, bytes] | None = None
 
     def _share_of(self, name: str) -> float:
         """Fraction of an action's offset that reaches a joint."""
@@ -207,14 +208,21 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._judge()
         return self._seen(), {}
 
-    def centre(self, policy: Act, mu: Array) -> None:
+    def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
         """Take `centring` of a policy's habit from its actions from now on.
 
         The habit is its action at each phase when a body with the parameters mu (14,) is on the
         reference. It is not used in training.
+
+        Parameters
+        ----------
+        key : which policy it is (`Policy.key`): a habit that is known already is not found again.
         """
         share = self.constants.centring
-        self._habit = None
+        known = None if key is None else (key, np.asarray(mu, dtype=float).tobytes())
+        if known is not None and known == self._habit_of:
+            return
+        self._habit, self._habit_of = None, known
         if share == 0.0:
             return
         options = {"mu": mu, "push": None, "noise": 0.0}
@@ -224,6 +232,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             observation, _ = self.reset(seed=0, options={"phase": phase, **options})
             actions.append(policy(observation))
         self._habit = np.asarray(share * np.array(actions), dtype=float)
+
+    def habit_at(self, phase: Array) -> Array | float:
+        """What is taken from the actions at these phases (E,): (E, A), or zero."""
+        if self._habit is None:
+            return 0.0
+        return np.asarray(self._habit[(phase % 1.0 * HABIT_PHASES).astype(int)])
 
     def _pace(self) -> float:
         """Pace of the last action."""

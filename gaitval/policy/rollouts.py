@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
+from gaitval.lanes import WIDTH
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import forward, whole_body_centre_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.parent import end_with_parent
 from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Engine, Trajectory, WalkingTask
 
@@ -54,7 +57,7 @@ def score_rollout(
     push : see `WalkingEnvironment`.
     """
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
-    environment.centre(policy.act, mu)
+    environment.centre(policy.act, mu, key=policy.key)
     observation, _ = environment.reset(seed=0, options=options)
     planned = round(seconds / environment.walker.action_seconds)
     total, fell, info = 0.0, False, {"cycles": 0.0}
@@ -64,6 +67,47 @@ def score_rollout(
             break
         total += reward
     return Score(total / planned, float(info["cycles"]), fell)
+
+
+def fell_together(
+    group: WalkingGroup,
+    policy: Policy,
+    *,
+    mu: Array,
+    starts: Sequence[dict[str, Any]],
+    seconds: Sequence[float],
+) -> NDArray[np.bool_]:
+    """Whether each of at most eight walks, which are simulated side by side, ends in a fall.
+
+    Parameters
+    ----------
+    mu : (14,) body parameters of all.
+    starts : options of `WalkingEnvironment.reset` of each.
+    seconds : how long each one is followed.
+
+    Returns
+    -------
+    (walks,). The policy's actions are rounded otherwise than those of a single walker.
+    """
+    first = group.environments[0]
+    first.centre(policy.act, mu, key=policy.key)
+    count = len(starts)
+    options = [
+        {"mu": mu, "noise": 0.0, **starts[min(e, count - 1)]}
+        for e in range(len(group.environments))
+    ]
+    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
+    left = np.zeros(len(options), dtype=int)
+    left[:count] = [round(each / first.walker.action_seconds) for each in seconds]
+    fell = np.zeros(len(options), dtype=bool)
+    while left.any():
+        actions = policy.act(seen) - first.habit_at(group.phases)
+        _, fallen, _ = group.step(actions.astype(np.float32), seen)
+        fell |= fallen & (left > 0)
+        left = np.where(fallen, 0, np.maximum(left - 1, 0))
+        for e in np.flatnonzero(fallen).tolist():  # it would roll on for ever
+            seen[e] = group.reset(e, seed=0, options=options[e])
+    return fell[:count]
 
 
 def _centre_of_pressure(feet: Array) -> Array:
@@ -104,7 +148,7 @@ def record_rollout(
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
-    environment.centre(policy.act, mu)
+    environment.centre(policy.act, mu, key=policy.key)
     observation, _ = environment.reset(seed=0, options=options)
     constants = environment.constants
     longest = cycles * environment.task.reference.stride_time / constants.slowest_pace
@@ -155,11 +199,17 @@ def roll_out(
 
 
 class _Environments:
-    """A task's environments, one an engine, because they are slow to build."""
+    """A task's environments, one an engine, and a group of them: they are slow to build."""
 
     def __init__(self, task: WalkingTask) -> None:
         self._task = task
         self._built: dict[Engine, WalkingEnvironment] = {}
+        self._group: WalkingGroup | None = None
+
+    def group(self) -> WalkingGroup:
+        if self._group is None:
+            self._group = WalkingGroup([self._task] * WIDTH)
+        return self._group
 
     def of(self, engine: Engine) -> WalkingEnvironment:
         if engine not in self._built:
@@ -180,6 +230,12 @@ def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Engine, Any
     function, engine, item = arguments
     assert _environments is not None
     return function(_environments.of(engine), item)
+
+
+def _call_together(arguments: tuple[Callable[[WalkingGroup, Any], Any], Any]) -> Any:
+    function, item = arguments
+    assert _environments is not None
+    return function(_environments.group(), item)
 
 
 class RolloutPool:
@@ -230,6 +286,16 @@ class RolloutPool:
         alone = self._alone
         assert alone is not None
         return (function(alone.of(engine), item) for item in items)
+
+    def each_together(
+        self, function: Callable[[WalkingGroup, Item], Result], items: Sequence[Item]
+    ) -> Iterator[Result]:
+        """As `each`, with eight environments that act at the same time."""
+        if self._executor is not None:
+            return self._executor.map(_call_together, [(function, item) for item in items])
+        alone = self._alone
+        assert alone is not None
+        return (function(alone.group(), item) for item in items)
 
 
 def _workers(task: WalkingTask, count: int) -> ProcessPoolExecutor:

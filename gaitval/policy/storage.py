@@ -4,6 +4,7 @@ They are stored as `policy.safetensors` (the numbers) and `policy.json` (what th
 pickled.
 """
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,6 +56,14 @@ class Policy:
     def hidden_units(self) -> int:
         """Units of each hidden layer."""
         return len(self.tensors[NETWORK[1]])
+
+    @property
+    def key(self) -> str:
+        """Hash of the numbers that actions depend on."""
+        numbers = hashlib.blake2b(digest_size=16)
+        for name in (*NETWORK, *NORMALISATION):
+            numbers.update(np.ascontiguousarray(self.tensors[name]).tobytes())
+        return numbers.hexdigest()
 
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
         """Mean action (A,) or (B, A) for observations (size,) or (B, size)."""

@@ -256,10 +256,12 @@ class WalkingGroup:
         )
         return moving + asked, moving + after
 
-    def reset(self, e: int, *, seed: int | None = None) -> NDArray[np.float32]:
+    def reset(
+        self, e: int, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> NDArray[np.float32]:
         """Begin an episode of environment e; its observation."""
         environment, arrays = self.environments[e], self._arrays
-        observation, _ = environment.reset(seed=seed)
+        observation, _ = environment.reset(seed=seed, options=options)
         walker = environment.walker
         if walker.mu is not self._mu[e]:
             self._mu[e] = walker.mu
@@ -305,6 +307,11 @@ class WalkingGroup:
             environment.walker.phase = phase
             over[e] = environment.counted()
         return group.rewards[:count], group.fell[:count], over
+
+    @property
+    def phases(self) -> Array:
+        """(environments,) of the right gait cycle."""
+        return self._arrays.phase[: len(self.environments), 0]
 
     @property
     def terms(self) -> Array:

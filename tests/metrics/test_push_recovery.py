@@ -18,6 +18,7 @@ from gaitval.metrics.push_recovery import Push, evenly_spaced, largest_survived,
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import score_rollout
+from gaitval.policy.walking_group import WalkingGroup
 
 MU = nominal_parameters()
 
@@ -74,9 +75,8 @@ class LocalPool:
 
     def __init__(self, task, *, workers, engine):
         assert engine == "dart"  # what must be survived does not hang on the engine of learning
-        self.environments = {
-            name: WalkingEnvironment(task, engine=name) for name in ("dart", "compiled")
-        }
+        self.environment = WalkingEnvironment(task, engine=engine)
+        self.group = WalkingGroup([task] * 8)
 
     def __enter__(self):
         return self
@@ -84,8 +84,11 @@ class LocalPool:
     def __exit__(self, *_):
         pass
 
-    def each(self, function, items, *, engine="dart"):
-        return (function(self.environments[engine], item) for item in items)
+    def each(self, function, items):
+        return (function(self.environment, item) for item in items)
+
+    def each_together(self, function, items):
+        return (function(self.group, item) for item in items)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """Walks of a policy: scored, recorded, in worker processes."""
 
+import json
 import pickle
 import subprocess
 import sys
@@ -15,7 +16,9 @@ from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, roll_out, score_rollout
+from gaitval.policy.rollouts import RolloutPool, fell_together, roll_out, score_rollout
+from gaitval.policy.storage import load_policy
+from gaitval.policy.walking_group import WalkingGroup
 
 MU = nominal_parameters()
 
@@ -142,6 +145,71 @@ def test_a_pushed_walk_records_the_push(task):
     )
     impulse = (rollout.time[1] - rollout.time[0]) * rollout.root_force.sum(axis=0)
     np.testing.assert_allclose(impulse, [0, 0, 0, 0, 200.0 * 0.05, 0], atol=1e-9)
+
+
+def stored_walker():
+    """The stored policy of subject 5, which survives some pushes, and its mu."""
+    folder = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
+    found = json.loads((folder / "identification.json").read_text(encoding="utf-8"))
+    return load_policy(folder / "policy"), np.array(found["identified"])
+
+
+def test_walks_side_by_side_fall_as_single_ones_do(task):
+    """Pushes far below and far above what the walker stands, of other phases and durations; nobody
+    walks on after a fall, and a group can be used again."""
+    policy, mu = stored_walker()
+    group, alone = WalkingGroup([task] * 8), WalkingEnvironment(task)
+    forces = (0.0, 3000.0, 50.0, 2500.0, 0.0, 4000.0, 50.0)
+    starts = [
+        {"phase": 0.1 * n, "push": (0.1 * n + 0.3, force, 0.5 * n)}
+        for n, force in enumerate(forces)
+    ]
+    seconds = [1.2 + 0.1 * n for n in range(len(forces))]
+    single = [
+        score_rollout(
+            alone, policy, mu=mu, start_phase=each["phase"], seconds=lasts, push=each["push"]
+        ).fell
+        for each, lasts in zip(starts, seconds, strict=True)
+    ]
+    assert single == [force > 1000.0 for force in forces]
+    for _ in range(2):
+        fell = fell_together(group, policy, mu=mu, starts=starts, seconds=seconds)
+        assert fell.tolist() == single
+    turned = fell_together(group, policy, mu=mu, starts=starts[::-1], seconds=seconds[::-1])
+    assert turned.tolist() == single[::-1]
+
+
+def test_in_which_lane_a_walk_is_makes_no_difference_to_its_actions(task):
+    """So pushes that go on after a kill, in other lanes, end alike."""
+    policy, _ = stored_walker()
+    seen = np.random.default_rng(0).normal(0.0, 2.0, (8, 126)).astype(np.float32)
+    actions = policy.act(seen)
+    for turn in range(1, 8):
+        np.testing.assert_array_equal(policy.act(np.roll(seen, turn, axis=0))[turn], actions[0])
+        np.testing.assert_array_equal(
+            policy.act(np.roll(seen, turn, axis=0)), np.roll(actions, turn, axis=0)
+        )
+
+
+def test_a_habit_that_is_known_is_not_found_again(task, monkeypatch):
+    policy, mu = stored_walker()
+    environment, resets = WalkingEnvironment(task), []
+    before = environment.reset
+    monkeypatch.setattr(
+        environment, "reset", lambda **options: resets.append(1) or before(**options)
+    )
+    environment.centre(policy.act, mu, key=policy.key)
+    first, habit = len(resets), environment.habit_at(np.array([0.1, 0.6]))
+    assert first == 100
+    assert np.abs(habit).max() > 0.0
+    environment.centre(policy.act, mu, key=policy.key)
+    assert len(resets) == first
+    other = random_policy(task, scale=0.1)
+    environment.centre(other.act, mu, key=other.key)
+    assert len(resets) == 2 * first
+    assert np.abs(environment.habit_at(np.array([0.1, 0.6])) - habit).max() > 0.0
+    environment.centre(other.act, mu + 1e-3, key=other.key)
+    assert len(resets) == 3 * first
 
 
 def test_worker_processes_give_the_same_walks_in_order(task, environment):
