@@ -284,6 +284,21 @@ def whole_body_centre_of_mass(
     return total
 
 
+@njit
+def centres_of_mass(
+    joint_position: Array, mass: Array, centre_of_mass: Array, positions: Array
+) -> Array:
+    """Centre of mass (T, 3) m, world, at positions (T, 31)."""
+    segments = mass.shape[0]
+    rotation, origin = np.empty((segments, 3, 3)), np.empty((segments, 3))
+    axes = np.zeros((31, 3))
+    found = np.empty((positions.shape[0], 3))
+    for t in range(positions.shape[0]):
+        forward(joint_position, positions[t], rotation, origin, axes, segments)
+        found[t] = whole_body_centre_of_mass(mass, centre_of_mass, rotation, origin)
+    return found
+
+
 @njit_borrowing
 def turned_inertia(rotation: Array, inertia: Array, out: Array) -> None:
     """out = R I Rᵀ, all (3, 3)."""

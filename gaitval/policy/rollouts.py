@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
-from gaitval.model.body import SEGMENTS
-from gaitval.model.tree import forward, whole_body_centre_of_mass
+from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.parent import end_with_parent
 from gaitval.policy.storage import Policy
@@ -117,17 +116,6 @@ def _centre_of_pressure(feet: Array) -> Array:
     return np.stack([-feet[..., 4] / loaded, feet[..., 3] / loaded, 0.0 * loaded], axis=-1)
 
 
-def _centres_of_mass(environment: WalkingEnvironment, positions: Array) -> Array:
-    tree = environment.walker.tree
-    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
-    axes = np.zeros((31, 3))
-    com = np.empty((len(positions), 3))
-    for t, q in enumerate(positions):
-        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
-        com[t] = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, rotation, origin)
-    return com
-
-
 def record_rollout(
     environment: WalkingEnvironment,
     policy: Policy,
@@ -160,7 +148,7 @@ def record_rollout(
         if fell or walker.phase >= start_phase + cycles:
             break
     rows = slice(0, recording.rows)
-    positions = recording.positions[rows]
+    positions, tree = recording.positions[rows], walker.tree
     return Rollout(
         time=walker.physics_step * np.arange(1.0, recording.rows + 1.0),
         phase=recording.phase[rows],
@@ -169,7 +157,9 @@ def record_rollout(
         moments=recording.moments[rows],
         ground_reaction=recording.feet[rows, :, :3],
         centre_of_pressure=_centre_of_pressure(recording.feet[rows]),
-        centre_of_mass=_centres_of_mass(environment, positions),
+        centre_of_mass=centres_of_mass(
+            tree.joint_position, tree.mass, tree.centre_of_mass, positions
+        ),
         root_force=recording.root_force[rows],
         mu=np.asarray(mu, dtype=float),
         start_phase=np.array([start_phase]),

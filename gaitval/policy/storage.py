@@ -69,7 +69,8 @@ class Policy:
         """Mean action (A,) or (B, A) for observations (size,) or (B, size)."""
         t = self.tensors
         x = (observation - t["observation_mean"]) / np.sqrt(t["observation_variance"] + 1e-8)
-        x = np.clip(x, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(np.float32)
+        # np.clip of so few numbers takes five times as long.
+        x = np.minimum(np.maximum(x, -OBSERVATION_CLIP), OBSERVATION_CLIP).astype(np.float32)
         for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
             x = np.tanh(x @ t[weight].T + t[bias])
         return np.asarray(x @ t[NETWORK[4]].T + t[NETWORK[5]], dtype=np.float32)
