@@ -227,6 +227,12 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
     return [not each for each in fell.tolist()]
 
 
+def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:
+    """`survives` of any number of trials, in the compiled engine."""
+    eights = [tried[first : first + WIDTH] for first in range(0, len(tried), WIDTH)]
+    return chain.from_iterable(pool.each_together(survive_together, eights))
+
+
 def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     """Velocity of the centre of mass from a cycle before the push on, in an environment that is
     `without_drift`.
@@ -335,12 +341,10 @@ def push_recovery(
     workers = configuration.training.workers
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
-        def stand(cases: Sequence[PushTrial]) -> Iterator[bool]:
-            eights = [cases[first : first + WIDTH] for first in range(0, len(cases), WIDTH)]
-            return chain.from_iterable(pool.each_together(survive_together, eights))
-
         def survived(pushes: Sequence[Push]) -> list[bool]:
-            return journal.results(stand, trials(task, policy, mu, pushes), write=bool, read=bool)
+            return journal.results(
+                partial(_stand, pool), trials(task, policy, mu, pushes), write=bool, read=bool
+            )
 
         stood = journal.results(
             partial(pool.each, survives),
