@@ -403,10 +403,12 @@ def normal_equations(
     count = len(common)
     matrix = np.zeros((size + count, size + count))
     left = series.reshape(INSTANTS * 3, terms).T  # (n, 3 T)
-    for k in range(dofs):
-        product = (square[:, :, k] @ series).reshape(INSTANTS, dofs, 3, terms)
-        right = product.transpose(1, 0, 2, 3).reshape(dofs, INSTANTS * 3, terms)
-        matrix[:size, k * terms : (k + 1) * terms] = (left @ right).reshape(size, terms)
+    for k in range(dofs):  # it is symmetric, so the coordinates from k on are enough
+        product = (square[:, 3 * k :, k] @ series).reshape(INSTANTS, dofs - k, 3, terms)
+        right = product.transpose(1, 0, 2, 3).reshape(dofs - k, INSTANTS * 3, terms)
+        column = (left @ right).reshape(size - k * terms, terms)
+        matrix[k * terms : size, k * terms : (k + 1) * terms] = column
+        matrix[k * terms : (k + 1) * terms, k * terms : size] = column.T
     gradient = np.zeros(size + count)
     force = np.einsum("tokj,to->ktj", by_order, residual)
     gradient[:size] = np.einsum("ktj,tjn->kn", force, series).reshape(-1)

@@ -7,12 +7,14 @@ at that instant, so the derivatives are computed separately for each instant, by
 differences.
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_unlocked
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
 from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
@@ -121,7 +123,7 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, x: Array, work: _Work, out
         out[first + 6] = lowest
 
 
-@njit
+@njit_unlocked
 def _instants(
     tree: Tree,
     law: ContactLaw,
@@ -164,7 +166,24 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
     -------
     (T, 48) generalised forces, `TRUNK`, and seven numbers for each foot from `FOOT` on.
     """
-    found = np.zeros((len(inputs), OUTPUTS))
-    wanted = np.zeros((0, 0, 0)) if slope is None else slope
-    _instants(tree, law, _NO_LAG, np.ascontiguousarray(inputs), _STEPS, found, wanted)
+    found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
+    if slope is None:
+        _instants(tree, law, _NO_LAG, inputs, _STEPS, found, np.zeros((0, 0, 0)))
+        return found
+    # The slopes take two hundred times as long as the terms. Instants do not depend on each other.
+    parts = np.array_split(np.arange(len(inputs)), _threads())
+    with ThreadPoolExecutor(len(parts)) as threads:
+        working = [
+            threads.submit(
+                _instants, tree, law, _NO_LAG, inputs[part], _STEPS, found[part], slope[part]
+            )
+            for part in [slice(rows[0], rows[-1] + 1) for rows in parts]
+        ]
+        for each in working:
+            each.result()
     return found
+
+
+def _threads() -> int:
+    """As many as linear algebra may use."""
+    return max(1, min(int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1), 8))
