@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,9 +180,16 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
         return client.submit(run_order, order, key=key, pure=False, priority=-position[name])
 
     position = {order["study"]["name"]: number for number, order in enumerate(orders)}
-    futures = {submitted(order, 1): order for order in orders}
-    waiting = as_completed(futures)
-    while futures:
+    # Dask gives a worker several studies at once and takes few of them back, so that others have
+    # nothing to do in the end. A study takes minutes: the next one can wait until a thread is free.
+    left, futures = deque(orders), dict[Any, Json]()
+    waiting = as_completed()
+    while futures or left:
+        while left and len(futures) < max(_threads(client), 1):
+            order = left.popleft()
+            future = submitted(order, 1)
+            futures[future] = order
+            waiting.add(future)
         batch = waiting.next_batch(block=False)
         if not batch:
             if client.status not in ("running", "connecting"):
@@ -207,6 +215,12 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
                 waiting.add(again)
                 continue
             yield {**outcome, "tries": tries[name]}
+
+
+def _threads(client: "Client") -> int:
+    """Of all workers: studies that can run at the same time."""
+    workers = client.scheduler_info(n_workers=-1)["workers"]
+    return sum(int(each["nthreads"]) for each in workers.values())
 
 
 def _outcome(name: str, future: Any) -> Json:

@@ -63,9 +63,11 @@ def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):
     with running_cluster() as (address, scheduler):
         cohort = started(quick(tmp_path, address, names))
         end = time.monotonic() + 120
-        while not finished(tmp_path) and time.monotonic() < end:
+        second = tmp_path / names[1]
+        while not (finished(tmp_path) and second.exists()) and time.monotonic() < end:
             time.sleep(0.1)
         assert finished(tmp_path) == 1
+        assert second.exists()
         scheduler.send_signal(signal.SIGKILL)
         told, _ = cohort.communicate(timeout=120)
     assert cohort.returncode != 0
