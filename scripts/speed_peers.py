@@ -42,6 +42,7 @@ from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
 
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
+from gaitval.model.body import BodyModel
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.simulation.mujoco_body import MujocoBody, mjcf
 from gaitval.simulation.walker import Walker, WalkingTask
@@ -60,7 +61,8 @@ class MujocoTask:
 
     Attributes
     ----------
-    xml : the model.
+    model : the body.
+    option : of MuJoCo: its step and its integrator.
     stiffness, damping : (25,) of the joints.
     positions, velocities : (T, 31) of the reference over a cycle.
     moments : (T, 25) Nm, likewise.
@@ -69,7 +71,8 @@ class MujocoTask:
     limit, scale : of actions, and rad a unit.
     """
 
-    xml: str
+    model: BodyModel
+    option: str
     stiffness: Array
     damping: Array
     positions: Array
@@ -89,7 +92,7 @@ class MujocoTask:
         rows = walker.action_seconds / reference.stride_time * len(reference.phase)
         constants = task.configuration.environment
         return cls(
-            mjcf(task.model, option=option, floor=True), stiffness, damping,
+            task.model, option, stiffness, damping,
             reference.positions, reference.velocities, reference.moments,
             rows, walker.steps_per_action, constants.action_limit, constants.action_scale,
         )  # fmt: skip
@@ -100,11 +103,9 @@ class MujocoWalk(gymnasium.Env[Observation, Observation]):
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
 
-    def __init__(self, task: MujocoTask, body: Any) -> None:
+    def __init__(self, task: MujocoTask) -> None:
         self.task = task
-        self.peer = MujocoBody(body, option="", floor=True)
-        self.peer.model = mujoco.MjModel.from_xml_string(task.xml)
-        self.peer.data = mujoco.MjData(self.peer.model)
+        self.peer = MujocoBody(task.model, option=task.option, floor=True)
         self.peer.set_servo(task.stiffness, task.damping)
         size = 2 * len(ACTUATED) + 2 * 6 + len(ACTUATED) + 2
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
@@ -187,10 +188,10 @@ class _InMujoco:
     """Makes the environment of MuJoCo, in another process."""
 
     def __init__(self, task: WalkingTask) -> None:
-        self.task, self.body = MujocoTask.of(task), task.model
+        self.task = MujocoTask.of(task)
 
     def __call__(self) -> MujocoWalk:
-        return MujocoWalk(self.task, self.body)
+        return MujocoWalk(self.task)
 
 
 XLA: Final = """
@@ -233,14 +234,14 @@ print(json.dumps({"versions": [jax.__version__, mujoco.__version__], "found": fo
 def xla_samples_per_second(python: Path, task: WalkingTask) -> tuple[float, int]:
     """Samples a second of MuJoCo XLA's physics steps alone, and the batch that does most."""
     made = MujocoTask.of(task)
-    walk = MujocoWalk(made, task.model)
+    walk = MujocoWalk(made)
     walk.reset(seed=0)
     peer = walk.peer
     at = int(walk.row)
     applied = np.zeros(peer.model.nv)
     applied[peer.rates] = made.stiffness * made.positions[at, 6:] + made.moments[at]
     order = {
-        "xml": made.xml,
+        "xml": mjcf(made.model, option=made.option, floor=True),
         "qpos": peer.data.qpos.tolist(),
         "stiffness": peer.model.jnt_stiffness.tolist(),
         "damping": peer.model.dof_damping.tolist(),

@@ -185,7 +185,8 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     left, futures = deque(orders), dict[Any, Json]()
     waiting = as_completed()
     while futures or left:
-        while left and len(futures) < max(_threads(client), 1):
+        room = max(_threads(client), 1) if left else 0
+        while left and len(futures) < room:
             order = left.popleft()
             future = submitted(order, 1)
             futures[future] = order

@@ -480,11 +480,3 @@ def provenance_before(folder: Path) -> dict[str, Any] | None:
     if isinstance(stages, dict):
         found["stages"] = {name: each for name, each in stages.items() if name != "report"}
     return found
-
-
-def _read(path: Path) -> dict[str, Any] | None:
-    """A JSON object; None without the file."""
-    if not path.exists():
-        return None
-    found = read_json(path)
-    return found if isinstance(found, dict) else None
