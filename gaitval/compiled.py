@@ -34,6 +34,7 @@ SOURCES = (
     "policy/policy_update.py",
     "policy/reward.py",
     "policy/walking_group.py",
+    "reference/harmonic_square.py",
     "reference/walking_laws.py",
     "model/contact.py",
     "simulation/dynamics.py",

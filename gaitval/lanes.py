@@ -16,6 +16,7 @@ import math
 import operator
 from typing import Any, ClassVar
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv import Conversion
@@ -289,6 +290,15 @@ def in_numbers(typingctx: Any, array: Any) -> Any:
         )  # fmt: skip
 
     return signature(result, array), lower
+
+
+def with_lanes(arrays: Any) -> Any:
+    """Named tuples of arrays of doubles with a last axis of eight, all zero, for `in_lanes`;
+    integers stay.
+    """
+    if isinstance(arrays, tuple):
+        return type(arrays)(*(with_lanes(member) for member in arrays))
+    return np.zeros((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
 
 
 # Cody and Waite's three parts of π/2, and the polynomials of fdlibm's sine and cosine (Sun

@@ -247,7 +247,7 @@ class BodyFit:
 
 
 class _Equations:
-    """The linear equations of a fit at a solution."""
+    """The linear equations of a fit at a solution, solved for any right side."""
 
     def __init__(self, fit: BodyFit, solution: Solution) -> None:
         problem = fit.problem
@@ -255,9 +255,14 @@ class _Equations:
         _, weight = weighted_laws(problem, solution.change, solution.common, 1.0, slope)
         slope *= weight[:, :, None]
         self.slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
-        self.series = np.stack(problem.series, axis=1)
         self.lever = levers(problem, solution.change, solution.common) * weight[:, :, None]
-        self.matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+        matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+        self._factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
+        self.unknowns = len(matrix)
+
+    def solved(self, right: Array) -> Array:
+        """The unknowns (U, …) for right sides (U, …)."""
+        return np.asarray(cho_solve(self._factor, right, check_finite=False))
 
 
 class Profile:
@@ -284,51 +289,64 @@ class Profile:
         self._equations = equations or _Equations(fit, solution)
         self._size = solution.change.size
         self._held = np.array(held)
-        matrix = self._equations.matrix
-        self._rest = np.setdiff1d(np.arange(len(matrix)), self._size + self._held)
-        self._factor = cho_factor(matrix[np.ix_(self._rest, self._rest)])
-        self._answer = -cho_solve(self._factor, matrix[np.ix_(self._rest, self._size + self._held)])
+        places = self._size + self._held
+        unit = np.zeros((self._equations.unknowns, len(places)))
+        unit[places, np.arange(len(places))] = 1.0
+        columns = self._equations.solved(unit)
+        # How all unknowns follow those that are held: columns of the inverse over its block.
+        self._answer = np.linalg.solve(columns[places].T, columns.T).T
 
-    def __call__(self, mu: Array) -> float:
-        """The sum of squares at mu (14,): minus twice the log posterior, up to a constant."""
-        return self.at((mu - self._fit.prior_mean) / self._fit.prior_sd).cost
+    def __call__(self, mus: Sequence[Array]) -> list[float]:
+        """Sums of squares at several mu (14,): -2 times the log posterior, up to a constant."""
+        mean, sd = self._fit.prior_mean, self._fit.prior_sd
+        return [each.cost for each in self.at([(mu - mean) / sd for mu in mus])]
 
-    def at(self, z: Array) -> Solution:
-        """What is most likely with the held numbers at z, in prior SDs from the mean; with the
+    def at(self, zs: Sequence[Array]) -> list[Solution]:
+        """What is most likely with the held numbers at each z, in prior SDs from the mean; with the
         covariance of the solution.
         """
-        change, common = self._near.change, self._near.common.copy()
-        step = self._answer @ (z - common[self._held])
-        common[self._held] = z
-        best = self._near._replace(cost=np.inf)
+        held, size = self._held, self._size
+        place = np.concatenate([self._near.change.ravel(), self._near.common])
+        unknowns = np.repeat(place[:, None], len(zs), axis=1)
+        step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + held])
+        best = [self._near._replace(cost=np.inf)] * len(zs)
+        moving = np.arange(len(zs))
         for _ in range(_CHORDS):
-            change, common = self._moved(change, common, step)
-            residual, _ = weighted_laws(self._problem, change, common, 1.0)
-            linear = linear_terms(self._problem, change)
-            prior = self._problem.prior * common
-            cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
-            gained = cost < best.cost - _CHORD_GAIN
-            if cost < best.cost:
-                best = self._near._replace(change=change, common=common, cost=cost)
-            if not gained:
-                return best
-            step = -cho_solve(self._factor, self._gradient(residual, linear, prior)[self._rest])
+            unknowns[:, moving] += step
+            gradients, gained = [], []
+            for each in moving:
+                found, gradient = self._found(unknowns[:, each])
+                gained.append(found.cost < best[each].cost - _CHORD_GAIN)
+                gradients.append(gradient)
+                if found.cost < best[each].cost:
+                    best[each] = found
+            moving = moving[gained]
+            if not len(moving):
+                break
+            right = np.stack(gradients, axis=1)[:, gained]
+            right[size + held] = 0.0
+            step = -self._equations.solved(right)
+            step -= self._answer @ step[size + held]
         return best
 
-    def _moved(self, change: Array, common: Array, step: Array) -> tuple[Array, Array]:
-        whole = np.zeros(self._size + len(common))
-        whole[self._rest] = step
-        moved = change + whole[: self._size].reshape(change.shape)
-        return moved, common + whole[self._size :]
-
-    def _gradient(self, residual: Array, linear: Array, prior: Array) -> Array:
-        by_rate = np.matmul(self._equations.slope, residual[:, :, None]).reshape(
-            len(residual), 3, -1
-        )
-        motion = np.einsum("tjk,tjn->kn", by_rate, self._equations.series, optimize=True)
-        motion += np.einsum("krn,kr->kn", self._problem.penalty, linear, optimize=True)
-        common = np.einsum("toi,to->i", self._equations.lever, residual, optimize=True)
-        return np.concatenate([motion.ravel(), common + self._problem.prior * prior])
+    def _found(self, unknowns: Array) -> tuple[Solution, Array]:
+        """The solution with these unknowns (U,), and the gradient (U,) of half its sum of squares,
+        with the slopes of the equations.
+        """
+        problem, near = self._problem, self._near
+        change, common = unknowns[: self._size].reshape(near.change.shape), unknowns[self._size :]
+        residual, _ = weighted_laws(problem, change, common, 1.0)
+        linear = linear_terms(problem, change)
+        prior = problem.prior * common
+        cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
+        by_input = np.matmul(self._equations.slope, residual[:, :, None])
+        by_rate = by_input.reshape(len(residual), 3, -1)
+        motion = np.einsum("krn,kr->kn", problem.penalty, linear, optimize=True)
+        for order, series in enumerate(problem.series):
+            motion += by_rate[:, order].T @ series
+        of_common = np.einsum("toi,to->i", self._equations.lever, residual, optimize=True)
+        gradient = np.concatenate([motion.ravel(), of_common + problem.prior * prior])
+        return near._replace(change=change.copy(), common=common.copy(), cost=cost), gradient
 
 
 PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
@@ -345,8 +363,8 @@ def profiles(fit: BodyFit, mode: Solution) -> Array:
         place = _BODY + int(index)
         profile = Profile(fit, mode, [place], equations=equations)
         at, sd = mode.common[place], np.sqrt(mode.covariance[place, place])
-        costs = [profile.at(np.array([at + step * sd])).cost for step in PROFILE_STEPS]
-        found[index] = np.array(costs) - mode.cost
+        walked = profile.at([np.array([at + step * sd]) for step in PROFILE_STEPS])
+        found[index] = np.array([each.cost for each in walked]) - mode.cost
     return found
 
 

@@ -248,7 +248,7 @@ def identify(
             on_progress({"generation": generation, "total": settings.generations, "value": best})
 
     searched = search(
-        lambda points: [profile(fit.mu_at(each)) for each in points],
+        lambda points: profile([fit.mu_at(each) for each in points]),
         int(BodyFit.looked_for().sum()),
         settings=settings,
         seed=configuration.seed,

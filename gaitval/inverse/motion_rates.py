@@ -7,9 +7,10 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
+from gaitval.lanes import arctangent, sine_cosine, sqrt, where
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import COORDINATE_COUNT
 
@@ -42,7 +43,7 @@ def cardan_coordinates(positions: Array) -> Array:
     return coordinates
 
 
-@njit
+@njit_borrowing
 def root_state(
     angles: Array,
     rates: Array,
@@ -61,23 +62,24 @@ def root_state(
     rates, second_rates : (3,) of the angles, rad/s and rad/s².
     rotation_vector, angular_velocity, angular_acceleration : (3,) out, world axes.
     """
-    st, ct = np.sin(0.5 * angles[0]), np.cos(0.5 * angles[0])
-    sl, cl = np.sin(-0.5 * angles[1]), np.cos(-0.5 * angles[1])
-    sr, cr = np.sin(0.5 * angles[2]), np.cos(0.5 * angles[2])
+    st, ct = sine_cosine(0.5 * angles[0])
+    sl, cl = sine_cosine(-0.5 * angles[1])
+    sr, cr = sine_cosine(0.5 * angles[2])
     # Quaternion of the product: unlike the matrix it also gives the vector at half a turn.
     w1, x1, y1, z1 = ct * cl, ct * sl, st * cl, -st * sl
     w = w1 * cr - z1 * sr
     x = x1 * cr + y1 * sr
     y = y1 * cr - x1 * sr
     z = z1 * cr + w1 * sr
-    if w < 0.0:
-        w, x, y, z = -w, -x, -y, -z
-    sine = np.sqrt(x * x + y * y + z * z)
-    factor = 2.0 if sine < 1e-9 else 2.0 * np.arctan2(sine, w) / sine
+    turned = where(w < 0.0, -1.0, 1.0)
+    w, x, y, z = turned * w, turned * x, turned * y, turned * z
+    sine = sqrt(x * x + y * y + z * z)
+    small = sine < 1e-9
+    factor = where(small, 2.0, 2.0 * arctangent(sine, w) / where(small, 1.0, sine))
     rotation_vector[0], rotation_vector[1], rotation_vector[2] = factor * x, factor * y, factor * z
 
-    sin_t, cos_t = np.sin(angles[0]), np.cos(angles[0])
-    sin_l, cos_l = np.sin(angles[1]), np.cos(angles[1])
+    sin_t, cos_t = sine_cosine(angles[0])
+    sin_l, cos_l = sine_cosine(angles[1])
     # Axes in world: tilt y; list -(cos t, 0, -sin t); rotation R_y(t) R_x(-l) z.
     a0, a2 = -cos_t, sin_t
     b0, b1, b2 = sin_t * cos_l, sin_l, cos_t * cos_l

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit
+from gaitval.compiled import njit, njit_borrowing
 from gaitval.constants import GRAVITY
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import (
@@ -53,8 +53,8 @@ def empty_dynamics() -> SegmentDynamics:
     )
 
 
-@njit
-def newton_euler(
+@njit_borrowing
+def inertial_wrenches(
     joint_position: Array,
     mass: Array,
     centre_of_mass: Array,
@@ -62,25 +62,12 @@ def newton_euler(
     q: Array,
     qd: Array,
     qdd: Array,
-    force: Array,
-    point: Array,
-    free_moment: Array,
     segments: SegmentDynamics,
-    generalised: Array,
 ) -> None:
-    """Generalised forces of one frame.
+    """What each segment needs for its own motion, into `segments`; parameters of `newton_euler`.
 
-    It is long because it is one recursion, outwards and back, written out in scalars: numba would
-    allocate vectors on the heap, which takes longer than the sums.
-
-    Parameters
-    ----------
-    joint_position, mass, centre_of_mass, inertia : of `Tree`.
-    q, qd, qdd : (31,) positions, velocities, accelerations.
-    force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
-        that is NaN is a foot in the air.
-    segments : out.
-    generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
+    It is long because it is one recursion, written out in scalars: numba would allocate vectors on
+    the heap, which takes longer than the sums.
     """
     (rotation, origin, axes, angular, linear), turning, wrench = segments
     forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
@@ -150,20 +137,13 @@ def newton_euler(
         wrench[s, 0, 2] += c0 * f1 - c1 * f0
         wrench[s, 1, 0], wrench[s, 1, 1], wrench[s, 1, 2] = f0, f1, f2
 
-    for side in range(2):
-        if np.isnan(point[side, 0]):
-            continue
-        s = FOOT[side]
-        r0 = point[side, 0] - origin[s, 0]
-        r1 = point[side, 1] - origin[s, 1]
-        r2 = point[side, 2] - origin[s, 2]
-        f0, f1, f2 = force[side, 0], force[side, 1], force[side, 2]
-        wrench[s, 0, 0] -= free_moment[side, 0] + r1 * f2 - r2 * f1
-        wrench[s, 0, 1] -= free_moment[side, 1] + r2 * f0 - r0 * f2
-        wrench[s, 0, 2] -= free_moment[side, 2] + r0 * f1 - r1 * f0
-        for i in range(3):
-            wrench[s, 1, i] -= force[side, i]
 
+@njit_borrowing
+def joint_wrenches(segments: SegmentDynamics, generalised: Array) -> None:
+    """Add to each segment's wrench those of the segments below it: what its parent exerts; and the
+    generalised forces (31,) out, of the root the moment about the pelvis's origin and the force.
+    """
+    (_, origin, axes, _, _), _, wrench = segments
     for s in range(SEGMENT_COUNT - 1, 0, -1):
         p = PARENT[s]
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
@@ -184,3 +164,48 @@ def newton_euler(
     for i in range(3):
         generalised[i] = wrench[0, 0, i]
         generalised[3 + i] = wrench[0, 1, i]
+
+
+@njit
+def newton_euler(
+    joint_position: Array,
+    mass: Array,
+    centre_of_mass: Array,
+    inertia: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    force: Array,
+    point: Array,
+    free_moment: Array,
+    segments: SegmentDynamics,
+    generalised: Array,
+) -> None:
+    """Generalised forces of one frame.
+
+    Parameters
+    ----------
+    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    q, qd, qdd : (31,) positions, velocities, accelerations.
+    force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
+        that is NaN is a foot in the air.
+    segments : out.
+    generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
+    """
+    inertial_wrenches(joint_position, mass, centre_of_mass, inertia, q, qd, qdd, segments)
+    origin, wrench = segments.frames.origin, segments.wrench
+    for side in range(2):
+        if np.isnan(point[side, 0]):
+            continue
+        s = FOOT[side]
+        r0 = point[side, 0] - origin[s, 0]
+        r1 = point[side, 1] - origin[s, 1]
+        r2 = point[side, 2] - origin[s, 2]
+        f0, f1, f2 = force[side, 0], force[side, 1], force[side, 2]
+        wrench[s, 0, 0] -= free_moment[side, 0] + r1 * f2 - r2 * f1
+        wrench[s, 0, 1] -= free_moment[side, 1] + r2 * f0 - r0 * f2
+        wrench[s, 0, 2] -= free_moment[side, 2] + r0 * f1 - r1 * f0
+        for i in range(3):
+            wrench[s, 1, i] -= force[side, i]
+
+    joint_wrenches(segments, generalised)

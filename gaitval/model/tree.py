@@ -130,17 +130,24 @@ def rotation_matrix(vector: Array) -> Array:
     return matrix
 
 
+@njit_borrowing
+def enter_rotation_vector(matrix: Array, vector: Array) -> None:
+    """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
+    x = 0.5 * (matrix[2, 1] - matrix[1, 2])
+    y = 0.5 * (matrix[0, 2] - matrix[2, 0])
+    z = 0.5 * (matrix[1, 0] - matrix[0, 1])
+    sine = sqrt(x * x + y * y + z * z)
+    small = sine < 1e-4
+    angle = arctangent(sine, 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0))
+    factor = where(small, 1.0 + sine * sine / 6.0, angle / where(small, 1.0, sine))
+    vector[0], vector[1], vector[2] = factor * x, factor * y, factor * z
+
+
 @njit
 def rotation_vector(matrix: Array) -> Array:
-    """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
-    cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)
-    cosine = min(1.0, max(-1.0, cosine))
-    angle = np.arccos(cosine)
-    factor = 0.5 + angle**2 / 12.0 if angle < 1e-4 else 0.5 * angle / np.sin(angle)
+    """`enter_rotation_vector` into a new array."""
     vector = np.empty(3)
-    vector[0] = factor * (matrix[2, 1] - matrix[1, 2])
-    vector[1] = factor * (matrix[0, 2] - matrix[2, 0])
-    vector[2] = factor * (matrix[1, 0] - matrix[0, 1])
+    enter_rotation_vector(matrix, vector)
     return vector
 
 

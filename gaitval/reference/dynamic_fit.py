@@ -41,6 +41,7 @@ from gaitval.model.body import BodyModel
 from gaitval.model.contact_law import ContactLaw, contact_law
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
+from gaitval.reference.harmonic_square import harmonic_square
 from gaitval.reference.motion import (
     FEED_FORWARD,
     ReferenceMotion,
@@ -146,6 +147,7 @@ class Problem(NamedTuple):
     varied : the numbers of `common` that it depends on.
     path : three (T, 31): coordinates of the motion to change and their first two rates, without
         the forward travel but with its speed.
+    rates : (24,) angular frequency of each harmonic, 1/s.
     series : three (T, n), `_series`.
     target, weight : (T, 48) of the numbers of `walking_laws`.
     lever : (T, 48, C) what `Solution.common` takes from the targets, per its unit.
@@ -159,6 +161,7 @@ class Problem(NamedTuple):
     bodies: Bodies
     varied: tuple[int, ...]
     path: tuple[Array, Array, Array]
+    rates: Array
     series: tuple[Array, Array, Array]
     target: Array
     weight: Array
@@ -307,6 +310,7 @@ def fit_problem(
         bodies=lambda _: body,
         varied=(),
         path=(path[0], path[1], path[2]),
+        rates=np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1)),
         series=series,
         target=target,
         weight=weights * norm,
@@ -387,37 +391,29 @@ def normal_equations(
 ) -> tuple[Array, Array]:
     """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + C.
 
-    The Jacobian is the derivative by coordinates and rates at an instant times the series, so its
-    square is summed coordinate by coordinate, which takes a tenth of the time of the whole.
+    The Jacobian is the derivative by coordinates and rates at an instant times the series.
     """
     slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
     residual, weight = weighted_laws(problem, change, common, ease, slope)
     slope *= weight[:, :, None]
     dofs, terms = change.shape
     size = dofs * terms
-    # By coordinate and then by order of the derivative.
-    by_order = slope.reshape(INSTANTS, OUTPUTS, 3, dofs).transpose(0, 1, 3, 2)
-    series = np.stack(problem.series, axis=1)  # (T, 3, n)
-    flat = np.ascontiguousarray(by_order).reshape(INSTANTS, OUTPUTS, 3 * dofs)
-    square = (flat.transpose(0, 2, 1) @ flat).reshape(INSTANTS, 3 * dofs, dofs, 3)
     count = len(common)
     matrix = np.zeros((size + count, size + count))
-    left = series.reshape(INSTANTS * 3, terms).T  # (n, 3 T)
-    for k in range(dofs):  # it is symmetric, so the coordinates from k on are enough
-        product = (square[:, 3 * k :, k] @ series).reshape(INSTANTS, dofs - k, 3, terms)
-        right = product.transpose(1, 0, 2, 3).reshape(dofs - k, INSTANTS * 3, terms)
-        column = (left @ right).reshape(size - k * terms, terms)
-        matrix[k * terms : size, k * terms : (k + 1) * terms] = column
-        matrix[k * terms : (k + 1) * terms, k * terms : size] = column.T
-    gradient = np.zeros(size + count)
-    force = np.einsum("tokj,to->ktj", by_order, residual)
-    gradient[:size] = np.einsum("ktj,tjn->kn", force, series).reshape(-1)
+    harmonic_square(slope, problem.rates, matrix[:size, :size])
     lever = levers(problem, change, common) * weight[:, :, None]
-    across = np.einsum("tokj,toi->iktj", by_order, lever)
-    matrix[:size, size:] = np.einsum("iktj,tjn->kni", across, series).reshape(size, count)
-    matrix[size:, :size] = matrix[:size, size:].T
-    matrix[size:, size:] = np.einsum("toi,toj->ij", lever, lever)
-    gradient[size:] = np.einsum("toi,to->i", lever, residual)
+    # By the inputs of an instant first, then by the unknowns.
+    right = np.concatenate([residual[:, :, None], lever], axis=2)
+    by_input = (slope.transpose(0, 2, 1) @ right).reshape(INSTANTS, 3, dofs, 1 + count)
+    by_unknown = sum(
+        np.tensordot(series, by_input[:, order], axes=(0, 0))
+        for order, series in enumerate(problem.series)
+    )  # (n, 31, 1 + C)
+    across = np.transpose(by_unknown, (1, 0, 2)).reshape(size, 1 + count)
+    gradient = np.concatenate([across[:, 0], np.einsum("toi,to->i", lever, residual)])
+    matrix[:size, size:], matrix[size:, :size] = across[:, 1:], across[:, 1:].T
+    flat = lever.reshape(-1, count)
+    matrix[size:, size:] = flat.T @ flat
 
     linear = linear_terms(problem, change)
     for k in range(dofs):
@@ -452,12 +448,15 @@ def solve_problem(
         cost = _cost(problem, change, common, ease)
         for _ in range(MOST_STEPS):
             matrix, gradient = normal_equations(problem, change, common, ease)
-            diagonal = np.diag(matrix).copy()
+            damped = np.empty_like(matrix)
             before = cost
             while damping < MOST_DAMPING:
-                matrix[np.diag_indices_from(matrix)] = diagonal * (1.0 + damping)
+                np.copyto(damped, matrix)
+                damped.flat[:: len(damped) + 1] *= 1.0 + damping
                 try:
-                    step = cho_solve(cho_factor(matrix), gradient)
+                    # The transpose of a symmetric matrix is laid out as LAPACK wants it.
+                    factor = cho_factor(damped.T, overwrite_a=True, check_finite=False)
+                    step = cho_solve(factor, gradient, check_finite=False)
                 except LinAlgError:
                     damping *= 10.0
                     continue

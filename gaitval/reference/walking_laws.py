@@ -4,7 +4,7 @@ The motion decides everything: where the contact spheres are and how fast they m
 ground's forces by the law that the simulation uses, and with them Newton's equations give what the
 joints must exert. The terms of an instant depend only on the coordinates and their first two rates
 at that instant, so the derivatives are computed separately for each instant, by central
-differences.
+differences, with eight instants in the lanes of a vector.
 """
 
 import os
@@ -14,14 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_unlocked
+from gaitval.compiled import njit_borrowing, njit_unlocked
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
-from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler
+from gaitval.inverse.newton_euler import (
+    SegmentDynamics,
+    empty_dynamics,
+    inertial_wrenches,
+    joint_wrenches,
+)
+from gaitval.lanes import WIDTH, in_lanes, where, with_lanes
 from gaitval.model.body import SEGMENTS
 from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.model.contact_law import ContactLaw
-from gaitval.model.tree import Tree, rotation_vector
+from gaitval.model.tree import Tree, enter_rotation_vector
 
 _DOFS = len(COORDINATES)
 
@@ -50,77 +56,64 @@ class _Work(NamedTuple):
 
     segments: SegmentDynamics
     contact: ContactWorkspace
+    inputs: Array
     state: Array
     generalised: Array
     ground: Array
     feet: Array
     memory: Array
-    nowhere: Array
+    middle: Array
+    above: Array
+    below: Array
 
 
-@njit
 def _work(spheres: int) -> _Work:
-    return _Work(
-        empty_dynamics(),
-        contact_workspace(spheres),
-        np.empty((3, _DOFS)),
-        np.empty(_DOFS),
-        np.empty(_DOFS),
-        np.empty((2, 6)),
-        np.zeros((spheres, 3)),
-        np.full((2, 3), np.nan),
-    )
+    """For eight instants."""
+    sizes = INPUTS, (3, _DOFS), _DOFS, _DOFS, (2, 6), (spheres, 3), *[OUTPUTS] * 3
+    one = _Work(empty_dynamics(), contact_workspace(spheres), *(np.empty(each) for each in sizes))
+    work: _Work = with_lanes(one)
+    return work
 
 
-@njit
-def _instant(tree: Tree, law: ContactLaw, lag: Array, x: Array, work: _Work, out: Array) -> None:
-    """The terms of the laws at one instant.
+@njit_borrowing
+def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -> None:
+    """The terms of the laws at one instant, or in lanes at eight.
 
     Parameters
     ----------
-    x : (93,) coordinates (31) with the pelvis' Cardan angles first, their rates, their second
-        rates.
+    work : its `inputs` (93,) are the coordinates (31) with the pelvis' Cardan angles first, their
+        rates, their second rates.
     out : (48,) generalised forces (31) that must act in addition to the ground's; rotation vector
         of the trunk; the numbers of both feet, see `FOOT`.
     """
-    q, qd, qdd = work.state[0], work.state[1], work.state[2]
+    x, q, qd, qdd = work.inputs, work.state[0], work.state[1], work.state[2]
     root_state(x[0:3], x[31:34], x[62:65], q[:3], qd[:3], qdd[:3])
     for i in range(3, 31):
         q[i], qd[i], qdd[i] = x[i], x[31 + i], x[62 + i]
-    newton_euler(
-        tree.joint_position,
-        tree.mass,
-        tree.centre_of_mass,
-        tree.inertia,
-        q,
-        qd,
-        qdd,
-        work.nowhere,
-        work.nowhere,
-        work.nowhere,
-        work.segments,
-        work.generalised,
+    inertial_wrenches(
+        tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia, q, qd, qdd, work.segments
     )
+    joint_wrenches(work.segments, work.generalised)
     frames = work.segments.frames
-    work.ground[:] = 0.0
+    for i in range(31):
+        work.ground[i] = 0.0
     contact_forces(tree, law, frames, lag, work.memory, work.ground, work.feet, work.contact)
     for i in range(31):
         out[i] = work.generalised[i] - work.ground[i]
-    out[TRUNK] = rotation_vector(frames.rotation[_TORSO])
+    enter_rotation_vector(frames.rotation[_TORSO], out[31:34])
     spheres = tree.sphere_segment.shape[0] // 2
     for side in range(2):
         first = FOOT + FOOT_NUMBERS * side
         for i in range(6):
             out[first + i] = work.feet[side, i]
-        lowest = np.inf
+        out[first + 6] = np.inf
         for n in range(side * spheres, (side + 1) * spheres):
             s = tree.sphere_segment[n]
             p = tree.sphere_position[n]
             height = frames.origin[s, 2] - tree.sphere_radius[n]
             for i in range(3):
                 height += frames.rotation[s, 2, i] * p[i]
-            lowest = min(lowest, height)
-        out[first + 6] = lowest
+            out[first + 6] = where(height < out[first + 6], height, out[first + 6])
 
 
 @njit_unlocked
@@ -132,26 +125,33 @@ def _instants(
     steps: Array,
     out: Array,
     slope: Array,
+    work: _Work,
 ) -> None:
     """`_instant` of every row of `inputs` (T, 93) into `out` (T, 48), and its derivatives into
-    `slope` (T, 48, 93) unless that is empty.
+    `slope` (T, 48, 93) unless that is empty. What is left of the last eight is its last row again.
     """
-    work = _work(tree.sphere_segment.shape[0])
-    x = np.empty(inputs.shape[1])
-    above, below = np.empty(out.shape[1]), np.empty(out.shape[1])
-    for t in range(inputs.shape[0]):
-        x[:] = inputs[t]
-        _instant(tree, law, lag, x, work, out[t])
-        if slope.shape[0] == 0:
-            continue
-        for k in range(inputs.shape[1]):
-            x[k] = inputs[t, k] + steps[k]
-            _instant(tree, law, lag, x, work, above)
-            x[k] = inputs[t, k] - steps[k]
-            _instant(tree, law, lag, x, work, below)
-            x[k] = inputs[t, k]
+    lanes, instants = in_lanes(work), inputs.shape[0]
+    for first in range(0, instants, WIDTH):
+        for e in range(WIDTH):
+            row = min(first + e, instants - 1)
+            for k in range(inputs.shape[1]):
+                work.inputs[k, e] = inputs[row, k]
+        _instant(tree, law, lag, lanes, lanes.middle)
+        count = min(WIDTH, instants - first)
+        for e in range(count):
             for j in range(out.shape[1]):
-                slope[t, j, k] = (above[j] - below[j]) / (2.0 * steps[k])
+                out[first + e, j] = work.middle[j, e]
+        for k in range(slope.shape[2]):
+            x = lanes.inputs[k]
+            lanes.inputs[k] = x + steps[k]
+            _instant(tree, law, lag, lanes, lanes.above)
+            lanes.inputs[k] = x - steps[k]
+            _instant(tree, law, lag, lanes, lanes.below)
+            lanes.inputs[k] = x
+            for e in range(count):
+                for j in range(out.shape[1]):
+                    difference = work.above[j, e] - work.below[j, e]
+                    slope[first + e, j, k] = difference / (2.0 * steps[k])
 
 
 def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None = None) -> Array:
@@ -167,20 +167,20 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
     (T, 48) generalised forces, `TRUNK`, and seven numbers for each foot from `FOOT` on.
     """
     found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
+    spheres = len(tree.sphere_segment)
+
+    def instants(part: slice) -> None:
+        wanted = np.zeros((0, 0, 0)) if slope is None else slope[part]
+        _instants(tree, law, _NO_LAG, inputs[part], _STEPS, found[part], wanted, _work(spheres))
+
     if slope is None:
-        _instants(tree, law, _NO_LAG, inputs, _STEPS, found, np.zeros((0, 0, 0)))
+        instants(slice(None))
         return found
     # The slopes take two hundred times as long as the terms. Instants do not depend on each other.
-    parts = np.array_split(np.arange(len(inputs)), _threads())
+    eights = np.array_split(np.arange(0, len(inputs), WIDTH), _threads())
+    parts = [slice(rows[0], rows[-1] + WIDTH) for rows in eights if len(rows)]
     with ThreadPoolExecutor(len(parts)) as threads:
-        working = [
-            threads.submit(
-                _instants, tree, law, _NO_LAG, inputs[part], _STEPS, found[part], slope[part]
-            )
-            for part in [slice(rows[0], rows[-1] + 1) for rows in parts]
-        ]
-        for each in working:
-            each.result()
+        list(threads.map(instants, parts))
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
-from gaitval.lanes import WIDTH, in_lanes
+from gaitval.lanes import in_lanes, with_lanes
 from gaitval.model.contact_law import ContactLaw
 from gaitval.model.tree import Tree
 from gaitval.simulation.physics_steps import (
@@ -106,13 +106,6 @@ def advance_lanes(
     )
 
 
-def _with_lanes(arrays: Any) -> Any:
-    """Named tuples of arrays with a last axis of eight, all zero; integers stay."""
-    if isinstance(arrays, tuple):
-        return type(arrays)(*(_with_lanes(member) for member in arrays))
-    return np.zeros((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
-
-
 def _tables_of(walkers: Sequence[Walker]) -> Any:
     """What the servos of each walker follow; walkers of one task share it."""
     kinds = list({id(walker.task): walker.tables for walker in walkers}.items())
@@ -143,22 +136,22 @@ class SideBySide:
         one = np.zeros(1)
         law = np.zeros(len(ContactLaw._fields))
         tree, law, stiffness, damping, total, lag, phase_step = (
-            _with_lanes(arrays) for arrays in (body.tree, law, *body[3:6], body.lag, one)
+            with_lanes(arrays) for arrays in (body.tree, law, *body[3:6], body.lag, one)
         )
         self.bodies = LaneBodies(
             tree, law, _tables_of(walkers), stiffness, damping, total, lag,
             body.physics_step, phase_step,
         )  # fmt: skip
-        self.account = _with_lanes(empty_account(first.steps_per_action))
-        arrays = _with_lanes(walker_arrays(spheres))._replace(
+        self.account = with_lanes(empty_account(first.steps_per_action))
+        arrays = with_lanes(walker_arrays(spheres))._replace(
             ground=self.account.mean_ground_reaction,
             moments=self.account.mean_moments,
             squares=self.account.mean_square_moments,
         )
         joints, force = np.zeros(25), np.zeros(6)
-        members = (_with_lanes(array) for array in (one, one, joints, force, joints, joints))
+        members = (with_lanes(array) for array in (one, one, joints, force, joints, joints))
         self.arrays = LaneArrays(arrays, *members)
-        self.work = _with_lanes(workspace(spheres))
+        self.work = with_lanes(workspace(spheres))
         for lane, walker in enumerate(walkers):
             self.enter_body(lane, walker)
 
