@@ -17,15 +17,17 @@ Policy, body and physics are unchanged, and nothing supports the body: it is the
 a motion that differs from the reference by about a degree.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.journal import Journal
+from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import (
     JOINT_ANGLES,
     JOINT_MOMENTS,
@@ -36,9 +38,11 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.habit import reference_curves
 from gaitval.metrics.recorded import by_kind
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, record_rollout
+from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
+from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
 ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
@@ -256,20 +260,35 @@ def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
     return [length * step for step in steps for length in _LENGTHS]
 
 
-def beside_reference(environment: WalkingEnvironment, case: "Case") -> Walked | None:
-    """Walk with a changed reference, and compare with the unchanged; None if the walker fell."""
-    task = environment.task
-    changed = adjusted(task.reference, task.reference_body, case.correction)
-    walker = WalkingEnvironment(replace(task, reference=changed))
-    validation = task.configuration.validation
-    rollout = record_rollout(
-        walker,
-        case.policy,
-        mu=case.mu,
-        start_phase=case.start_phase,
+def beside_reference(
+    environment: WalkingEnvironment, cases: Sequence["Case"]
+) -> list["Walked | None"]:
+    """Walk with at most eight changed references side by side, each beside the unchanged one; None
+    for a walker that fell.
+
+    Parameters
+    ----------
+    environment : with the unchanged reference.
+    cases : of one policy and body.
+    """
+    task, first = environment.task, cases[0]
+    tasks = [
+        replace(task, reference=adjusted(task.reference, task.reference_body, case.correction))
+        for case in cases
+    ]
+    rollouts = record_together(
+        WalkingGroup(tasks + tasks[-1:] * (WIDTH - len(tasks))),
+        first.policy,
+        mu=first.mu,
+        start_phases=[case.start_phase for case in cases],
         # The first and last strikes may be outside, and half a cycle of the other foot.
-        cycles=validation.settling_cycles + _CYCLES + 2,
+        cycles=task.configuration.validation.settling_cycles + _CYCLES + 2,
     )
+    return [_compared(task, rollout) for rollout in rollouts]
+
+
+def _compared(task: WalkingTask, rollout: Rollout) -> Walked | None:
+    """A walk beside the task's reference; None if it fell."""
     cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
         return None
@@ -296,6 +315,11 @@ class Case:
     mu: Array
     correction: Adjustment
     start_phase: float
+
+
+def _walks(pool: RolloutPool, cases: Sequence[Case]) -> Iterator[Walked | None]:
+    """`beside_reference` of any number of cases."""
+    return chain.from_iterable(pool.each(beside_reference, in_groups(cases)))
 
 
 def _correction(point: Array) -> Adjustment:
@@ -343,30 +367,35 @@ def correct(
     journal = journal or Journal()
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
 
-        def walk_from(phase: float, points: Sequence[Array]) -> list[Walked | None]:
+        def walk(points: Sequence[Array], *phases: float) -> list[Walked | None]:
+            """At every point from each phase."""
             return journal.results(
-                partial(pool.each, beside_reference),
-                [Case(policy, mu, _correction(each), phase) for each in points],
+                partial(_walks, pool),
+                [
+                    Case(policy, mu, _correction(point), phase)
+                    for phase in phases
+                    for point in points
+                ],
                 write=lambda walked: None if walked is None else walked.as_list(),
                 read=lambda values: None if values is None else Walked.from_list(values),
             )
 
         found = search(
-            lambda points: walk_from(start, points),
+            lambda points: walk(points, start),
             unknowns,
             rounds=wanted,
             allowed=allowed,
             on_round=progress,
         )
         none = np.zeros(unknowns)
-        first = walk_from(start, [none, found.point])
-        second = walk_from((start + 0.5) % 1.0, [none, found.point])
+        walked = walk([none, found.point], start, (start + 0.5) % 1.0)
     point, refused = found.point, None
-    if point.any() and (refused := harm(*first, *second)):
+    if point.any() and (refused := harm(*walked)):
         point = none
-    after = first[1] if refused is None else first[0]
+    before = walked[0]
+    after = walked[1] if refused is None else before
     number = found.effective_number
-    return Result(_correction(point), found.errors, number, refused, first[0], after)
+    return Result(_correction(point), found.errors, number, refused, before, after)
 
 
 def harm(

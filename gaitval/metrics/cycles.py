@@ -14,7 +14,7 @@ from gaitval.gait.events import on_ground
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import LowPass
 from gaitval.gait.sampling import SAMPLES, interpolated
-from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.rollout import Rollout, Travel
 
 SCUFF_SECONDS = 0.15
 """A foot on the ground for less than this has scuffed or dragged; no stance phase of walking is
@@ -95,7 +95,7 @@ def foot_events(vertical_force: Array, *, step: float, threshold: float) -> Foot
     )
 
 
-def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
+def find_cycles(rollout: Travel, configuration: Configuration) -> GaitCycles:
     """Complete gait cycles of both feet, without the settling ones.
 
     A cycle runs from a heel strike to the next one of the same foot. The first
@@ -121,7 +121,7 @@ def find_cycles(rollout: Rollout, configuration: Configuration) -> GaitCycles:
     return GaitCycles(starts=starts, ends=ends, events=events)
 
 
-def step_of(rollout: Rollout) -> float:
+def step_of(rollout: Travel) -> float:
     """Time between samples, s; a rollout of one sample has no cycles, whatever its step."""
     return float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else 1.0
 
@@ -141,7 +141,7 @@ def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
     )
 
 
-def walking_speed(rollout: Rollout, cycles: GaitCycles) -> float | None:
+def walking_speed(rollout: Travel, cycles: GaitCycles) -> float | None:
     """Forward displacement of the centre of mass over whole right cycles, divided by their time,
     m/s.
     """

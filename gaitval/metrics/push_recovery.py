@@ -32,9 +32,14 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
 from gaitval.journal import Journal
-from gaitval.lanes import WIDTH
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, fell_together, record_rollout, score_rollout
+from gaitval.policy.rollouts import (
+    RolloutPool,
+    fell_together,
+    in_groups,
+    record_rollout,
+    score_rollout,
+)
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.walker import WalkingTask
@@ -229,8 +234,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
 
 def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:
     """`survives` of any number of trials, in the compiled engine."""
-    eights = [tried[first : first + WIDTH] for first in range(0, len(tried), WIDTH)]
-    return chain.from_iterable(pool.each_together(survive_together, eights))
+    return chain.from_iterable(pool.each_together(survive_together, in_groups(tried)))
 
 
 def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:

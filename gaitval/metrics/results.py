@@ -103,6 +103,8 @@ class Start(Result):
     cycles: CountBySide
     scuffs: CountBySide
     walking_speed: Number | None
+    engine: Literal["compiled", "dart", "mujoco"] = "dart"
+    """That it walked in; a file without it is from when all walked in DART."""
 
 
 class SpatiotemporalResult(Result):

@@ -2,11 +2,15 @@
 
 A rollout is long, to show that the walker keeps walking, but only its first cycles are compared
 with the record: for the rest only the distance is reported, and the trajectory is not kept.
+
+The one that is compared walks in DART. Those from the other start phases, which only show that the
+walker keeps walking, walk side by side in the compiled engine, which solves the same equations.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +24,10 @@ from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, record_rollout
+from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout, travel_together
 from gaitval.policy.storage import Policy
-from gaitval.simulation.rollout import Rollout
+from gaitval.policy.walking_group import WalkingGroup
+from gaitval.simulation.rollout import Rollout, Travel
 from gaitval.simulation.walker import Engine
 
 _WHOLE = ("mu", "start_phase", "fell")
@@ -41,6 +46,7 @@ class Endurance:
     cycles : by side, complete gait cycles in a row after the settling ones.
     scuffs : by side, contacts too short for a stance.
     walking_speed : m/s over whole right cycles; None without any.
+    engine : that it walked in.
     """
 
     start_phase: float
@@ -49,6 +55,7 @@ class Endurance:
     cycles: Mapping[str, int]
     scuffs: Mapping[str, int]
     walking_speed: float | None
+    engine: Engine
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, to be written as JSON."""
@@ -56,8 +63,9 @@ class Endurance:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "Endurance":
-        """What `as_dict` gave."""
-        return cls(**{field.name: values[field.name] for field in fields(cls)})
+        """What `as_dict` gave. Without an engine it is from when all of them walked in DART."""
+        known = {"engine": "dart", **values}
+        return cls(**{field.name: known[field.name] for field in fields(cls)})
 
 
 @dataclass(frozen=True)
@@ -75,8 +83,14 @@ class Rollouts:
     starts: tuple[Endurance, ...]
 
 
-def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
+def endurance(
+    rollout: Travel, configuration: Configuration, *, engine: Engine = "dart"
+) -> Endurance:
     """How far a rollout without pushes went.
+
+    Parameters
+    ----------
+    engine : that it walked in.
 
     Raises
     ------
@@ -97,6 +111,7 @@ def endurance(rollout: Rollout, configuration: Configuration) -> Endurance:
         cycles={side: cycles.count(side) for side in SIDES},
         scuffs={side: cycles.events[side].scuffs for side in SIDES},
         walking_speed=walking_speed(rollout, cycles),
+        engine=engine,
     )
 
 
@@ -137,7 +152,27 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> _Walk:
         environment, start.policy, mu=start.mu, start_phase=start.phase, cycles=start.cycles
     )
     kept = compared_part(rollout, configuration) if start.compared else None
-    return endurance(rollout, configuration), kept
+    return endurance(rollout, configuration, engine=environment.walker.engine), kept
+
+
+def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[_Walk]:
+    """At most eight walks that are not compared, of one policy, body and length."""
+    first = starts[0]
+    phases = [start.phase for start in starts]
+    travels = travel_together(
+        group, first.policy, mu=first.mu, start_phases=phases, cycles=first.cycles
+    )
+    settings = group.environments[0].task.configuration
+    return [(endurance(travel, settings, engine="compiled"), None) for travel in travels]
+
+
+def _walks(pool: RolloutPool, starts: Sequence[_Start]) -> Iterable[_Walk]:
+    """The compared walk, if it is still to be walked, and then the others."""
+    compared = [start for start in starts if start.compared]
+    others = [start for start in starts if not start.compared]
+    alone = pool.each(_walk, compared)
+    beside = pool.each_together(_walk_together, in_groups(others))
+    return chain(alone, chain.from_iterable(beside))
 
 
 def begun_walk(
@@ -170,7 +205,8 @@ def roll_out_from(
     cycles: int,
     workspace: Path | None = None,
 ) -> Rollouts:
-    """Rollouts of the deterministic policy from each start phase; the first one is compared.
+    """Rollouts of the deterministic policy from each start phase; the first one is compared, and
+    walks in the pool's engine, the others in the compiled one.
 
     Parameters
     ----------
@@ -194,7 +230,7 @@ def roll_out_from(
         return went, Rollout.load(kept) if first and kept is not None else None
 
     walks = Journal(workspace / "walks.jsonl" if workspace else None).results(
-        partial(pool.each, _walk),
+        partial(_walks, pool),
         [
             _Start(policy, mu, phase, cycles, compared=number == 0)
             for number, phase in enumerate(phases)

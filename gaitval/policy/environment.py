@@ -30,7 +30,7 @@ from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
-"""A policy: observation to action."""
+"""A policy: observation to action, or many in rows."""
 
 HABIT_PHASES = 100
 """Phases of the cycle at which a policy's habit is known, see `WalkingEnvironment.centre`; a
@@ -226,18 +226,18 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if share == 0.0:
             return
         options = {"mu": mu, "push": None, "noise": 0.0}
-        actions = []
-        for i in range(HABIT_PHASES):
-            phase = (i + 0.5) / HABIT_PHASES
-            observation, _ = self.reset(seed=0, options={"phase": phase, **options})
-            actions.append(policy(observation))
-        self._habit = np.asarray(share * np.array(actions), dtype=float)
+        phases = (np.arange(HABIT_PHASES) + 0.5) / HABIT_PHASES
+        seen = [
+            self.reset(seed=None if i else 0, options={"phase": phase, **options})[0]
+            for i, phase in enumerate(phases.tolist())
+        ]
+        self._habit = np.asarray(share * policy(np.array(seen)), dtype=float)
 
-    def habit_at(self, phase: Array) -> Array | float:
-        """What is taken from the actions at these phases (E,): (E, A), or zero."""
+    def habits(self) -> Array:
+        """What is taken from the actions in each hundredth of the cycle, (100, A)."""
         if self._habit is None:
-            return 0.0
-        return np.asarray(self._habit[(phase % 1.0 * HABIT_PHASES).astype(int)])
+            return np.zeros((HABIT_PHASES, len(self._asked)))
+        return self._habit
 
     def _pace(self) -> float:
         """Pace of the last action."""

@@ -1,9 +1,17 @@
-"""Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored."""
+"""Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored.
+
+Many walks are simulated eight side by side (`fell_together`, `record_together`,
+`travel_together`), in the compiled engine. The policy then acts on eight observations in one
+product, which is rounded otherwise than that of one: a walk of eight agrees with a single walker's
+to rounding, and in a long walk rounding grows. It does not depend on the other seven, nor on their
+number: the policy always acts on eight.
+"""
 
 import multiprocessing as mp
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,8 +24,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.parent import end_with_parent
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Engine, Trajectory, WalkingTask
+from gaitval.simulation.rollout import Rollout, Travel
+from gaitval.simulation.walker import Engine, Steps, Trajectory, Walker, WalkingTask
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -37,6 +45,13 @@ class Score:
     reward: float
     cycles: float
     fell: bool
+
+
+def in_groups(items: Sequence[Item]) -> list[Sequence[Item]]:
+    """Items in order, in as few groups of at most eight as hold them, of nearly the same size."""
+    count = -(-len(items) // WIDTH)
+    ends = [len(items) * number // count for number in range(1, count + 1)]
+    return [items[first:end] for first, end in pairwise([0, *ends])]
 
 
 def score_rollout(
@@ -86,27 +101,172 @@ def fell_together(
 
     Returns
     -------
-    (walks,). The policy's actions are rounded otherwise than those of a single walker.
+    (walks,).
     """
-    first = group.environments[0]
-    first.centre(policy.act, mu, key=policy.key)
-    count = len(starts)
-    options = [
-        {"mu": mu, "noise": 0.0, **starts[min(e, count - 1)]}
-        for e in range(len(group.environments))
-    ]
-    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
-    left = np.zeros(len(options), dtype=int)
-    left[:count] = [round(each / first.walker.action_seconds) for each in seconds]
-    fell = np.zeros(len(options), dtype=bool)
-    while left.any():
-        actions = policy.act(seen) - first.habit_at(group.phases)
-        _, fallen, _ = group.step(actions.astype(np.float32), seen)
+    action_seconds = group.environments[0].walker.action_seconds
+    left = np.array([round(each / action_seconds) for each in seconds])
+    fell = np.zeros(len(starts), dtype=bool)
+    for fallen in _actions_together(group, policy, mu, starts):
         fell |= fallen & (left > 0)
         left = np.where(fallen, 0, np.maximum(left - 1, 0))
-        for e in np.flatnonzero(fallen).tolist():  # it would roll on for ever
+        if not left.any():
+            break
+    return fell
+
+
+def _actions_together(
+    group: WalkingGroup, policy: Policy, mu: Array, starts: Sequence[dict[str, Any]]
+) -> Iterator[NDArray[np.bool_]]:
+    """Walks side by side, without end: after each action, who fell in it (walks,). A walker that
+    fell starts again, or it would roll on; so do those of a group that has more than there are
+    walks, from the last start.
+    """
+    lanes = len(group.environments)
+    if lanes != WIDTH:
+        raise ValueError(f"a group of {lanes} would act with other rounding than one of {WIDTH}")
+    group.centre(policy.act, mu, key=policy.key)
+    options = [
+        {"mu": mu, "push": None, "noise": 0.0, **starts[min(e, len(starts) - 1)]}
+        for e in range(lanes)
+    ]
+    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
+    while True:
+        actions = policy.act(seen) - group.habit()
+        _, fallen, _ = group.step(actions.astype(np.float32), seen)
+        yield fallen[: len(starts)]
+        for e in np.flatnonzero(fallen).tolist():
             seen[e] = group.reset(e, seed=0, options=options[e])
-    return fell[:count]
+
+
+def _longest(environment: WalkingEnvironment, cycles: float) -> int:
+    """Actions that so many gait cycles take at the slowest pace."""
+    longest = cycles * environment.task.reference.stride_time / environment.constants.slowest_pace
+    return int(np.ceil(longest / environment.walker.action_seconds))
+
+
+def _walks_together(
+    group: WalkingGroup,
+    policy: Policy,
+    mu: Array,
+    start_phases: Sequence[float],
+    cycles: float,
+) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Walks side by side, until each has its cycles or fell: after each action, who still walked in
+    it, and who fell (walks,).
+    """
+    ends = np.array(start_phases) + cycles
+    left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
+    starts = [{"phase": phase} for phase in start_phases]
+    for fallen in _actions_together(group, policy, mu, starts):
+        yield left > 0, fallen
+        over = fallen | (group.phases[: len(ends)] >= ends)
+        left = np.where(over, 0, np.maximum(left - 1, 0))
+        if not left.any():
+            break
+
+
+def record_together(
+    group: WalkingGroup,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phases: Sequence[float],
+    cycles: float,
+) -> Iterator[Rollout]:
+    """`record_rollout` of at most eight walks, side by side, without pushes. They are walked when
+    the first one is asked for.
+
+    Parameters
+    ----------
+    group : of eight environments, which may have different references.
+    mu : (14,) body parameters of all.
+    start_phases : of each walk; the first one is that of the first environment.
+    cycles : planned length of each in gait cycles.
+    """
+    walks = len(start_phases)
+    actions = max(_longest(each, cycles) for each in group.environments[:walks])
+    recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
+    rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
+    for walking, fallen in _walks_together(group, policy, mu, start_phases, cycles):
+        recording.append(group.beside.account, group.beside.arrays.root_force)
+        rows[walking] = recording.rows
+        fell |= walking & fallen
+    for e, start_phase in enumerate(start_phases):
+        steps = recording.steps_of(e, int(rows[e]))
+        yield _rollout(steps, group.environments[e].walker, start_phase, bool(fell[e]))
+
+
+_PART = 200
+"""Actions of `travel_together` after which what is not needed of them is forgotten."""
+
+
+def travel_together(
+    group: WalkingGroup,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phases: Sequence[float],
+    cycles: float,
+) -> list[Travel]:
+    """`record_together` of long walks, of which little is kept: 128 bytes a step instead of 880.
+
+    Parameters
+    ----------
+    group, mu, start_phases, cycles : as `record_together` takes them.
+    """
+    walks = len(start_phases)
+    walkers = [environment.walker for environment in group.environments[:walks]]
+    steps = walkers[0].steps_per_action
+    recording = Trajectory(_PART * steps, WIDTH)
+    parts: list[list[_Kept]] = [[] for _ in walkers]
+    rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
+
+    def keep() -> None:
+        for part, (e, walker) in zip(parts, enumerate(walkers), strict=True):
+            part.append(_kept(recording.steps_of(e, recording.rows), walker))
+        recording.rows = 0
+
+    for walking, fallen in _walks_together(group, policy, mu, start_phases, cycles):
+        if recording.rows == _PART * steps:
+            keep()
+        recording.append(group.beside.account, group.beside.arrays.root_force)
+        rows[walking] += steps
+        fell |= walking & fallen
+    keep()
+    return [
+        Travel(
+            time=_times(walker, last),
+            ground_reaction=np.concatenate([each[0] for each in part])[:last],
+            centre_of_mass=np.concatenate([each[1] for each in part])[:last],
+            root_force=np.concatenate([each[2] for each in part])[:last],
+            start_phase=np.array([start_phase]),
+            fell=np.array([float(down)]),
+        )
+        for walker, part, last, start_phase, down in zip(
+            walkers, parts, rows.tolist(), start_phases, fell, strict=True
+        )
+    ]
+
+
+_Kept = tuple[Array, Array, Array]
+
+
+def _kept(steps: Steps, walker: Walker) -> _Kept:
+    """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of a `Travel`."""
+    forces = steps.feet[:, :, :3].copy()  # without the moments
+    return forces, _centre_of_mass(steps, walker), steps.root_force
+
+
+def _times(walker: Walker, steps: int) -> Array:
+    """(T,) s after each physics step."""
+    return np.asarray(walker.physics_step * np.arange(1.0, steps + 1.0))
+
+
+def _centre_of_mass(steps: Steps, walker: Walker) -> Array:
+    """(T, 3) m of the whole body."""
+    tree = walker.tree
+    found = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, steps.positions)
+    return np.asarray(found, dtype=float)
 
 
 def _centre_of_pressure(feet: Array) -> Array:
@@ -138,30 +298,29 @@ def record_rollout(
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
     environment.centre(policy.act, mu, key=policy.key)
     observation, _ = environment.reset(seed=0, options=options)
-    constants = environment.constants
-    longest = cycles * environment.task.reference.stride_time / constants.slowest_pace
-    actions = int(np.ceil(longest / walker.action_seconds))
+    actions = _longest(environment, cycles)
     recording = Trajectory(actions * walker.steps_per_action)
     fell = False
     for _ in range(actions):
         observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
         if fell or walker.phase >= start_phase + cycles:
             break
-    rows = slice(0, recording.rows)
-    positions, tree = recording.positions[rows], walker.tree
+    return _rollout(recording.steps(), walker, start_phase, fell)
+
+
+def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Rollout:
+    """What was recorded of a walker."""
     return Rollout(
-        time=walker.physics_step * np.arange(1.0, recording.rows + 1.0),
-        phase=recording.phase[rows],
-        positions=positions,
-        velocities=recording.velocities[rows],
-        moments=recording.moments[rows],
-        ground_reaction=recording.feet[rows, :, :3],
-        centre_of_pressure=_centre_of_pressure(recording.feet[rows]),
-        centre_of_mass=centres_of_mass(
-            tree.joint_position, tree.mass, tree.centre_of_mass, positions
-        ),
-        root_force=recording.root_force[rows],
-        mu=np.asarray(mu, dtype=float),
+        time=_times(walker, len(steps.phase)),
+        phase=steps.phase,
+        positions=steps.positions,
+        velocities=steps.velocities,
+        moments=steps.moments,
+        ground_reaction=steps.feet[..., :3],
+        centre_of_pressure=_centre_of_pressure(steps.feet),
+        centre_of_mass=_centre_of_mass(steps, walker),
+        root_force=steps.root_force,
+        mu=walker.mu,
         start_phase=np.array([start_phase]),
         fell=np.array([float(fell)]),
     )

@@ -14,7 +14,13 @@ from gaitval.arrays import Array, Index
 from gaitval.compiled import njit
 from gaitval.lanes import WIDTH
 from gaitval.model.tree import Tree
-from gaitval.policy.environment import WalkingEnvironment, episode_arrays
+from gaitval.policy.environment import (
+    HABIT_PHASES,
+    Act,
+    WalkingEnvironment,
+    action_size,
+    episode_arrays,
+)
 from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, Targets, is_mirrored
 from gaitval.simulation.physics_steps import Account, Workspace
@@ -197,7 +203,7 @@ class WalkingGroup:
     Attributes
     ----------
     environments : with all that an environment has.
-    beside : their walkers.
+    beside : their walkers, with an account of the last action.
     """
 
     def __init__(self, tasks: Sequence[WalkingTask]) -> None:
@@ -228,6 +234,8 @@ class WalkingGroup:
             np.zeros(WIDTH),
             np.zeros(WIDTH, dtype=bool),
         )
+        self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
+        self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
         self._inward, self._outward = self._pairs()
 
@@ -271,6 +279,23 @@ class WalkingGroup:
                     rows[e] = values
         arrays.phase[e, 0], arrays.lift[e] = walker.phase, environment.lift
         return observation
+
+    def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
+        """`WalkingEnvironment.centre` of all; environments of one task have the same habit.
+
+        `step` takes the actions as they are; `habit` is what a walk takes from them.
+        """
+        found: dict[int, Array] = {}
+        for environment in self.environments:
+            if id(environment.task) not in found:
+                environment.centre(policy, mu, key=key)
+                found[id(environment.task)] = environment.habits()
+        self._habits[:] = [found[id(environment.task)] for environment in self.environments]
+
+    def habit(self) -> Array:
+        """The habit at the phases that the walkers have now, (environments, A)."""
+        rows = (self.phases % 1.0 * HABIT_PHASES).astype(int)
+        return np.asarray(self._habits[self._lanes, rows])
 
     def step(
         self, asked: NDArray[np.float32], seen: NDArray[np.float32]

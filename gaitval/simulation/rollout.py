@@ -10,41 +10,52 @@ from gaitval.artefacts import read_arrays, write_arrays
 
 
 @dataclass(frozen=True)
-class Rollout:
-    """One simulated walk, sampled every physics step (`time[1] - time[0]`), T samples.
+class Travel:
+    """How far a simulated walk went and where its feet were on the ground, T samples, one every
+    physics step (`time[1] - time[0]`): what is kept of a long walk, a tenth of a `Rollout`.
+
+    Attributes
+    ----------
+    time : (T,) s.
+    ground_reaction : (T, 2, 3) N, force of the ground on the right and the left foot, world axes.
+    centre_of_mass : (T, 3) m, of the whole body, world.
+    root_force : (T, 6) external force on the pelvis: moment Nm about its origin, force N. Zero
+        except during a push.
+    start_phase : (1,) phase at which the walk started.
+    fell : (1,) 1 if it ended early, 0 if it reached its planned end.
+    """
+
+    time: Array
+    ground_reaction: Array
+    centre_of_mass: Array
+    root_force: Array
+    start_phase: Array
+    fell: Array
+
+
+@dataclass(frozen=True)
+class Rollout(Travel):
+    """One simulated walk, whole; see `Travel` for its other arrays.
 
     Axes are REP-103 (x forward, y left, z up), SI units, radians.
 
     Attributes
     ----------
-    time : (T,) s.
     phase : (T,) reference phase of the right gait cycle, not wrapped.
     positions : (T, 31) in the order of `coordinates.COORDINATES` (root: rotation vector, origin).
     velocities : (T, 31) their DART velocities (root: angular, linear, world axes).
     moments : (T, 25) Nm, net joint moments (servo + feed-forward + passive damping), order of
         `coordinates.ACTUATED`, positive if they would increase the coordinate.
-    ground_reaction : (T, 2, 3) N, force of the ground on the right and the left foot, world axes.
     centre_of_pressure : (T, 2, 3) m, of each foot, world; NaN while the foot is off the ground.
-    centre_of_mass : (T, 3) m, of the whole body, world.
-    root_force : (T, 6) external force on the pelvis: moment Nm about its origin, force N. Zero
-        except during a push.
     mu : (14,) body parameters used in the simulation.
-    start_phase : (1,) phase at which the rollout started.
-    fell : (1,) 1 if the rollout ended early, 0 if it reached its planned end.
     """
 
-    time: Array
     phase: Array
     positions: Array
     velocities: Array
     moments: Array
-    ground_reaction: Array
     centre_of_pressure: Array
-    centre_of_mass: Array
-    root_force: Array
     mu: Array
-    start_phase: Array
-    fell: Array
 
     def save(self, path: Path) -> None:
         """Write as npz, in single precision except for time and phase."""

@@ -143,29 +143,50 @@ def _advance_outside(
     return phase
 
 
-class Trajectory:
-    """Arrays that `Walker.step` fills, one row a physics step; see `Account`."""
+class Steps(NamedTuple):
+    """The physics steps of a walk, T rows: those of every `Account`, and the external moment Nm and
+    force N (T, 6) on the pelvis.
+    """
 
-    def __init__(self, steps: int) -> None:
+    phase: Array
+    positions: Array
+    velocities: Array
+    moments: Array
+    feet: Array
+    root_force: Array
+
+
+class Trajectory:
+    """Arrays that `Walker.step` fills, one row a physics step.
+
+    Parameters
+    ----------
+    steps : number of rows.
+    many : walkers that act at the same time; none for a single one. They are the arrays' last axis,
+        as in what eight of them work in, so that an action of all is one copy.
+    """
+
+    def __init__(self, steps: int, *many: int) -> None:
         self.rows = 0
-        account = empty_account(steps)
-        self.phase = account.phase
-        self.positions = account.positions
-        self.velocities = account.velocities
-        self.moments = account.moments
-        self.feet = account.feet
-        self.root_force = np.zeros((steps, 6))
+        shapes = [array.shape[1:] for array in empty_account(0)[:5]]
+        self._arrays = Steps(*(np.zeros((steps, *shape, *many)) for shape in (*shapes, (6,))))
 
     def append(self, account: Account, root_force: Array) -> None:
-        """Add an action's steps and the external force (6,) on the pelvis during it."""
+        """Add an action's steps and the external force (6,) on the pelvis during it, both with a
+        last axis of the walkers if there are many.
+        """
         rows = slice(self.rows, self.rows + len(account.phase))
-        self.phase[rows] = account.phase
-        self.positions[rows] = account.positions
-        self.velocities[rows] = account.velocities
-        self.moments[rows] = account.moments
-        self.feet[rows] = account.feet
-        self.root_force[rows] = root_force
+        for kept, new in zip(self._arrays, (*account[:5], root_force), strict=True):
+            kept[rows] = new
         self.rows = rows.stop
+
+    def steps(self) -> Steps:
+        """The steps of the walker."""
+        return Steps(*(array[: self.rows] for array in self._arrays))
+
+    def steps_of(self, walker: int, rows: int) -> Steps:
+        """A copy of the first steps of one of many."""
+        return Steps(*(np.ascontiguousarray(array[:rows, ..., walker]) for array in self._arrays))
 
 
 class WalkerArrays(NamedTuple):

@@ -222,11 +222,13 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
+        from gaitval.lanes import WIDTH
         from gaitval.metrics.comparison import curves_of, recorded_curves
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.epsilon import epsilon, mean_of
         from gaitval.metrics.habit import floor_of
-        from gaitval.policy.rollouts import roll_out
+        from gaitval.policy.rollouts import in_groups, record_together
+        from gaitval.policy.walking_group import WalkingGroup
 
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
@@ -237,20 +239,20 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             "identified": identified_task(run, found, f"{here}/identification"),
         }
         for which, each in tasks.items():
+            group = WalkingGroup([each] * WIDTH)
             walks = []
-            for start_phase in validation.start_phases:
-                rollout = roll_out(
-                    each,
+            for phases in in_groups(validation.start_phases):
+                for rollout in record_together(
+                    group,
                     policy,
                     mu=body_parameters(run.folder / identification, which),
-                    start_phase=start_phase,
+                    start_phases=phases,
                     cycles=validation.settling_cycles + validation.cycles,
-                    engine="compiled",
-                )
-                cycles = find_cycles(rollout, run.configuration).first(validation.cycles)
-                walks.append(
-                    epsilon(curves_of(task, rollout, cycles), recorded_curves(task.record))
-                )
+                ):
+                    cycles = find_cycles(rollout, run.configuration).first(validation.cycles)
+                    walks.append(
+                        epsilon(curves_of(task, rollout, cycles), recorded_curves(task.record))
+                    )
             error = mean_of(walks)
             errors[which] = None if error is None else error.as_dict()
             if which == "identified":
