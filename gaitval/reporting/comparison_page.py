@@ -20,6 +20,7 @@ from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.versions import StoredWalk, Versions, in_margins
 from gaitval.reporting.csv_text import csv_text
+from gaitval.reporting.facts import compiled_walks
 from gaitval.reporting.figures import (
     COLOURS,
     NAMES,
@@ -112,6 +113,7 @@ def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
         "goals": metrics["summary"]["goals"],
         "falls": sum(start["fell"] for start in _final(walk)["starts"]),
         "starts": len(_final(walk)["starts"]),
+        "compiled": compiled_walks(_final(walk)["starts"]),
         "stood": None if stood is None else f"{sum(stood)} of {len(stood)}",
         "version": metrics["provenance"]["versions"].get("gaitval", "not known"),
         "folder": str(walk.folder),

@@ -1,6 +1,6 @@
 """Figures that say from which file they were read, and from where in it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 from urllib.parse import quote
@@ -75,6 +75,13 @@ def derived_fact(
     if value is None:
         return Fact(what, UNKNOWN, file, pointer, note)
     return Fact(what, shown(value, unit, digits), file, pointer, note)
+
+
+def compiled_walks(starts: Sequence[Mapping[str, Any]]) -> int:
+    """How many of the walks from start phases walked in the compiled engine; the others did in
+    DART, as all of those that are stored without their engine did.
+    """
+    return sum(start.get("engine") == "compiled" for start in starts)
 
 
 def shown(value: Any, unit: str, digits: int) -> str:

@@ -28,7 +28,7 @@ from gaitval.reporting import (
     mechanics_figures,
     tables,
 )
-from gaitval.reporting.facts import UNKNOWN
+from gaitval.reporting.facts import UNKNOWN, compiled_walks
 from gaitval.reporting.page import Draw, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
@@ -350,6 +350,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "metrics": metrics,
         "method": metrics["method"],
         "walk": walk,
+        "compiled_walks": compiled_walks(walk["starts"]),
         "nominal": metrics["walks"]["nominal"],
         "identified": metrics["final"] == "identified",
         "identification": metrics["identification"],

@@ -95,6 +95,11 @@ def test_figures_that_are_worked_out(run_folder):
     pairs = np.tril(metrics["identification"]["correlation"], -1)
     size = float(np.abs(pairs).max())
     assert found[worst].text in (number(size, 2), number(-size, 2))
+    starts = metrics["walks"][metrics["final"]]["starts"]
+    compiled = sum(start.get("engine") == "compiled" for start in starts)
+    assert f"{compiled} of them walked in the compiled engine" in (
+        found["Falls over all start phases"].note
+    )
     assert found["Seeds of this run"].text == "1 (seed 7)"
     momentum = next(each for what, each in found.items() if what.startswith("Force that would"))
     assert float(momentum.text.split()[0]) < 100.0  # of another body: only that it is worked out

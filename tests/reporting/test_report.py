@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -128,6 +129,21 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     assert "thigh length from shank length (r = −0.62)" in text
     assert re.search(r"leg length, thigh \+ shank, m ?0.0000 ?0.0200 ?0.0105 ?0.0050 ?0.25", text)
     assert "unverified" in text
+
+
+def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_path, monkeypatch):
+    """Walks that are stored without their engine are from when all of them walked in DART."""
+    assert "The first walk is in DART; the others are in the compiled engine" in page.text
+    only_html(monkeypatch)
+    folder = shutil.copytree(run_folder, tmp_path / "earlier")
+    metrics = read_json(folder / "metrics.json")
+    starts = [start for walk in metrics["walks"].values() for start in walk["starts"]]
+    assert [start.pop("engine") for start in starts] == ["dart", "compiled", "dart"]
+    write_json(folder / "metrics.json", metrics)
+    write_report(folder)
+    earlier = Page((folder / "report.html").read_text(encoding="utf-8"))
+    assert "All walks are in DART." in earlier.text
+    assert "compiled engine" not in earlier.text
 
 
 def test_the_correction_is_told_in_degrees(page):
