@@ -83,9 +83,7 @@ class Rollouts:
     starts: tuple[Endurance, ...]
 
 
-def endurance(
-    rollout: Travel, configuration: Configuration, *, engine: Engine = "dart"
-) -> Endurance:
+def endurance(rollout: Travel, configuration: Configuration, *, engine: Engine) -> Endurance:
     """How far a rollout without pushes went.
 
     Parameters

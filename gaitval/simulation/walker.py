@@ -170,6 +170,8 @@ class Trajectory:
         self.rows = 0
         shapes = [array.shape[1:] for array in empty_account(0)[:5]]
         self._arrays = Steps(*(np.zeros((steps, *shape, *many)) for shape in (*shapes, (6,))))
+        self.phase, self.positions, self.velocities = self._arrays[:3]
+        self.moments, self.feet, self.root_force = self._arrays[3:]
 
     def append(self, account: Account, root_force: Array) -> None:
         """Add an action's steps and the external force (6,) on the pelvis during it, both with a

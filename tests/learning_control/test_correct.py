@@ -3,6 +3,7 @@
 import re
 import shutil
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from gaitval.journal import Journal
 from gaitval.learning_control.correct import (
     Case,
     Walked,
+    _walks,
     accuracy_of,
     beside_reference,
     correct,
@@ -31,8 +33,9 @@ from gaitval.metrics.habit import reference_curves
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import record_rollout
+from gaitval.policy.rollouts import RolloutPool, record_together
 from gaitval.policy.storage import load_policy
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.study.baseline import walk_again
 from gaitval.study.stage import Observer
@@ -161,8 +164,9 @@ def test_a_walk_is_compared_with_its_reference_and_no_record(quick, walker):
     """Errors are those of the mean curves; the deviations weigh each by its accuracy."""
     policy, mu = walker
     none = Adjustment(np.zeros((len(JOINTS), 1)), 0.0)
-    found = beside_reference(WalkingEnvironment(quick), Case(policy, mu, none, 0.0))
-    rollout = record_rollout(WalkingEnvironment(quick), policy, mu=mu, start_phase=0.0, cycles=13)
+    [found] = beside_reference(WalkingEnvironment(quick), [Case(policy, mu, none, 0.0)])
+    group = WalkingGroup([quick] * 8)
+    [rollout] = record_together(group, policy, mu=mu, start_phases=[0.0], cycles=13)
     configuration = quick.configuration
     curves = simulated_curves(
         rollout,
@@ -185,8 +189,30 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
     policy, mu = walker
     numbers = np.zeros((len(JOINTS), 1))
     numbers[JOINTS.index("lumbar_extension"), 0] = np.deg2rad(-40.0)
-    case = Case(policy, mu, Adjustment(numbers, 0.0), 0.0)
-    assert beside_reference(WalkingEnvironment(quick), case) is None
+    cases = [
+        Case(policy, mu, Adjustment(each, 0.0), 0.0) for each in (0.0 * numbers, numbers, numbers)
+    ]
+    found = beside_reference(WalkingEnvironment(quick), cases)
+    assert [each is None for each in found] == [False, True, True]
+
+
+def test_walks_do_not_depend_on_the_workers_nor_on_where_a_kill_was(quick, walker):
+    """Nine make two groups, and what a kill has left of them makes others."""
+    cases = [Case(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
+    cases = [replace(each, correction=_tenth(each.correction)) for each in cases]
+    with RolloutPool(quick, workers=1) as pool:
+        alone = list(_walks(pool, cases))
+    assert any(alone)
+    with RolloutPool(quick, workers=2) as pool:
+        both = list(_walks(pool, cases))
+        rest = list(_walks(pool, cases[3:]))
+    for one, other in zip(alone + alone[3:], both + rest, strict=True):
+        assert (one is None) == (other is None)
+        assert one is None or one.as_list() == other.as_list()
+
+
+def _tenth(correction: Adjustment) -> Adjustment:
+    return Adjustment(0.1 * correction.harmonics, 0.1 * correction.height)
 
 
 # ---- The search. ----
@@ -318,14 +344,14 @@ class LinearPool:
         pass
 
     def each(self, _, cases):
-        for case in cases:
+        for case in chain.from_iterable(cases):
             if LinearPool.walked == LinearPool.stop:
                 raise KeyboardInterrupt
             LinearPool.walked += 1
             change = np.array([*case.correction.harmonics.ravel(), case.correction.height])
             off = self.offset + 30.0 * self.answer @ change + 0.01 * case.start_phase
             errors = {("angles", "knee_angle_r"): rms(off), ("angles", "pelvis_tilt_r"): 0.5}
-            yield Walked(off, errors, 0.05) if abs(off[0]) < 5.0 else None
+            yield [Walked(off, errors, 0.05) if abs(off[0]) < 5.0 else None]
 
 
 @pytest.mark.parametrize("stop", [0, 1, 7, 15, 22, 33])

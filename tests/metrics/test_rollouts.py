@@ -12,6 +12,7 @@ from gaitval.metrics.rollouts import Endurance, compared_part, endurance, roll_o
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import roll_out
+from gaitval.policy.walking_group import WalkingGroup
 
 RECORD = synthetic_record()
 MU = nominal_parameters()
@@ -19,7 +20,7 @@ MU = nominal_parameters()
 
 def test_endurance_tells_of_the_whole_walk():
     rollout = perfect_walk(RECORD, cycles=30)
-    found = endurance(rollout, sharp_filter())
+    found = endurance(rollout, sharp_filter(), engine="dart")
     # the first strike is that of phase 1, the first cycle settles, the last one ends at phase 30
     assert found.cycles["right"] == 28
     assert not found.fell
@@ -34,7 +35,7 @@ def test_a_pushed_walk_is_refused(column):
     load = rollout.root_force.copy()
     load[700:705, column] = 1e-12
     with pytest.raises(ArtefactError, match=r"from phase 0 the pelvis is pushed at 0\.7 s"):
-        endurance(replace(rollout, root_force=load), sharp_filter())
+        endurance(replace(rollout, root_force=load), sharp_filter(), engine="dart")
 
 
 def test_the_compared_part_has_all_its_cycles_and_no_more():
@@ -50,19 +51,37 @@ class LocalPool:
 
     def __init__(self, task):
         self.environment = WalkingEnvironment(task, engine="dart")
+        self.group = WalkingGroup([task] * 8)
 
     def each(self, function, items):
         return (function(self.environment, item) for item in items)
 
+    def each_together(self, function, items):
+        return (function(self.group, item) for item in items)
+
 
 def test_walks_from_several_starts_are_single_walks(task):
+    """The compared one is that of DART bit for bit, the others agree to rounding, and say so."""
     short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
     policy = random_policy(short, scale=0.1)
     phases = (0.3, 0.8)
     found = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
     alone = [roll_out(short, policy, mu=MU, start_phase=phase, cycles=1) for phase in phases]
     np.testing.assert_array_equal(found.compared.positions, alone[0].positions)
-    assert found.starts == tuple(endurance(one, short.configuration) for one in alone)
+    first, second = (endurance(one, short.configuration, engine="dart") for one in alone)
+    assert found.starts[0] == first
+    assert first.engine == "dart"
+    assert found.starts[1].engine == "compiled"
+    assert replace(found.starts[1], engine="dart", seconds=second.seconds) == second
+    assert found.starts[1].seconds == pytest.approx(second.seconds, abs=0.011)
+
+
+def test_an_endurance_that_names_no_engine_is_from_when_all_walked_in_dart():
+    found = endurance(perfect_walk(RECORD, cycles=5), sharp_filter(), engine="compiled")
+    values = found.as_dict()
+    assert Endurance.from_dict(values).engine == "compiled"
+    del values["engine"]
+    assert Endurance.from_dict(values).engine == "dart"
 
 
 def test_walks_that_were_stopped_go_on_to_the_same_result(task, tmp_path):
@@ -73,18 +92,20 @@ def test_walks_that_were_stopped_go_on_to_the_same_result(task, tmp_path):
     walked = []
 
     class Stopping(LocalPool):
-        def each(self, function, items):
+        def each_together(self, function, items):
             for item in items:
-                if len(walked) == 2:
-                    raise KeyboardInterrupt
-                walked.append(item.phase)
-                yield function(self.environment, item)
+                for result, start in zip(function(self.group, item), item, strict=True):
+                    if len(walked) == 1:
+                        raise KeyboardInterrupt
+                    walked.append(start.phase)
+                    yield [result]
 
     with pytest.raises(KeyboardInterrupt):
         roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
-    walked[:] = [None]  # one more may be walked
+    assert walked == [0.8]
+    walked[:] = []  # one more may be walked
     found = roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
-    assert walked == [None, 0.1]
+    assert walked == [0.1]
     assert found.starts == whole.starts
     for field in fields(whole.compared):
         np.testing.assert_array_equal(

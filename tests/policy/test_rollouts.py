@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,19 @@ from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, fell_together, roll_out, score_rollout
+from gaitval.policy.rollouts import (
+    RolloutPool,
+    fell_together,
+    in_groups,
+    record_rollout,
+    record_together,
+    roll_out,
+    score_rollout,
+    travel_together,
+)
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 
 MU = nominal_parameters()
 
@@ -66,7 +77,8 @@ def test_on_the_reference_a_share_of_the_habit_is_left(task, share, phase):
         environment.step(policy.act(observation))
         asked[centred] = environment.walker.offset.copy()
     assert np.abs(asked[False]).max() > 1e-4
-    np.testing.assert_allclose(asked[True], (1.0 - share) * asked[False], atol=1e-9)
+    # rad; a hundred actions at a time are rounded otherwise than a single one
+    np.testing.assert_allclose(asked[True], (1.0 - share) * asked[False], atol=1e-8)
     observation, _ = environment.reset(seed=0, options=options)
     away = policy.act(observation) + np.float32(0.1)
     environment.step(away)
@@ -179,6 +191,98 @@ def test_walks_side_by_side_fall_as_single_ones_do(task):
     assert turned.tolist() == single[::-1]
 
 
+def with_references(task, count):
+    """Tasks whose references differ in the angle of a knee."""
+    random = np.random.default_rng(4)
+    tasks = []
+    for _ in range(count):
+        numbers = np.zeros((len(JOINTS), 1))
+        numbers[JOINTS.index("knee_angle_r")] = np.deg2rad(random.uniform(-1.0, 1.0))
+        reference = adjusted(task.reference, task.reference_body, Adjustment(numbers, 0.001))
+        tasks.append(replace(task, reference=reference))
+    return tasks
+
+
+def test_walks_of_a_group_are_those_of_single_walkers(task):
+    """Of different references and starts, each with its own habit. The policy acts on eight in
+    another order of its sums: 1e-7 of an action to begin with, which grows by some hundred times in
+    a fifth of a cycle."""
+    policy, mu = stored_walker()
+    tasks = with_references(task, 3)
+    phases = (0.1, 0.4, 0.85)
+    group = WalkingGroup([*tasks, *[tasks[-1]] * 5])
+    found = list(record_together(group, policy, mu=mu, start_phases=phases, cycles=0.2))
+    assert len(found) == 3
+    for one, rollout, phase in zip(tasks, found, phases, strict=True):
+        alone = record_rollout(
+            WalkingEnvironment(one), policy, mu=mu, start_phase=phase, cycles=0.2
+        )
+        assert len(rollout.time) == len(alone.time)
+        for field in fields(alone):
+            single, together = getattr(alone, field.name), getattr(rollout, field.name)
+            scale = np.nanmax(np.abs(single)) + 1.0
+            np.testing.assert_allclose(
+                together / scale, single / scale, atol=2e-4, err_msg=field.name
+            )
+        np.testing.assert_allclose(rollout.positions, alone.positions, atol=1e-5)
+    apart = np.abs(found[0].positions[:20] - found[1].positions[:20]).max()
+    assert apart > 0.01
+
+
+def test_a_walk_does_not_depend_on_those_beside_it(task):
+    """Not even a fall, after which its lane starts again."""
+    policy, mu = stored_walker()
+    tasks = with_references(task, 2)
+    wild = random_policy(task, scale=20.0)
+    group = WalkingGroup(tasks * 4)
+    for walker, cycles in ((policy, 0.2), (wild, 2.0)):
+        phases = (0.1, 0.4, 0.1, 0.4, 0.6)
+        all_of_them = list(
+            record_together(group, walker, mu=mu, start_phases=phases, cycles=cycles)
+        )
+        few = list(record_together(group, walker, mu=mu, start_phases=phases[:2], cycles=cycles))
+        for one, other in zip(few, all_of_them, strict=False):
+            for field in fields(one):
+                np.testing.assert_array_equal(
+                    getattr(one, field.name), getattr(other, field.name), err_msg=field.name
+                )
+        np.testing.assert_array_equal(all_of_them[2].positions, all_of_them[0].positions)
+        assert [bool(each.fell[0]) for each in all_of_them] == [walker is wild] * 5
+    assert len({len(each.time) for each in all_of_them}) > 1
+
+
+@pytest.mark.parametrize("scale", [0.1, 20.0])
+def test_of_a_long_walk_what_is_kept_is_what_was_recorded(task, monkeypatch, scale):
+    """Also of those that fall, and where a part ends with the walk."""
+    policy, phases = random_policy(task, scale=scale), (0.3, 0.8, 0.1)
+    group = WalkingGroup([task] * 8)
+    walk = {"mu": MU, "start_phases": phases, "cycles": 0.5}
+    whole = list(record_together(group, policy, **walk))
+    for part in (200, 7):
+        monkeypatch.setattr("gaitval.policy.rollouts._PART", part)
+        for kept, rollout in zip(travel_together(group, policy, **walk), whole, strict=True):
+            for field in fields(kept):
+                np.testing.assert_array_equal(
+                    getattr(kept, field.name), getattr(rollout, field.name), err_msg=field.name
+                )
+
+
+def test_a_group_that_is_not_full_would_round_otherwise(task):
+    policy = random_policy(task, scale=0.1)
+    with pytest.raises(ValueError, match="3 would act with other rounding than one of 8"):
+        list(record_together(WalkingGroup([task] * 3), policy, mu=MU, start_phases=[0], cycles=1))
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 15, 27, 40, 170])
+def test_walks_are_shared_evenly_among_as_few_groups_as_hold_them(count):
+    groups = in_groups(range(count))
+    assert [each for group in groups for each in group] == list(range(count))
+    assert len(groups) == -(-count // 8)
+    sizes = {len(group) for group in groups}
+    assert max(sizes, default=0) <= 8
+    assert max(sizes, default=0) - min(sizes, default=0) <= 1
+
+
 def test_in_which_lane_a_walk_is_makes_no_difference_to_its_actions(task):
     """So pushes that go on after a kill, in other lanes, end alike."""
     policy, _ = stored_walker()
@@ -199,7 +303,7 @@ def test_a_habit_that_is_known_is_not_found_again(task, monkeypatch):
         environment, "reset", lambda **options: resets.append(1) or before(**options)
     )
     environment.centre(policy.act, mu, key=policy.key)
-    first, habit = len(resets), environment.habit_at(np.array([0.1, 0.6]))
+    first, habit = len(resets), environment.habits().copy()
     assert first == 100
     assert np.abs(habit).max() > 0.0
     environment.centre(policy.act, mu, key=policy.key)
@@ -207,7 +311,7 @@ def test_a_habit_that_is_known_is_not_found_again(task, monkeypatch):
     other = random_policy(task, scale=0.1)
     environment.centre(other.act, mu, key=other.key)
     assert len(resets) == 2 * first
-    assert np.abs(environment.habit_at(np.array([0.1, 0.6])) - habit).max() > 0.0
+    assert np.abs(environment.habits() - habit).max() > 0.0
     environment.centre(other.act, mu + 1e-3, key=other.key)
     assert len(resets) == 3 * first
 

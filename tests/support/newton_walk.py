@@ -22,6 +22,16 @@ def newton_walk(hidden: np.ndarray, seconds: float = 5.0) -> Rollout:
     feet = np.stack([0.4 * force, 0.6 * force], axis=1)
     nothing = np.zeros((count, 6))
     return Rollout(
-        *(time, time, nothing, nothing, nothing, feet, feet, path.astype(np.float32), nothing),
-        *(np.zeros(14), np.zeros(1), np.zeros(1)),
+        time=time,
+        phase=time,
+        positions=nothing,
+        velocities=nothing,
+        moments=nothing,
+        ground_reaction=feet,
+        centre_of_pressure=feet,
+        centre_of_mass=path.astype(np.float32),
+        root_force=nothing,
+        mu=np.zeros(14),
+        start_phase=np.zeros(1),
+        fell=np.zeros(1),
     )

@@ -156,5 +156,8 @@ def walks_of(rollouts: Sequence[Rollout], configuration: Configuration) -> Rollo
     """What the simulation would leave of these walks, the first one being compared."""
     return Rollouts(
         compared_part(rollouts[0], configuration),
-        tuple(endurance(rollout, configuration) for rollout in rollouts),
+        tuple(
+            endurance(rollout, configuration, engine="compiled" if number else "dart")
+            for number, rollout in enumerate(rollouts)
+        ),
     )
