@@ -143,7 +143,8 @@ def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_p
     write_report(folder)
     earlier = Page((folder / "report.html").read_text(encoding="utf-8"))
     assert "All walks are in DART." in earlier.text
-    assert "compiled engine" not in earlier.text
+    assert "others are in the compiled engine" not in earlier.text
+    assert "0 of them walked in the compiled engine" in earlier.text
 
 
 def test_the_correction_is_told_in_degrees(page):
