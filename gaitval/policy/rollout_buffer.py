@@ -9,9 +9,8 @@ import contextlib
 import ctypes
 import math
 import multiprocessing as mp
-import os
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
@@ -22,7 +21,7 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
-from gaitval.policy.parent import end_with_parent
+from gaitval.policy.processes import end_with_parent, one_thread
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -85,21 +84,6 @@ def _views(memory: _Memory, shapes: _Shapes) -> RolloutBuffer:
         arrays[name] = np.ndarray(shape, kind, buffer=numbers, offset=offset)
         offset += 4 * math.prod(shape)
     return RolloutBuffer(**arrays)
-
-
-@contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Processes that start in this block use one thread, because a worker's arrays are tiny."""
-    name = "OMP_NUM_THREADS"
-    before = os.environ.get(name)
-    os.environ[name] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[name]
-        else:
-            os.environ[name] = before
 
 
 def _walk(
@@ -199,7 +183,7 @@ class WalkingWorkers:
             mine = range(int(share[0]), min(int(share[-1]) + WIDTH, count))
             arguments = (tasks, mine, shapes, memory, theirs)
             process = context.Process(target=_work, args=arguments, daemon=True)
-            with _one_thread():
+            with one_thread():
                 process.start()
             theirs.close()
             self._pipes.append(ours)

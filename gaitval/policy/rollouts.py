@@ -7,12 +7,10 @@ to rounding, and in a long walk rounding grows. It does not depend on the other 
 number: the policy always acts on eight.
 """
 
-import multiprocessing as mp
+import itertools
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +19,7 @@ from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.parent import end_with_parent
+from gaitval.policy.processes import kept_workers, new_workers
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout, Travel
@@ -51,7 +49,7 @@ def in_groups(items: Sequence[Item]) -> list[Sequence[Item]]:
     """Items in order, in as few groups of at most eight as hold them, of nearly the same size."""
     count = -(-len(items) // WIDTH)
     ends = [len(items) * number // count for number in range(1, count + 1)]
-    return [items[first:end] for first, end in pairwise([0, *ends])]
+    return [items[first:end] for first, end in itertools.pairwise([0, *ends])]
 
 
 def score_rollout(
@@ -366,31 +364,41 @@ class _Environments:
         return self._built[engine]
 
 
-_environments: _Environments | None = None
+_environments: tuple[int, _Environments] | None = None
+"""Of a worker process: the number of the pool that it works for, and the environments of its task.
+"""
+_pools: Final = itertools.count()
 
 
-def _begin(task: WalkingTask) -> None:
-    global _environments  # of a worker process
-    end_with_parent()
-    _environments = _Environments(task)
+class _Given(NamedTuple):
+    """The number and the task of a pool, for a worker that may not know them yet."""
+
+    pool: int
+    task: WalkingTask
+
+    def environments(self) -> _Environments:
+        """In the worker."""
+        global _environments
+        if _environments is None or _environments[0] != self.pool:
+            _environments = self.pool, _Environments(self.task)
+        return _environments[1]
 
 
-def _call(arguments: tuple[Callable[[WalkingEnvironment, Any], Any], Engine, Any]) -> Any:
-    function, engine, item = arguments
-    assert _environments is not None
-    return function(_environments.of(engine), item)
+def _call(work: tuple[_Given, Callable[[WalkingEnvironment, Any], Any], Engine, Any]) -> Any:
+    given, function, engine, item = work
+    return function(given.environments().of(engine), item)
 
 
-def _call_together(arguments: tuple[Callable[[WalkingGroup, Any], Any], Any]) -> Any:
-    function, item = arguments
-    assert _environments is not None
-    return function(_environments.group(), item)
+def _call_together(work: tuple[_Given, Callable[[WalkingGroup, Any], Any], Any]) -> Any:
+    given, function, item = work
+    return function(given.environments().group(), item)
 
 
 class RolloutPool:
     """Worker processes with their own environments; use as a context manager.
 
-    One worker is this process itself: to start another takes seconds.
+    One worker is this process itself. Others are started, which takes seconds, unless there are
+    some that are kept (`processes.keeping_workers`).
 
     Parameters
     ----------
@@ -400,14 +408,17 @@ class RolloutPool:
     def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
         self._engine = engine
         self._alone = _Environments(task) if workers == 1 else None
-        self._executor = None if workers == 1 else _workers(task, workers)
+        kept = kept_workers() if workers > 1 else None
+        self._own = new_workers(workers) if workers > 1 and kept is None else None
+        self._executor = kept or self._own
+        self._given = _Given(next(_pools), task)
 
     def __enter__(self) -> "RolloutPool":
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._executor is not None:
-            self._executor.shutdown(cancel_futures=True)
+        if self._own is not None:
+            self._own.shutdown(cancel_futures=True)
 
     def map(
         self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
@@ -431,7 +442,8 @@ class RolloutPool:
         """
         engine = engine or self._engine
         if self._executor is not None:
-            return self._executor.map(_call, [(function, engine, item) for item in items])
+            work = [(self._given, function, engine, item) for item in items]
+            return self._executor.map(_call, work)
         alone = self._alone
         assert alone is not None
         return (function(alone.of(engine), item) for item in items)
@@ -441,16 +453,8 @@ class RolloutPool:
     ) -> Iterator[Result]:
         """As `each`, with eight environments that act at the same time."""
         if self._executor is not None:
-            return self._executor.map(_call_together, [(function, item) for item in items])
+            work = [(self._given, function, item) for item in items]
+            return self._executor.map(_call_together, work)
         alone = self._alone
         assert alone is not None
         return (function(alone.group(), item) for item in items)
-
-
-def _workers(task: WalkingTask, count: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(
-        count,
-        mp_context=mp.get_context("spawn"),
-        initializer=_begin,
-        initargs=(task,),
-    )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from gaitval.configuration import EnvironmentSettings, RecordSettings
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
+from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
 from gaitval.study.stage import INTERRUPTED, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
@@ -273,9 +274,10 @@ def run_subject(
         done, why = algorithm_1_ends(run, rounds)
         run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
     perform(choose_stage(run, rounds))
-    perform(correct_stage(run))
-    perform(simulate_stage(run))
-    perform(push_stage(run))
+    with keeping_workers(run.configuration.training.workers):
+        perform(correct_stage(run))
+        perform(simulate_stage(run))
+        perform(push_stage(run))
     perform(validate_stage(run))
     perform(report_stage(run))
 

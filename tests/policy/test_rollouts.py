@@ -1,6 +1,7 @@
 """Walks of a policy: scored, recorded, in worker processes."""
 
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.processes import keeping_workers, kept_workers
 from gaitval.policy.rollouts import (
     RolloutPool,
     fell_together,
@@ -328,6 +330,26 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
         assert pool.map(_walk, starts[:1]) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
         assert alone.map(_walk, starts) == expected
+
+
+def test_kept_workers_serve_one_pool_after_the_other_each_with_its_task(task):
+    other = replace(task, record=replace(task.record, stride_time=2.0))
+    assert kept_workers() is None
+    with keeping_workers(2):
+        kept = kept_workers()
+        for each in (task, other, task):
+            with RolloutPool(each, workers=2) as pool:
+                found = pool.map(getattr, ["task"] * 4)
+            assert {one.record.stride_time for one in found} == {each.record.stride_time}
+        assert kept_workers() is kept
+        processes = {kept.submit(os.getpid).result(60) for _ in range(8)}
+        assert os.getpid() not in processes
+        assert len(processes) <= 2
+        threads = [kept.submit(os.getenv, "OMP_NUM_THREADS").result(60) for _ in range(4)]
+        assert threads == ["1"] * 4
+    assert kept_workers() is None
+    with pytest.raises(RuntimeError, match="shutdown"):
+        kept.submit(os.getpid)
 
 
 WAITING = """

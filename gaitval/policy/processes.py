@@ -1,0 +1,89 @@
+"""Worker processes: they end with the process that started them, however that ends, and may be kept
+from one piece of work to the next.
+"""
+
+import multiprocessing as mp
+import os
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+
+def end_with_parent() -> None:
+    """End this worker process as soon as the one that started it has ended.
+
+    A worker that waits for work never sees that nobody is left to give any, because it has both
+    ends of the queue. The watch is a thread that waits on the parent's end, which every system
+    tells; Linux's signal at a parent's death would come from the end of a thread too.
+    """
+    parent = mp.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Processes that start in this block use one thread, because a worker's arrays are tiny."""
+    name = "OMP_NUM_THREADS"
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
+
+
+def new_workers(count: int) -> ProcessPoolExecutor:
+    """So many processes, in which linear algebra has one thread each."""
+    workers = ProcessPoolExecutor(
+        count, mp_context=mp.get_context("spawn"), initializer=end_with_parent
+    )
+    with one_thread():
+        for _ in range(count):  # each starts one, because none of them is idle yet
+            workers.submit(os.getpid)
+    return workers
+
+
+_kept: list["_Kept"] = []
+
+
+@dataclass
+class _Kept:
+    count: int
+    workers: ProcessPoolExecutor | None = None
+
+
+@contextmanager
+def keeping_workers(count: int) -> Iterator[None]:
+    """Within it, what needs several workers has the same `count` processes, one piece of work after
+    the other: to start them takes seconds. They start when they are first needed.
+    """
+    here = _Kept(count)
+    _kept.append(here)
+    try:
+        yield
+    finally:
+        _kept.remove(here)
+        if here.workers is not None:
+            here.workers.shutdown(cancel_futures=True)
+
+
+def kept_workers() -> ProcessPoolExecutor | None:
+    """Those of the innermost `keeping_workers`; None outside."""
+    if not _kept:
+        return None
+    here = _kept[-1]
+    if here.workers is None:
+        here.workers = new_workers(here.count)
+    return here.workers
