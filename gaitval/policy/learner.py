@@ -35,6 +35,7 @@ from gaitval.policy.policy_update import (
     adam_step,
     critic_gradients,
     layers_of,
+    outputs,
     square_norm,
 )
 from gaitval.policy.reward import REWARD_TERMS
@@ -96,6 +97,36 @@ class WalkingPPO(PPO):
     """PPO whose update on the processor is compiled: stable-baselines3's to rounding (tested)."""
 
     policy: ActorCriticPolicy
+
+    def judged(
+        self, observations: torch.Tensor, actions: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Values (N,) of observations (N, size), and log probabilities (M,) of the actions (M, A)
+        that were taken after the first M of them.
+        """
+        policy, count = self.policy, len(actions)
+        if self.device.type != "cpu":
+            with torch.no_grad():
+                _, log_prob, _ = policy.evaluate_actions(observations[:count], actions)
+                return policy.predict_values(observations).flatten(), log_prob
+        extractor, seen = policy.mlp_extractor, observations.numpy()
+        actor, critic = (
+            _arrays(_network(extractor.policy_net, policy.action_net)),
+            _arrays(_network(extractor.value_net, policy.value_net)),
+        )
+        means = np.empty(actions.shape, actor.last.dtype)
+        values = np.empty((len(seen), 1), critic.last.dtype)
+        with threadpool_limits(1, "blas"), ThreadPoolExecutor(1) as beside:
+            judging = beside.submit(
+                outputs, critic, seen, layers_of(critic, self.batch_size), values
+            )
+            outputs(actor, seen[:count], layers_of(actor, self.batch_size), means)
+            judging.result()
+        distribution = torch.distributions.Normal(
+            torch.from_numpy(means), policy.get_parameter("log_std").detach().exp()
+        )
+        log_prob = distribution.log_prob(actions).sum(dim=1)  # type: ignore[no-untyped-call]
+        return torch.from_numpy(values).flatten(), log_prob
 
     def train(self) -> None:
         """Update the network from the rollout buffer."""
@@ -318,12 +349,11 @@ class Learner:
         actions = torch.from_numpy(experience.actions.reshape(len(before), -1).copy()).to(
             ppo.device
         )
-        with torch.no_grad():
-            values, log_prob, _ = ppo.policy.evaluate_actions(before, actions)
-            last = ppo.policy.predict_values(seen[steps * count :])
+        values, log_prob = ppo.judged(seen, actions)
+        last = values[steps * count :]
         buffer.observations[:] = before.cpu().numpy().reshape(buffer.observations.shape)
         buffer.actions[:] = experience.actions
-        buffer.values[:] = values.cpu().numpy().reshape(steps, count)
+        buffer.values[:] = values[: steps * count].cpu().numpy().reshape(steps, count)
         buffer.log_probs[:] = log_prob.cpu().numpy().reshape(steps, count)
         buffer.rewards[:] = self._normalised_rewards(experience)
         cut_off = (

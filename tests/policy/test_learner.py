@@ -14,6 +14,7 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy import learner as module
 from gaitval.policy.learner import Learner, choose_device, update_seconds
 from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.policy_update import _tanh
 from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import OBSERVATION_CLIP, Policy
 
@@ -152,6 +153,18 @@ def test_the_buffer_is_that_of_stable_baselines3(monkeypatch):
             np.testing.assert_allclose(
                 obs, expected, rtol=1e-5, atol=1e-6
             )  # single precision of the batch
+
+
+def test_the_hyperbolic_tangent_of_single_precision():
+    asked = np.linspace(-12.0, 12.0, 200_001).astype(np.float32)
+    wanted = np.tanh(asked.astype(float))
+    found = asked.copy()
+    _tanh(found)
+    unit = np.spacing(np.abs(wanted).astype(np.float32))
+    assert (np.abs(found - wanted) / unit).max() < 6.0
+    double = asked.astype(float)
+    _tanh(double)
+    np.testing.assert_allclose(double, wanted, rtol=0, atol=1e-15)
 
 
 def in_double(made):
