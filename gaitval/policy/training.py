@@ -13,6 +13,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.artefacts import replacing, versions
 from gaitval.configuration import Configuration, TrainingSettings
@@ -266,7 +267,8 @@ def _train(
         workers=training.workers,
         steps=training.rollout_steps,
     )
-    with workers:
+    # Its threads would be woken for each update, and then stand in the workers' way.
+    with workers, threadpool_limits(1, "blas"):
         pause = done  # for a checkpoint
         while done < samples:
             difficulty = _difficulty(training, done, samples, warm)
