@@ -284,7 +284,7 @@ class RandomisationSettings(Section):
 class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: Annotated[Samples, Field(ge=1)] = 5_000_000
+    samples: Annotated[Samples, Field(ge=1)] = 4_000_000
     """Environment steps of the first training."""
     transfer_samples: Samples = 500_000
     """Environment steps of the first training when it starts from the general policy."""
