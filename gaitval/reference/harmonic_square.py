@@ -2,7 +2,7 @@
 
 At equally spaced instants of a cycle the product of two harmonics is the sum of two others, so that
 all sums over the instants follow from the Fourier coefficients of one small matrix an instant. That
-takes a sixth of the time of matrix products, in the largest part of each Gauss-Newton step.
+takes a fifth of the time of matrix products, in the largest part of each Gauss-Newton step.
 """
 
 import numpy as np
