@@ -37,14 +37,14 @@ from gaitval.reference.dynamic_fit import (
     Problem,
     Solution,
     fit_problem,
-    levers,
     linear_terms,
+    linearised,
     normal_equations,
     solve_problem,
     weighted_laws,
 )
 from gaitval.reference.motion import FEED_FORWARD, ReferenceMotion, build_reference
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS
+from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
 
 _PLATES: Final = 2
 """First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
@@ -250,13 +250,11 @@ class _Equations:
     """The linear equations of a fit at a solution, solved for any right side."""
 
     def __init__(self, fit: BodyFit, solution: Solution) -> None:
-        problem = fit.problem
-        slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
-        _, weight = weighted_laws(problem, solution.change, solution.common, 1.0, slope)
-        slope *= weight[:, :, None]
-        self.slope = np.ascontiguousarray(slope.transpose(0, 2, 1))
-        self.lever = levers(problem, solution.change, solution.common) * weight[:, :, None]
-        matrix, _ = normal_equations(problem, solution.change, solution.common, 1.0)
+        at = fit.problem, solution.change, solution.common
+        laws = linearised(*at, 1.0)
+        self.slope = np.ascontiguousarray(laws.slope.transpose(0, 2, 1))
+        self.lever = laws.lever
+        matrix, _ = normal_equations(*at, laws)
         self._factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
         self.unknowns = len(matrix)
 

@@ -22,7 +22,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.running_mean_std import RunningMeanStd
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
@@ -116,7 +116,7 @@ class WalkingPPO(PPO):
         )
         means = np.empty(actions.shape, actor.last.dtype)
         values = np.empty((len(seen), 1), critic.last.dtype)
-        with threadpool_limits(1, "blas"), ThreadPoolExecutor(1) as beside:
+        with ThreadPoolExecutor(1) as beside:
             judging = beside.submit(
                 outputs, critic, seen, layers_of(critic, self.batch_size), values
             )
@@ -161,7 +161,7 @@ class WalkingPPO(PPO):
         )
         actor_losses, critic_losses, divergences = [], [], []
         go_on = True
-        with threadpool_limits(1, "blas"), ThreadPoolExecutor(1) as beside:
+        with ThreadPoolExecutor(1) as beside:
             for _ in range(self.n_epochs):
                 order = np.random.permutation(len(observations))  # noqa: NPY002 (as it does)
                 for first in range(0, len(order), self.batch_size):
@@ -256,6 +256,7 @@ class Learner:
             self._known = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-9) ** 2
         self._keep_known()
         self._random = np.random.default_rng(configuration.seed)
+        self._libraries = ThreadpoolController()  # to look for them takes 3 ms, so it is done once
         self._starts = np.ones(count, dtype=bool)
         self._discounted = np.zeros(count)
         self._lengths = np.zeros(count, dtype=int)
@@ -311,11 +312,12 @@ class Learner:
         Length, return and gait cycles of the episodes that ended.
         """
         ppo = self.ppo
-        self._fill_buffer(experience)
-        self._count_observations(experience)
-        ppo.num_timesteps += experience.rewards.size
-        ppo.lr_schedule = lambda _: learning_rate
-        ppo.train()
+        with self._libraries.limit(limits=1, user_api="blas"):
+            self._fill_buffer(experience)
+            self._count_observations(experience)
+            ppo.num_timesteps += experience.rewards.size
+            ppo.lr_schedule = lambda _: learning_rate
+            ppo.train()
         return self._episodes(experience)
 
     def _count_observations(self, experience: RolloutBuffer) -> None:

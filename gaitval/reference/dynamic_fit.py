@@ -386,22 +386,43 @@ def _cost(problem: Problem, change: Array, common: Array, ease: float) -> float:
     return float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
 
 
+class Linearised(NamedTuple):
+    """The weighted residuals of the laws near a solution.
+
+    Attributes
+    ----------
+    residual : (T, 48).
+    slope : (T, 48, 93) derivatives by coordinates, rates and second rates at the instant.
+    lever : (T, 48, C) derivatives by `Solution.common`.
+    """
+
+    residual: Array
+    slope: Array
+    lever: Array
+
+
+def linearised(problem: Problem, change: Array, common: Array, ease: float) -> Linearised:
+    """The residuals of `weighted_laws` with their derivatives."""
+    slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
+    residual, weight = weighted_laws(problem, change, common, ease, slope)
+    slope *= weight[:, :, None]
+    lever = levers(problem, change, common) * weight[:, :, None]
+    return Linearised(residual, slope, lever)
+
+
 def normal_equations(
-    problem: Problem, change: Array, common: Array, ease: float
+    problem: Problem, change: Array, common: Array, laws: Linearised
 ) -> tuple[Array, Array]:
     """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + C.
 
     The Jacobian is the derivative by coordinates and rates at an instant times the series.
     """
-    slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
-    residual, weight = weighted_laws(problem, change, common, ease, slope)
-    slope *= weight[:, :, None]
+    residual, slope, lever = laws
     dofs, terms = change.shape
     size = dofs * terms
     count = len(common)
     matrix = np.zeros((size + count, size + count))
     harmonic_square(slope, problem.rates, matrix[:size, :size])
-    lever = levers(problem, change, common) * weight[:, :, None]
     # By the inputs of an instant first, then by the unknowns.
     right = np.concatenate([residual[:, :, None], lever], axis=2)
     by_input = (slope.transpose(0, 2, 1) @ right).reshape(INSTANTS, 3, dofs, 1 + count)
@@ -447,7 +468,8 @@ def solve_problem(
     for ease in EASES[-1:] if start else EASES:
         cost = _cost(problem, change, common, ease)
         for _ in range(MOST_STEPS):
-            matrix, gradient = normal_equations(problem, change, common, ease)
+            laws = linearised(problem, change, common, ease)
+            matrix, gradient = normal_equations(problem, change, common, laws)
             damped = np.empty_like(matrix)
             before = cost
             while damping < MOST_DAMPING:
@@ -471,7 +493,8 @@ def solve_problem(
             if before - cost < smallest_gain * cost:
                 break
         damping = 1e-4
-    matrix, _ = normal_equations(problem, change, common, EASES[-1])
+    laws = linearised(problem, change, common, EASES[-1])
+    matrix, _ = normal_equations(problem, change, common, laws)
     columns = np.eye(len(matrix))[:, -count:]
     covariance = cho_solve(cho_factor(matrix), columns)[-count:]
     return Solution(change, common, covariance, cost)
