@@ -1,47 +1,78 @@
 """Train the general policy of reports/general: one walker for the bodies of several people.
 
 Training for anybody without a stored policy starts from it, which takes a few minutes instead of a
-training from nothing. It learns on the people's angles only, each at three speeds; forces and
-moments are those expected from the other people (record.use = "kinematics"), so it has never been
-told anybody's own. If interrupted, it resumes.
+training from nothing. It learns on the people's angles only, each at three speeds, and on as many
+virtual people: their gait at speeds between, on bodies of another size, whose parameters are drawn
+from the prior of a body known by stature alone. Forces and moments are those expected from the
+other people (record.use = "kinematics"), so it has never been told anybody's own. If interrupted,
+it resumes.
 """
 
 import argparse
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
 
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.identification.prior import prior_sd
+from gaitval.policy.processes import new_workers
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
-from gaitval.prediction.told import told
+from gaitval.prediction.told import Told, told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.run import GENERAL
+from gaitval.virtual.person import drawn_parameters, of_another_size
 
-TARGET = Path(__file__).parent.parent / "reports" / GENERAL
+TARGET: Final = Path(__file__).parent.parent / "reports" / GENERAL
 
 
-SPEEDS = (0.75, 1.0, 1.25)
+SPEEDS: Final = (0.75, 1.0, 1.25)
 """Of the recorded one; at the others the angles are those expected of a change of speed."""
+VIRTUAL: Final = len(SPEEDS)
+"""Virtual people around each subject, at a speed between the slowest and the fastest."""
+VIRTUAL_SEED: Final = 2026
+"""Of the bodies and speeds of virtual people. Those that `gaitval virtual` makes are others."""
+
+Wanted = tuple[str, float, Configuration, tuple[str, ...]]
 
 
-def task_of(wanted: tuple[str, float, Configuration, tuple[str, ...]]) -> WalkingTask:
-    """The walking task of a subject at a share of the recorded speed; what it is not told is
-    expected from the people named.
+def known_of(subject: Subject, wanted: Wanted, share: float) -> Told:
+    """What is told of a person at a share of their speed; what it is not, is expected from the
+    people named.
     """
-    name, share, configuration, names = wanted
-    subject = load_subject(name)
+    _, _, configuration, names = wanted
     others = [each for each in builtin_subjects() if each.identifier in names]
     speed = None if share == 1.0 else share * subject.walking_speed_m_s
     first = subject.model_copy(update={"trials": ()})
-    known = told(first, configuration.record, others, speed=speed)
+    return told(first, configuration.record, others, speed=speed)
+
+
+def task_of(wanted: Wanted) -> WalkingTask:
+    """The walking task of a subject at a share of the recorded speed."""
+    name, share, configuration, _ = wanted
+    subject = load_subject(name)
+    known = known_of(subject, wanted, share)
     model = scale_subject(subject).model
     return WalkingTask.of(model, known.record, configuration, known.accuracy)
+
+
+def virtual_task_of(wanted: Wanted) -> WalkingTask:
+    """The walking task of a virtual person, who is known by a subject's name and a number."""
+    name, number, configuration, _ = wanted
+    seed = [VIRTUAL_SEED, list(BUILTIN).index(name), int(number)]
+    random = np.random.default_rng(seed)
+    person = of_another_size(load_subject(name), random)
+    mu = drawn_parameters(prior_sd(person), random)
+    known = known_of(person, wanted, random.uniform(min(SPEEDS), max(SPEEDS)))
+    model = scale_subject(person).model
+    return WalkingTask.of(model, known.record, configuration, known.accuracy, mu=mu)
 
 
 def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
@@ -50,6 +81,7 @@ def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str
         "subjects": subjects,
         "told": "kinematics",
         "speeds": list(SPEEDS),
+        "virtual": {"around each": VIRTUAL, "seed": VIRTUAL_SEED},
         "samples": policy.about["samples"],
         "start": start
         and {
@@ -71,16 +103,21 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
     parser.add_argument("--out", type=Path, default=TARGET)
     arguments = parser.parse_args()
-    environments = 2 * len(SPEEDS) * len(arguments.subjects)
+    environments = (len(SPEEDS) + VIRTUAL) * len(arguments.subjects)
     configuration = load_configuration(
         settings=[f"training.environments={environments}", "record.use=kinematics"]
     )
-    with ProcessPoolExecutor(2) as pool:
+    with new_workers(2) as pool:
         known = tuple(arguments.subjects if arguments.alone else BUILTIN)
         wanted = [
             (name, speed, configuration, known) for name in arguments.subjects for speed in SPEEDS
         ]
-        tasks = list(pool.map(task_of, wanted))
+        drawn = [
+            (name, number, configuration, known)
+            for name in arguments.subjects
+            for number in range(VIRTUAL)
+        ]
+        tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
     print(f"{len(tasks)} references", flush=True)
     began = time.monotonic()
 

@@ -43,7 +43,12 @@ from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
 WIDEST: Final = 2.5
-"""Prior SDs at which draws are cut off."""
+"""SDs at which draws are cut off."""
+STATURE_SD: Final = 0.04
+"""SD of a factor on all lengths: stature of adults of one sex, 39 mm a metre (ANSUR II, Gordon et
+al. 2014)."""
+BUILD_SD: Final = 0.1
+"""SD of a factor on the mass at a given stature."""
 _LOADED: Final = 0.2
 """Body weights from which on the error of a force is whole."""
 _CYCLES: Final = 20
@@ -82,6 +87,25 @@ def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
         mu = nominal_parameters() + sd * z
         if np.abs(z).max() <= WIDEST and mu[0] >= 0.0 and mu[1] >= 0.4:
             return np.asarray(mu)
+
+
+def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
+    """Somebody who walks as `person` does but is taller or shorter, heavier or lighter.
+
+    Two walks are alike at any size if speeds are to each other as the roots of the lengths, and so
+    are times (Hof 1996). The body is known by stature and mass alone.
+
+    Parameters
+    ----------
+    person : their further trials are left out.
+    """
+    z = np.clip(random.standard_normal(2), -WIDEST, WIDEST)
+    size = float(1.0 + STATURE_SD * z[0])
+    lengths, speeds = {"height_m": size, "leg_length_m": size}, size**0.5
+    mass = {"mass_kg": size**2 * float(1.0 + BUILD_SD * z[1])}
+    factors = lengths | mass | {"walking_speed_m_s": speeds, "stride_time_s": speeds}
+    values = {name: getattr(person, name) * factor for name, factor in factors.items()}
+    return person.by_stature().model_copy(update=values | {"trials": ()})
 
 
 def virtual_person(

@@ -12,7 +12,16 @@ from gaitval.identification.prior import prior_sd
 from gaitval.metrics.comparison import PELVIS_ANGLES, recorded_curves
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
-from gaitval.virtual.person import drawn_parameters, virtual_person, with_errors
+from gaitval.prediction.population import dimensionless_speed
+from gaitval.scaling.scaling import scale_subject
+from gaitval.virtual.person import (
+    BUILD_SD,
+    STATURE_SD,
+    drawn_parameters,
+    of_another_size,
+    virtual_person,
+    with_errors,
+)
 
 CONFIGURATION = load_configuration()
 NOISE = CONFIGURATION.noise
@@ -111,3 +120,24 @@ def test_a_seed_makes_one_person_and_the_subject_is_an_ordinary_one():
     for value in first.truth[first.truth != nominal_parameters()]:
         assert repr(float(value)) not in text
     assert abs(first.subject.walking_speed_m_s - around.walking_speed_m_s) < 0.05
+
+
+def test_somebody_of_another_size_walks_alike():
+    person = load_subject("S05")
+    random = np.random.default_rng(0)
+    drawn = [of_another_size(person, random) for _ in range(300)]
+    sizes = np.array([each.height_m for each in drawn]) / person.height_m
+    masses = np.array([each.mass_kg for each in drawn]) / person.mass_kg
+    assert sizes.std() == pytest.approx(STATURE_SD, rel=0.15)
+    assert (masses / sizes**2).std() == pytest.approx(BUILD_SD, rel=0.15)
+    assert np.abs(np.corrcoef(sizes, masses / sizes**2)[0, 1]) < 0.15
+    for each in drawn:
+        assert dimensionless_speed(each) == pytest.approx(dimensionless_speed(person))
+        stride = each.walking_speed_m_s * each.stride_time_s
+        own = person.walking_speed_m_s * person.stride_time_s
+        assert stride / each.leg_length_m == pytest.approx(own / person.leg_length_m)
+    for each in drawn[:10]:
+        parse_subject(each.to_toml(), "drawn")
+        assert scale_subject(each).model.mass == pytest.approx(each.mass_kg)
+        assert each.by_stature() == each
+        assert not each.trials
