@@ -278,8 +278,8 @@ def run_subject(
         perform(correct_stage(run))
         perform(simulate_stage(run))
         perform(push_stage(run))
-    perform(validate_stage(run))
-    perform(report_stage(run))
+        perform(validate_stage(run))
+        perform(report_stage(run))
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
