@@ -4,11 +4,19 @@ from one piece of work to the next.
 
 import multiprocessing as mp
 import os
+import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Final, TypeVar
+
+Result = TypeVar("Result")
+
+_PATIENCE: Final = 10
+"""How much a process beside this one steps back for others (`nice`)."""
 
 
 def end_with_parent() -> None:
@@ -53,6 +61,56 @@ def new_workers(count: int) -> ProcessPoolExecutor:
         for _ in range(count):  # each starts one, because none of them is idle yet
             workers.submit(os.getpid)
     return workers
+
+
+@contextmanager
+def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Callable[[], Result]]:
+    """Run a function in a process of its own, with what other processes leave of the processors.
+
+    Yields
+    ------
+    A function that waits for the result, and raises what the other one raised. If the block is left
+    before, the process is ended.
+    """
+    context = mp.get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_answer, args=(there, function, arguments), daemon=True)
+    with one_thread():
+        process.start()
+    there.close()
+
+    def result() -> Result:
+        try:
+            value, error = here.recv()
+        except EOFError:
+            process.join()
+            raise RuntimeError(
+                f"The process of {function.__name__} ended with {process.exitcode}."
+            ) from None
+        if error is not None:
+            raise error
+        answer: Result = value
+        return answer
+
+    try:
+        yield result
+    finally:
+        process.terminate()
+        process.join()
+        here.close()
+
+
+def _answer(
+    sending: Connection, function: Callable[..., Any], arguments: tuple[object, ...]
+) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started it ends it
+    end_with_parent()
+    if hasattr(os, "nice"):
+        os.nice(_PATIENCE)
+    try:
+        sending.send((function(*arguments), None))
+    except Exception as error:  # for the process that waits
+        sending.send((None, error))
 
 
 _kept: list["_Kept"] = []

@@ -13,13 +13,22 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from gaitval.configuration import EnvironmentSettings, RecordSettings
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
-from gaitval.policy.processes import keeping_workers
+from gaitval.policy.processes import beside, keeping_workers
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
-from gaitval.study.stage import INTERRUPTED, Run, Stage, run_stage, why_run
+from gaitval.study.stage import (
+    INTERRUPTED,
+    Run,
+    Stage,
+    begin_stage,
+    end_stage,
+    run_stage,
+    why_run,
+)
 from gaitval.study.stages import (
     choose_stage,
     correct_stage,
@@ -38,6 +47,8 @@ from gaitval.study.stages import (
 )
 
 if TYPE_CHECKING:
+    from gaitval.configuration import Configuration
+    from gaitval.datasets.subject import Subject
     from gaitval.policy.storage import Policy
 
 GENERAL = "general"
@@ -268,8 +279,7 @@ def run_subject(
     rounds, done = 0, False
     while not done:
         rounds += 1
-        perform(train_stage(run, rounds))
-        perform(identify_stage(run, rounds))
+        _train_and_identify(run, rounds, force=force)
         perform(evaluate_stage(run, rounds))
         done, why = algorithm_1_ends(run, rounds)
         run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
@@ -280,6 +290,33 @@ def run_subject(
         perform(push_stage(run))
         perform(validate_stage(run))
         perform(report_stage(run))
+
+
+def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
+    """The stages `train` and `identify` of a round. No policy has a part in identification, so in
+    the first round a process of its own works it out meanwhile, if the run may have several.
+    """
+    train, identify = train_stage(run, round_number), identify_stage(run, round_number)
+    both = force or (why_run(train, run.folder) and why_run(identify, run.folder))
+    if round_number > 1 or run.configuration.training.workers == 1 or not both:
+        for stage in (train, identify):
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+        return
+    begun = begin_stage(identify, run.folder, force=force)
+    assert begun is not None
+    with beside(_identify, run.folder, run.subject, run.configuration) as identified:
+        run_stage(train, run.folder, force=force, observer=run.observer)
+        run.observer.started(identify.name, f"{begun.reason}; since the training began")
+        seconds = identified()
+    end_stage(begun, seconds)
+    run.observer.finished(identify.name, seconds)
+
+
+def _identify(folder: Path, subject: "Subject", configuration: "Configuration") -> float:
+    """In another process: the stage's work; returns how long it took, s."""
+    clock = monotonic()
+    identify_stage(Run(folder, subject, configuration), 1).run()
+    return monotonic() - clock
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:

@@ -174,6 +174,65 @@ def _differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]
     return [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
 
 
+@dataclass(frozen=True)
+class Begun:
+    """A stage that runs, as its records have it.
+
+    Attributes
+    ----------
+    reason : why it runs.
+    inputs, code : fingerprints of what it depends on.
+    """
+
+    stage: Stage
+    folder: Path
+    reason: str
+    inputs: Mapping[str, str]
+    code: Mapping[str, str]
+    started: datetime
+
+
+def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | None:
+    """Note that a stage runs, and empty its workspace if it must not resume; None if it is up to
+    date.
+    """
+    reason = "asked for" if force else why_run(stage, folder)
+    if reason is None:
+        return None
+    records = _records(folder)
+    inputs, code = fingerprint(stage, folder), code_of(stage.run)
+    before = records.get(stage.name, {})
+    same = before.get("inputs") == inputs and before.get("code") == code
+    if stage.workspace and (force or not same):
+        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+    records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
+    write_json(folder / RECORDS, records)
+    return Begun(stage, folder, reason, inputs, code, datetime.now(UTC))
+
+
+def end_stage(begun: Begun, seconds: float) -> None:
+    """Note that a stage has run, and for how long."""
+    stage, folder = begun.stage, begun.folder
+    outputs = {name: file_hash(folder / name) for name in stage.outputs}
+    records = _records(folder)  # another stage may have begun or ended meanwhile
+    records[stage.name] = {"inputs": begun.inputs, "code": begun.code, "outputs": outputs}
+    write_json(folder / RECORDS, records)
+    _add_provenance(
+        folder,
+        stage.name,
+        {
+            "started": begun.started.isoformat(timespec="seconds"),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            "seconds": round(seconds, 1),
+            "inputs": begun.inputs,
+        },
+    )
+    if stage.workspace and stage.emptied:
+        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+        with suppress(OSError):  # other stages may have theirs beside it
+            (folder / stage.workspace).parent.rmdir()
+
+
 def run_stage(
     stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
 ) -> bool:
@@ -183,40 +242,15 @@ def run_stage(
     one, which resumes from its workspace where its inputs are still the same.
     """
     observer = observer or Observer()
-    reason = "asked for" if force else why_run(stage, folder)
-    if reason is None:
+    begun = begin_stage(stage, folder, force=force)
+    if begun is None:
         observer.skipped(stage.name)
         return False
-    records = _records(folder)
-    inputs, code = fingerprint(stage, folder), code_of(stage.run)
-    before = records.get(stage.name, {})
-    same = before.get("inputs") == inputs and before.get("code") == code
-    if stage.workspace and (force or not same):
-        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
-    records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
-    write_json(folder / RECORDS, records)
-
-    observer.started(stage.name, reason)
-    started, clock = datetime.now(UTC), monotonic()
+    observer.started(stage.name, begun.reason)
+    clock = monotonic()
     stage.run()
     seconds = monotonic() - clock
-
-    records[stage.name]["outputs"] = {name: file_hash(folder / name) for name in stage.outputs}
-    write_json(folder / RECORDS, records)
-    _add_provenance(
-        folder,
-        stage.name,
-        {
-            "started": started.isoformat(timespec="seconds"),
-            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-            "seconds": round(seconds, 1),
-            "inputs": inputs,
-        },
-    )
-    if stage.workspace and stage.emptied:
-        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
-        with suppress(OSError):  # other stages may have theirs beside it
-            (folder / stage.workspace).parent.rmdir()
+    end_stage(begun, seconds)
     observer.finished(stage.name, seconds)
     return True
 

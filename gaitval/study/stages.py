@@ -145,6 +145,8 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         del values["identification"][name]
 
     def identify() -> None:
+        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
         from gaitval.identification.identify import identify
         from gaitval.identification.prior import prior_sd
         from gaitval.metrics.results import FoundParameters
@@ -155,18 +157,20 @@ def identify_stage(run: Run, round_number: int) -> Stage:
             copy_files(run.folder / before, run.folder / here, names)
             return
         told, model = run.told(), read_urdf(run.folder / "model.urdf")
-        found = identify(
-            told.record,
-            model,
-            prior_sd(run.subject),
-            run.configuration,
-            run.folder / here,
-            kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
-            on_progress=run.observer.progress,
-        )
-        result = FoundParameters(**found.as_dict())
-        write_json(run.folder / here / "identification.json", result.as_dict())
-        save_identified_reference(run, run.folder / here)
+        # With several threads, sums round otherwise; a second one gains next to nothing here.
+        with threadpool_limits(1, "blas"):
+            found = identify(
+                told.record,
+                model,
+                prior_sd(run.subject),
+                run.configuration,
+                run.folder / here,
+                kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
+                on_progress=run.observer.progress,
+            )
+            result = FoundParameters(**found.as_dict())
+            write_json(run.folder / here / "identification.json", result.as_dict())
+            save_identified_reference(run, run.folder / here)
 
     return Stage(
         f"identify-{round_number}",

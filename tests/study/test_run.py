@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -275,6 +277,12 @@ def opened(tmp_path: Path) -> Iterator[Opener]:
         contexts.pop().__exit__(None, None, None)
 
 
+@contextmanager
+def at_once(function: Callable[..., float], *arguments: object) -> Iterator[Callable[[], float]]:
+    """`beside`, in this process, where stand-ins are known."""
+    yield partial(function, *arguments)
+
+
 @pytest.fixture
 def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     """Every stage but the choice of a round writes its name.
@@ -312,6 +320,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
     for name in (*STAGES, "evaluate"):
         stand_in(f"{name}_stage")
+    monkeypatch.setattr(study, "beside", at_once)
     monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
     monkeypatch.setattr(study, "general_policy", lambda: None)
     return epsilons
@@ -355,6 +364,44 @@ def test_main_job_runs_every_stage_once_and_then_none(
     again = opened("identification.rounds=2")
     run_subject(again)
     assert ran(again) == []
+
+
+def test_both_stages_of_a_first_round_that_is_interrupted_run_again(
+    opened: Opener, stand_ins: list[float | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = opened("training.workers=2")
+    whole = study.train_stage
+
+    def interrupted(run: Run, round_number: int) -> Stage:
+        def interrupt() -> None:
+            raise KeyboardInterrupt
+
+        return replace(whole(run, round_number), run=interrupt)
+
+    monkeypatch.setattr(study, "train_stage", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_subject(run)
+    monkeypatch.setattr(study, "train_stage", whole)
+    assert read_json(run.folder / "stages.json")["identify-1"]["outputs"] is None
+    again = opened("training.workers=2")
+    run_subject(again)
+    assert isinstance(again.observer, Listener)
+    assert "was interrupted" in again.observer.reasons["identify-1"]
+    assert again.observer.ran[:2] == ["train-1", "identify-1"]
+    assert all(each["outputs"] for each in read_json(run.folder / "stages.json").values())
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_training_and_identification_are_both_recorded(
+    opened: Opener, stand_ins: list[float | None], workers: int
+) -> None:
+    run = opened(f"training.workers={workers}")
+    run_subject(run)
+    records = read_json(run.folder / "stages.json")
+    times = read_json(run.folder / "provenance.json")["stages"]
+    for name in ("train-1", "identify-1"):
+        assert records[name]["outputs"]
+        assert times[name]["seconds"] >= 0.0
 
 
 def test_algorithm_1_ends_below_kappa(opened: Opener, stand_ins: list[float | None]) -> None:

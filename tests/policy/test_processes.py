@@ -1,0 +1,41 @@
+"""Processes beside this one: what they give back, and that none is left."""
+
+import math
+import multiprocessing as mp
+import os
+import time
+
+import pytest
+
+from gaitval.policy.processes import beside
+
+
+def test_a_process_beside_this_one_gives_its_result():
+    with beside(math.sqrt, 9.0) as root:
+        assert root() == 3.0
+    assert not mp.active_children()
+
+
+def test_what_it_raises_is_raised_here():
+    with beside(math.sqrt, -1.0) as root, pytest.raises(ValueError, match="math domain"):
+        root()
+
+
+def test_its_end_without_a_result_is_told():
+    with beside(os._exit, 3) as ended, pytest.raises(RuntimeError, match=r"_exit ended with 3"):
+        ended()
+
+
+def test_it_ends_when_the_block_is_left():
+    began = time.monotonic()
+    with beside(time.sleep, 600.0):
+        (child,) = mp.active_children()
+    assert not child.is_alive()
+    assert time.monotonic() - began < 60.0
+
+
+def test_it_steps_back_and_has_one_thread():
+    with beside(os.getpriority, os.PRIO_PROCESS, 0) as priority:
+        assert priority() > os.getpriority(os.PRIO_PROCESS, 0)
+    with beside(os.getenv, "OMP_NUM_THREADS") as threads:
+        assert threads() == "1"
