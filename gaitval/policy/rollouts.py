@@ -9,6 +9,7 @@ number: the policy always acts on eight.
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -419,6 +420,13 @@ class RolloutPool:
     def __exit__(self, *_: object) -> None:
         if self._own is not None:
             self._own.shutdown(cancel_futures=True)
+
+    def with_task(self, task: WalkingTask) -> "RolloutPool":
+        """The same processes with another task, while this pool is open."""
+        other = copy(self)
+        other._alone = None if self._alone is None else _Environments(task)
+        other._own, other._given = None, _Given(next(_pools), task)
+        return other
 
     def map(
         self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]

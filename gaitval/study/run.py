@@ -12,6 +12,7 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 
 import shutil
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -277,14 +278,16 @@ def run_subject(
     else:
         choose_start(run, scratch=scratch)
     rounds, done = 0, False
-    while not done:
-        rounds += 1
-        _train_and_identify(run, rounds, force=force)
-        perform(evaluate_stage(run, rounds))
-        done, why = algorithm_1_ends(run, rounds)
-        run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
-    perform(choose_stage(run, rounds))
-    with keeping_workers(run.configuration.training.workers):
+    with ExitStack() as kept:
+        while not done:
+            rounds += 1
+            kept.close()  # a training has workers of its own
+            _train_and_identify(run, rounds, force=force)
+            kept.enter_context(keeping_workers(run.configuration.training.workers))
+            perform(evaluate_stage(run, rounds))
+            done, why = algorithm_1_ends(run, rounds)
+            run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
+        perform(choose_stage(run, rounds))
         perform(correct_stage(run))
         perform(simulate_stage(run))
         perform(push_stage(run))

@@ -450,41 +450,46 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
-        compared = validation.cycles + 2
-        planned = {
-            "nominal": (walking_task(run), validation.start_phases[:1], compared),
-            "identified": (
-                corrected_task(run),
-                validation.start_phases,
-                validation.consecutive_cycles,
-            ),
-        }
+        nominal, mu = (
+            body_parameters(run.folder / "identification.json", which)
+            for which in ("nominal", "identified")
+        )
+        task, phases = corrected_task(run), validation.start_phases
+        compared = validation.settling_cycles + validation.cycles + 2
         starts: dict[str, Any] = {"witness": None}
         workers = run.configuration.training.workers
-        for which, (task, phases, cycles) in planned.items():
-            mu = body_parameters(run.folder / "identification.json", which)
-            with RolloutPool(task, workers=min(workers, len(phases)), engine="dart") as pool:
-                in_mujoco = None
-                if witness and which == "identified":
-                    settled = validation.settling_cycles + compared
-                    in_mujoco = begun_walk(
-                        pool, policy, mu, phases[0], cycles=settled, engine="mujoco"
-                    )
-                walks = roll_out_from(
-                    pool,
-                    policy,
-                    mu,
-                    phases,
-                    cycles=validation.settling_cycles + cycles,
-                    workspace=run.folder / UNFINISHED["simulate"] / which,
+        with RolloutPool(task, workers=workers, engine="dart") as pool:
+            # They are the first that the workers take up.
+            in_mujoco = None
+            if witness:
+                in_mujoco = begun_walk(
+                    pool, policy, mu, phases[0], cycles=compared, engine="mujoco"
                 )
-                if in_mujoco is not None:
-                    went, rollout = in_mujoco()
-                    rollout.save(run.folder / WITNESS)
-                    starts["witness"] = went.as_dict()
-            walks.compared.save(run.folder / ROLLOUTS[which])
-            starts[which] = [went.as_dict() for went in walks.starts]
-        # of the last walk, which is the identified body's
+            before = begun_walk(
+                pool.with_task(walking_task(run)),
+                policy,
+                nominal,
+                phases[0],
+                cycles=compared,
+                engine="dart",
+            )
+            walks = roll_out_from(
+                pool,
+                policy,
+                mu,
+                phases,
+                cycles=validation.settling_cycles + validation.consecutive_cycles,
+                workspace=run.folder / UNFINISHED["simulate"],
+            )
+            if in_mujoco is not None:
+                went, rollout = in_mujoco()
+                rollout.save(run.folder / WITNESS)
+                starts["witness"] = went.as_dict()
+            went, rollout = before()
+        rollout.save(run.folder / ROLLOUTS["nominal"])
+        starts["nominal"] = [went.as_dict()]
+        walks.compared.save(run.folder / ROLLOUTS["identified"])
+        starts["identified"] = [went.as_dict() for went in walks.starts]
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
         write_json(run.folder / WALKS, starts)
