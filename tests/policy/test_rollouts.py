@@ -332,6 +332,16 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
         assert alone.map(_walk, starts) == expected
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_pool_may_have_a_second_task_between_those_of_its_own(task, workers):
+    other = replace(task, record=replace(task.record, stride_time=2.0))
+    with RolloutPool(task, workers=workers) as pool:
+        second = pool.with_task(other)
+        begun = [each.each(getattr, ["task"] * 3) for each in (pool, second, pool, second)]
+        for found, each in zip(begun, (task, other, task, other), strict=True):
+            assert {one.record.stride_time for one in found} == {each.record.stride_time}
+
+
 def test_kept_workers_serve_one_pool_after_the_other_each_with_its_task(task):
     other = replace(task, record=replace(task.record, stride_time=2.0))
     assert kept_workers() is None
