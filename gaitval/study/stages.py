@@ -4,6 +4,7 @@ It is long because every stage is here, in order, with what it reads and writes.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -459,20 +460,10 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         starts: dict[str, Any] = {"witness": None}
         workers = run.configuration.training.workers
         with RolloutPool(task, workers=workers, engine="dart") as pool:
+            begin = partial(begun_walk, policy=policy, phase=phases[0], cycles=compared)
             # They are the first that the workers take up.
-            in_mujoco = None
-            if witness:
-                in_mujoco = begun_walk(
-                    pool, policy, mu, phases[0], cycles=compared, engine="mujoco"
-                )
-            before = begun_walk(
-                pool.with_task(walking_task(run)),
-                policy,
-                nominal,
-                phases[0],
-                cycles=compared,
-                engine="dart",
-            )
+            in_mujoco = begin(pool, mu=mu, engine="mujoco") if witness else None
+            before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="dart")
             walks = roll_out_from(
                 pool,
                 policy,
@@ -487,9 +478,9 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
                 starts["witness"] = went.as_dict()
             went, rollout = before()
         rollout.save(run.folder / ROLLOUTS["nominal"])
-        starts["nominal"] = [went.as_dict()]
         walks.compared.save(run.folder / ROLLOUTS["identified"])
-        starts["identified"] = [went.as_dict() for went in walks.starts]
+        starts["nominal"] = [went.as_dict()]
+        starts["identified"] = [each.as_dict() for each in walks.starts]
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         starts["torque_shares"] = torque_shares(walks.compared, found, task)
         write_json(run.folder / WALKS, starts)
