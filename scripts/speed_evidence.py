@@ -11,7 +11,8 @@ should be idle, and takes the time of the whole run, the samples a second of its
 all that surrounds it, and the largest memory of its processes together, shared pages counted once.
 To look at the memory makes the processes wait, so it is looked at every two seconds.
 `new` does the same from the general policy, which has learned on this subject's angles among
-others (`scripts/left_out.py` has people that it has not), and takes the time.
+others (`scripts/left_out.py` has people that it has not), and takes the time. Both write the times
+of their stages into docs/speed.md.
 """
 
 import argparse
@@ -25,11 +26,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import evidence
+from marked_table import with_table
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 
 ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "speed.md"
 COMMAND = "python scripts/speed_evidence.py"
 LOOK = 2.0
 """s between two looks at the memory of a study."""
@@ -96,11 +99,26 @@ def run(folder: Path, *options: str, memory: bool = False) -> Measured:
     return Measured(seconds, largest, limits, summary["accepted"])
 
 
+def write_stages(name: str, folder: Path, found: Measured) -> None:
+    """The table `name` of docs/speed.md: what each stage of a study took."""
+    stages = read_json(folder / "provenance.json")["stages"]
+    lines = ["| stage | s |", "|---|---|"]
+    for each in sorted(stages, key=lambda each: str(stages[each]["started"])):
+        beside = " (beside the training)" if each == "identify-1" else ""
+        lines.append(f"| `{each}`{beside} | {stages[each]['seconds']:.1f} |")
+    lines.append(f"| in all, with the start of the program | {found.seconds:.0f} |")
+    if found.memory:
+        lines.append(f"| largest memory of all its processes | {found.memory:.2f} GB |")
+    text = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(with_table(text, name, "\n".join(lines)), encoding="utf-8")
+
+
 def study(folder: Path) -> list[evidence.Row]:
     """The rows of a study from nothing; the limits that its walk keeps are in the name of the row,
     because a training from nothing may lose one (a push, most often).
     """
     found = run(folder, "--scratch", memory=True)
+    write_stages("stages-nothing", folder, found)
     stages = read_json(folder / "provenance.json")["stages"]
     rate = Configuration().training.samples / stages["train-1"]["seconds"]
     what = f"from nothing to report, S05 ({found.kept} of {found.limits} limits kept)"
@@ -117,6 +135,7 @@ def new(folder: Path) -> list[evidence.Row]:
     found = run(folder, "--start", str(ROOT / "reports" / "general"))
     if found.kept < found.limits:
         raise SystemExit(f"{folder}: {found.kept} of {found.limits} limits are kept.")
+    write_stages("stages-new", folder, found)
     what = "new subject, general policy to report, every limit kept"
     return [evidence.Row(what, found.seconds, "s", "<=", 90.0, 150.0, 1, f"{COMMAND} new")]
 
