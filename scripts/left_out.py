@@ -101,7 +101,9 @@ def table(found: dict[str, dict[str, Json]]) -> str:
         lines.append(f"| {name} | {shown[0]} | {shown[1]} | {failed} |")
     missed = [each for both in found.values() for each in both["left out"]["missed"]]
     pushes = sum(each.startswith("push_survival") for each in missed)
-    said = f"{len(missed)} goals are missed with 0.5 M samples; {pushes} of them are pushes of 300 N."
+    said = (
+        f"{len(missed)} goals are missed with 0.5 M samples; {pushes} of them are pushes of 300 N."
+    )
     return "\n".join([*lines, "", said])
 
 

@@ -6,7 +6,6 @@ import hashlib
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
@@ -37,8 +36,6 @@ _FONTS: Final = {
 _PAPERS: Final = {"a4": "A4", "letter": "letter"}
 Draw = Callable[[], str]
 """Draws a figure, as SVG."""
-_PIECE: Final = 4
-"""Figures that a process draws before it is given others."""
 PDF_VARIANT: Final = "pdf/a-2a"
 """For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 
@@ -129,7 +126,6 @@ def write_page(
     settings: ReportSettings | None = None,
     *,
     scripts: Sequence[str] = (),
-    workers: Executor | None = None,
 ) -> None:
     """Write `name`.html and `name`.pdf into a folder.
 
@@ -149,10 +145,9 @@ def write_page(
     settings : paper and language; A4 and English by default.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
-    workers : processes that draw the figures, to the same bytes; this one does if not given.
     """
     chosen = settings or ReportSettings()
-    page, values = _prepared(template, context, chosen, scripts, workers)
+    page, values = _prepared(template, context, chosen, scripts)
     write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     draws: Mapping[str, Draw] = context.get("drawings", {})
@@ -160,8 +155,10 @@ def write_page(
         lay_out = _printer(chosen.paper, own)
         document = lay_out(page.render(values, medium="print"))
         higher = filling.stretches(document)
+        for each, factor in higher.items():
+            with stretched(factor):
+                values["drawings"][each] = Markup(draws[each]())
         if higher:
-            values["drawings"] |= _drawn(draws, higher, workers)
             document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 
@@ -174,29 +171,8 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     return path
 
 
-def _draw(wanted: tuple[Draw, float]) -> str:
-    draw, factor = wanted
-    with stretched(factor):
-        return draw()
-
-
-def _drawn(
-    draws: Mapping[str, Draw], factors: Mapping[str, float], workers: Executor | None
-) -> dict[str, Markup]:
-    """The figures with these factors of their heights."""
-    wanted = [(draws[name], factor) for name, factor in factors.items()]
-    # What the figures of a piece of work have in common is sent once.
-    done = workers.map(_draw, wanted, chunksize=_PIECE) if workers else map(_draw, wanted)
-    # figures contain no text from outside, so their markup is safe
-    return {name: Markup(text) for name, text in zip(factors, done, strict=True)}
-
-
 def _prepared(
-    template: str,
-    context: Mapping[str, Any],
-    settings: ReportSettings,
-    scripts: Sequence[str],
-    workers: Executor | None = None,
+    template: str, context: Mapping[str, Any], settings: ReportSettings, scripts: Sequence[str]
 ) -> tuple[jinja2.Template, dict[str, Any]]:
     """A template and what it is given, with the figures drawn."""
     shared, *code = [_resource(each) for each in ("page.js", *scripts)]
@@ -204,7 +180,8 @@ def _prepared(
     values: dict[str, Any] = {
         "data": {},
         **context,
-        "drawings": _drawn(draws, dict.fromkeys(draws, 1.0), workers),
+        # figures contain no text from outside, so their markup is safe
+        "drawings": {each: Markup(draw()) for each, draw in draws.items()},
         "css": Markup(_resource("report.css")),
         "script": Markup(shared),
         "scripts": [Markup(each) for each in code],

@@ -3,7 +3,6 @@
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -394,9 +393,7 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
     return load_configuration(path if path.exists() else None, settings=asked).report
 
 
-def write_report(
-    folder: Path, settings: Sequence[str] = (), *, workers: Executor | None = None
-) -> None:
+def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run folder, and `evidence.toml`, which they cite.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
@@ -420,5 +417,4 @@ def write_report(
         context,
         _settings(folder, settings),
         scripts=SCRIPTS,
-        workers=workers,
     )

@@ -291,8 +291,8 @@ def run_subject(
         perform(correct_stage(run))
         perform(simulate_stage(run))
         perform(push_stage(run))
-        perform(validate_stage(run))
-        perform(report_stage(run))
+    perform(validate_stage(run))
+    perform(report_stage(run))
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:

@@ -613,11 +613,9 @@ def report_stage(run: Run) -> Stage:
     """
 
     def report() -> None:
-        from gaitval.policy.processes import kept_workers
         from gaitval.reporting.report import write_report
 
-        workers = kept_workers() if run.configuration.training.workers > 1 else None
-        write_report(run.folder, workers=workers)
+        write_report(run.folder)
 
     return Stage(
         "report",
