@@ -61,6 +61,9 @@ def main() -> None:
     parser.add_argument("--real", action="store_true", help="real studies, not those of a second")
     parser.add_argument("--kills", type=int, default=KILLS)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--subjects", nargs="+", default=list(SINGLE), help="for efficiency; default: %(default)s"
+    )
     parser.add_argument("--studies", type=int, default=400, help="for planning: tiny studies")
     parser.add_argument("--set", dest="settings", action="append", default=[])
     parser.add_argument("--work", type=Path, default=Path(tempfile.gettempdir()) / "gaitval-cohort")
@@ -168,7 +171,7 @@ def efficiency(arguments: argparse.Namespace) -> list[evidence.Row]:
     settings = tuple(arguments.settings)
     studies = [
         Study(name=f"study{each}", subject=each, start="general", settings=settings)
-        for each in SINGLE
+        for each in arguments.subjects
     ]
 
     def timed(workers: int, chosen: list[Study], name: str) -> float:
