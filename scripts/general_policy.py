@@ -15,6 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
@@ -23,7 +24,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.policy.processes import new_workers
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import train_general
-from gaitval.prediction.told import Told, told
+from gaitval.prediction.told import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -41,38 +42,36 @@ VIRTUAL_SEED: Final = 2026
 """Of the bodies and speeds of virtual people. Those that `gaitval virtual` makes are others."""
 
 Wanted = tuple[str, float, Configuration, tuple[str, ...]]
+"""A subject's name, a share of the speed or the number of a virtual person, the configuration, and
+the names of the people who are known."""
 
 
-def known_of(subject: Subject, wanted: Wanted, share: float) -> Told:
-    """What is told of a person at a share of their speed; what it is not, is expected from the
-    people named.
+def walking(subject: Subject, share: float, wanted: Wanted, mu: Array | None = None) -> WalkingTask:
+    """The walking task of a person, with the parameters mu (14,), at a share of their speed; what
+    is not told is expected from the people named.
     """
     _, _, configuration, names = wanted
     others = [each for each in builtin_subjects() if each.identifier in names]
     speed = None if share == 1.0 else share * subject.walking_speed_m_s
     first = subject.model_copy(update={"trials": ()})
-    return told(first, configuration.record, others, speed=speed)
+    known = told(first, configuration.record, others, speed=speed)
+    model = scale_subject(subject).model
+    return WalkingTask.of(model, known.record, configuration, known.accuracy, mu=mu)
 
 
 def task_of(wanted: Wanted) -> WalkingTask:
     """The walking task of a subject at a share of the recorded speed."""
-    name, share, configuration, _ = wanted
-    subject = load_subject(name)
-    known = known_of(subject, wanted, share)
-    model = scale_subject(subject).model
-    return WalkingTask.of(model, known.record, configuration, known.accuracy)
+    name, share, *_ = wanted
+    return walking(load_subject(name), share, wanted)
 
 
 def virtual_task_of(wanted: Wanted) -> WalkingTask:
     """The walking task of a virtual person, who is known by a subject's name and a number."""
-    name, number, configuration, _ = wanted
-    seed = [VIRTUAL_SEED, list(BUILTIN).index(name), int(number)]
-    random = np.random.default_rng(seed)
+    name, number, *_ = wanted
+    random = np.random.default_rng([VIRTUAL_SEED, list(BUILTIN).index(name), int(number)])
     person = of_another_size(load_subject(name), random)
     mu = drawn_parameters(prior_sd(person), random)
-    known = known_of(person, wanted, random.uniform(min(SPEEDS), max(SPEEDS)))
-    model = scale_subject(person).model
-    return WalkingTask.of(model, known.record, configuration, known.accuracy, mu=mu)
+    return walking(person, random.uniform(min(SPEEDS), max(SPEEDS)), wanted, mu)
 
 
 def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
