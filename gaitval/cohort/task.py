@@ -28,7 +28,7 @@ THREADS: Final = (
     "NUMBA_NUM_THREADS",
 )
 """Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
-SAMPLING: Final = 0.5
+SAMPLING: Final = 1.0
 """s between two looks at the memory of a study's processes."""
 
 Json = dict[str, Any]

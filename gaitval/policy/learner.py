@@ -2,16 +2,18 @@
 
 Network, advantages, schedules and files are stable-baselines3's. There are two differences. A
 rollout comes whole from `policy/rollout_buffer.py`, so observations, values and probabilities are
-computed for all of it at once. And on the processor the minibatches are learned in compiled code
-(`policy/policy_update.py`), actor and critic, which share no weights, in two threads: the same
-losses, gradients and steps as stable-baselines3's and torch's, to rounding.
+computed for all of it at once. And on the processor the minibatches are learned in compiled code,
+`policy/policy_update.py`: the same losses, gradients and steps as stable-baselines3's and torch's,
+to rounding. Actor and critic share no weights, so they are learned in two threads, unless the
+training has only one worker: then it has one processor too.
 """
 
 import math
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 import gymnasium
@@ -93,10 +95,33 @@ def _adam_state(optimiser: Any, parameter: torch.Tensor) -> dict[str, Any]:
     return state
 
 
+@contextmanager
+def _beside(threads: int) -> Iterator[Callable[..., Callable[[], Any]]]:
+    """A function that calls another with its arguments, in a thread of its own if there may be two,
+    and gives one that waits for the result.
+    """
+    if threads > 1:
+        with ThreadPoolExecutor(1) as pool:
+            yield lambda function, *arguments: pool.submit(function, *arguments).result
+        return
+
+    def now(function: Callable[..., Any], *arguments: object) -> Callable[[], Any]:
+        result = function(*arguments)
+        return lambda: result
+
+    yield now
+
+
 class WalkingPPO(PPO):
-    """PPO whose update on the processor is compiled: stable-baselines3's to rounding (tested)."""
+    """PPO whose update on the processor is compiled: stable-baselines3's to rounding (tested).
+
+    Attributes
+    ----------
+    threads : of an update, one or two; they make no difference to what is learned.
+    """
 
     policy: ActorCriticPolicy
+    threads: int = 2
 
     def judged(
         self, observations: torch.Tensor, actions: torch.Tensor
@@ -116,12 +141,10 @@ class WalkingPPO(PPO):
         )
         means = np.empty(actions.shape, actor.last.dtype)
         values = np.empty((len(seen), 1), critic.last.dtype)
-        with ThreadPoolExecutor(1) as beside:
-            judging = beside.submit(
-                outputs, critic, seen, layers_of(critic, self.batch_size), values
-            )
+        with _beside(self.threads) as submit:
+            judged = submit(outputs, critic, seen, layers_of(critic, self.batch_size), values)
             outputs(actor, seen[:count], layers_of(actor, self.batch_size), means)
-            judging.result()
+            judged()
         distribution = torch.distributions.Normal(
             torch.from_numpy(means), policy.get_parameter("log_std").detach().exp()
         )
@@ -161,14 +184,14 @@ class WalkingPPO(PPO):
         )
         actor_losses, critic_losses, divergences = [], [], []
         go_on = True
-        with ThreadPoolExecutor(1) as beside:
+        with _beside(self.threads) as submit:
             for _ in range(self.n_epochs):
                 order = np.random.permutation(len(observations))  # noqa: NPY002 (as it does)
                 for first in range(0, len(order), self.batch_size):
                     rows = order[first : first + self.batch_size]
                     actor.rows(len(rows))
                     critic.rows(len(rows))
-                    learning = beside.submit(
+                    learned = submit(
                         critic_gradients, critic.network, observations, returns,
                         float(self.vf_coef), rows, critic.layers, critic.gradients,
                     )  # fmt: skip
@@ -176,7 +199,7 @@ class WalkingPPO(PPO):
                         actor.network, observations, actions, advantages, log_probabilities,
                         log_std, clip_range, rows, actor.layers, actor.gradients,
                     )  # fmt: skip
-                    critic_losses.append(learning.result())
+                    critic_losses.append(learned())
                     actor_losses.append(loss)
                     divergences.append(divergence)
                     go_on = self.target_kl is None or divergence <= 1.5 * self.target_kl
@@ -224,6 +247,7 @@ def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
     ppo.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
     ppo.action_space = gymnasium.spaces.Box(-limit, limit, (action_size(constants),), np.float32)
     ppo.n_envs = training.environments
+    ppo.threads = min(training.workers, 2)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*primarily intended to run on the CPU")
         ppo._setup_model()
