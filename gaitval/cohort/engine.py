@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 NEEDED: Final = ("dask", "distributed", "fsspec", "psutil", "statsmodels")
 POLL: Final = 0.2
 """s between two looks for studies that are done."""
+ASKING: Final = 2.0
+"""s between two questions to the scheduler how many workers there are, while nothing is done."""
 
 Json = dict[str, Any]
 Tell = Callable[["State"], None]
@@ -183,9 +185,10 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     # Dask gives a worker several studies at once and takes few of them back, so that others have
     # nothing to do in the end. A study takes minutes: the next one can wait until a thread is free.
     left, futures = deque(orders), dict[Any, Json]()
-    waiting = as_completed()
+    waiting, room, asked = as_completed(), 0, -ASKING
     while futures or left:
-        room = max(_threads(client), 1) if left else 0
+        if left and time.monotonic() - asked >= ASKING:
+            room, asked = max(_threads(client), 1), time.monotonic()
         while left and len(futures) < room:
             order = left.popleft()
             future = submitted(order, 1)

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,7 +28,7 @@ THREADS: Final = (
     "NUMBA_NUM_THREADS",
 )
 """Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
-SAMPLING: Final = 1.0
+SAMPLING: Final = 0.5
 """s between two looks at the memory of a study's processes."""
 
 Json = dict[str, Any]
@@ -133,7 +133,7 @@ def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
         process.wait()
         return peak
     while True:
-        peak = max(peak, _memory(watched))
+        peak = max(peak, _memory(watched, peak))
         try:
             process.wait(SAMPLING)
         except subprocess.TimeoutExpired:
@@ -141,24 +141,32 @@ def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
         return peak
 
 
-def _memory(process: Any) -> int:
+def _memory(process: Any, peak: int) -> int:
     """Bytes of a process and its children now; memory that they share counts once where the system
-    tells (PSS, Linux).
+    tells (PSS, Linux). That takes the system a while to count, so it is asked only if what they
+    hold with everything shared is above `peak`; otherwise 0.
     """
     import psutil
 
-    total = 0
     try:
         family = [process, *process.children(recursive=True)]
     except psutil.Error:
         return 0
-    for each in family:
-        try:
-            about = each.memory_full_info() if sys.platform == "linux" else each.memory_info()
-        except (psutil.Error, OSError):
-            continue
-        total += getattr(about, "pss", about.rss)
-    return int(total)
+    if sum(_asked(each.memory_info, "rss") for each in family) <= peak:
+        return 0
+    if sys.platform == "linux":
+        return sum(_asked(each.memory_full_info, "pss") for each in family)
+    return sum(_asked(each.memory_info, "rss") for each in family)
+
+
+def _asked(about: Callable[[], Any], name: str) -> int:
+    """A figure of a process's memory; 0 if it has ended."""
+    import psutil
+
+    try:
+        return int(getattr(about(), name))
+    except (psutil.Error, OSError):
+        return 0
 
 
 def summary_of(store: Store, name: str) -> Json | None:
