@@ -16,6 +16,7 @@ from gaitval import __version__
 from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
 from gaitval.errors import GaitvalError
+from gaitval.memory import give_back_soon
 
 STOPPED = 130
 """Exit code after Ctrl-C, as in shells."""
@@ -237,6 +238,7 @@ def _end_in_order() -> None:
 
 def main() -> None:
     """Entry point of the `gaitval` command."""
+    give_back_soon()
     _end_in_order()
     try:
         app()

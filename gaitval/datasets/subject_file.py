@@ -1,6 +1,7 @@
 """Read subjects: from a TOML file, or one of the ten that are built in."""
 
 import re
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Final
@@ -40,6 +41,7 @@ def _read_file(path: Path) -> Subject:
     return make_subject(read_toml(path, SubjectError, mend), str(path))
 
 
+@cache  # a study asks for all ten half a dozen times
 def _read_builtin(identifier: str) -> Subject:
     file = resources.files("gaitval.datasets") / "builtin" / f"{identifier}.toml"
     return parse_subject(file.read_text(encoding="utf-8"), f"{identifier}.toml")

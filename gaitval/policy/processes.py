@@ -13,19 +13,23 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, Final, TypeVar
 
+from gaitval.memory import give_back_soon
+
 Result = TypeVar("Result")
 
 _PATIENCE: Final = 10
 """How much a process beside this one steps back for others (`nice`)."""
 
 
-def end_with_parent() -> None:
-    """End this worker process as soon as the one that started it has ended.
+def begin_as_worker() -> None:
+    """What a worker process does first: it will end as soon as the one that started it has ended,
+    and give memory back.
 
     A worker that waits for work never sees that nobody is left to give any, because it has both
     ends of the queue. The watch is a thread that waits on the parent's end, which every system
     tells; Linux's signal at a parent's death would come from the end of a thread too.
     """
+    give_back_soon()
     parent = mp.parent_process()
     if parent is None:
         return
@@ -55,7 +59,7 @@ def one_thread() -> Iterator[None]:
 def new_workers(count: int) -> ProcessPoolExecutor:
     """So many processes, in which linear algebra has one thread each."""
     workers = ProcessPoolExecutor(
-        count, mp_context=mp.get_context("spawn"), initializer=end_with_parent
+        count, mp_context=mp.get_context("spawn"), initializer=begin_as_worker
     )
     with one_thread():
         for _ in range(count):  # each starts one, because none of them is idle yet
@@ -104,7 +108,7 @@ def _answer(
     sending: Connection, function: Callable[..., Any], arguments: tuple[object, ...]
 ) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started it ends it
-    end_with_parent()
+    begin_as_worker()
     if hasattr(os, "nice"):
         os.nice(_PATIENCE)
     try:

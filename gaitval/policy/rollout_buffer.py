@@ -21,7 +21,7 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
-from gaitval.policy.processes import end_with_parent, one_thread
+from gaitval.policy.processes import begin_as_worker, one_thread
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -129,7 +129,7 @@ def _work(
 
     Answers None, or the traceback of an error.
     """
-    end_with_parent()
+    begin_as_worker()
     experience = _views(memory, shapes)
     try:
         size = experience.observations.shape[2]

@@ -159,6 +159,7 @@ def write_page(
             with stretched(factor):
                 values["drawings"][each] = Markup(draws[each]())
         if higher:
+            del document  # so that two of them are not in memory
             document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 

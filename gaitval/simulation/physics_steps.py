@@ -1,5 +1,6 @@
 """The physics steps of one action of a walker: servos, contact, dynamics (compiled)."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -258,3 +259,41 @@ def advance(
     target, work = offset.copy(), workspace(memory.shape[0])
     phase = steps(body, state, phase, pace, target, slope, root_force, memory, account, work)
     return phase
+
+
+@njit
+def outside_steps(
+    substeps: int,
+    body: WalkerBody,
+    state: Array,
+    phase: float,
+    pace: float,
+    target: Array,
+    slope: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+    work: Workspace,
+) -> Iterator[int]:
+    """`steps` of one walker with another engine's dynamics and integrator: it stops before each of
+    the engine's steps, for the caller to make it under `work.forces` and to change `state`.
+
+    A generator is handed its arguments once. To hand a body to two compiled functions in every
+    physics step took longer than DART needs for it.
+
+    Parameters
+    ----------
+    substeps : the engine's steps in a physics step; `slope` is the change of the targets in one.
+
+    Yields
+    ------
+    The row of the account that the engine's step belongs to.
+    """
+    for row in range(account.phase.shape[0]):
+        for _ in range(substeps):
+            for i in range(25):
+                target[i] += slope[i]
+            forces(body, state, phase, pace, target, root_force, memory, work)
+            yield row
+            phase += pace * body.phase_step / substeps
+        enter(body, state, phase, row, account, work)

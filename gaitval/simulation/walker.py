@@ -35,10 +35,10 @@ from gaitval.simulation.physics_steps import (
     Account,
     Action,
     WalkerBody,
+    Workspace,
     advance,
     empty_account,
-    enter,
-    forces,
+    outside_steps,
     workspace,
 )
 from gaitval.simulation.servo import reference_tables, servo_stiffness
@@ -121,6 +121,7 @@ def _advance_outside(
     action: Action,
     memory: Array,
     account: Account,
+    work: Workspace,
 ) -> float:
     """`advance` with another engine's dynamics and integrator, which is at `state`.
 
@@ -130,17 +131,13 @@ def _advance_outside(
     """
     pace, offset, next_offset, root_force = action
     body = body._replace(lag=body.lag / substeps)
-    work = workspace(len(memory))
-    target = offset.copy()
     slope = (next_offset - offset) / (len(account.phase) * substeps)
-    for row in range(len(account.phase)):
-        for _ in range(substeps):
-            target += slope
-            forces(body, state, phase, pace, target, root_force, memory, work)
-            state[0], state[1] = engine.advance(work.forces)
-            phase += pace * body.phase_step / substeps
-        enter(body, state, phase, row, account, work)
-    return phase
+    target = offset.copy()
+    for _ in outside_steps(
+        substeps, body, state, phase, pace, target, slope, root_force, memory, account, work
+    ):
+        state[0], state[1] = engine.advance(work.forces)
+    return float(account.phase[-1])
 
 
 class Steps(NamedTuple):
@@ -256,6 +253,7 @@ class Walker:
         self.tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
         self._outside = _outside_engine(engine, task.model, self.physics_step)
         self._substeps = MUJOCO_STEPS if engine == "mujoco" else 1
+        self._work = workspace(len(task.model.spheres))
         arrays = walker_arrays(len(task.model.spheres)) if arrays is None else arrays
         self.state, self._memory, self.offset = arrays.state, arrays.memory, arrays.offset
         self.phase = 0.0
@@ -336,7 +334,7 @@ class Walker:
         if self._outside is None:
             self.phase = advance(*walk)
         else:
-            self.phase = _advance_outside(self._outside, self._substeps, *walk)
+            self.phase = _advance_outside(self._outside, self._substeps, *walk, self._work)
         self.offset[:] = offset
         if recording is not None:
             recording.append(account, root_force)

@@ -242,8 +242,10 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
             "start_phases": settings.start_phases[:1],
             "consecutive_cycles": settings.cycles + 2,
         }
+        # Two short walks: a process that takes one off this one starts for as long.
+        alone = configuration.training.model_copy(update={"workers": 1})
         configuration = configuration.model_copy(
-            update={"validation": settings.model_copy(update=short)}
+            update={"validation": settings.model_copy(update=short), "training": alone}
         )
     remove_abandoned()
     with tempfile.TemporaryDirectory(prefix=TEMPORARY) as temporary:

@@ -22,6 +22,7 @@ from gaitval.artefacts import (
 )
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
+from gaitval.memory import give_back_now
 from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
@@ -251,6 +252,7 @@ def run_stage(
     stage.run()
     seconds = monotonic() - clock
     end_stage(begun, seconds)
+    give_back_now()  # the next one has other needs
     observer.finished(stage.name, seconds)
     return True
 

@@ -10,6 +10,9 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from gaitval.cli import app as cli
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
@@ -30,9 +33,11 @@ def test_subject_5_has_a_baseline():
 
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
 def test_stored_policy_keeps_its_accuracy(baseline, tmp_path):
+    """In this process, which imports everything once; other tests run the command."""
     junit = tmp_path / "accuracy.xml"
-    done = _check(baseline, "--quick", "--junit", junit)
-    assert done.returncode == 0, done.stdout + done.stderr
+    command = ["check", "--baseline", str(baseline), "--quick", "--junit", str(junit)]
+    done = CliRunner().invoke(cli.app, command)
+    assert done.exit_code == 0, done.output
     suite = ElementTree.parse(junit).getroot()
     assert len(list(suite.iter("testcase"))) > 30
     assert not list(suite.iter("failure"))

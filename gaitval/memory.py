@@ -1,0 +1,38 @@
+"""How soon the C library gives memory back that is no longer needed."""
+
+import ctypes
+import gc
+import sys
+from typing import Final
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8  # of <malloc.h>
+_LARGE: Final = 2 * 1024 * 1024
+"""Bytes of a block that is given back as soon as it is free."""
+
+
+def give_back_soon() -> None:
+    """Have glibc give back large blocks at once, and share one heap among threads.
+
+    By itself it raises the size of what it gives back with every large block that was freed, and
+    keeps the others: after a training that was a sixth of a process. Nothing happens with another
+    C library.
+    """
+    library = _glibc()
+    if library is not None:
+        for what, value in ((_MMAP_THRESHOLD, _LARGE), (_TRIM_THRESHOLD, _LARGE), (_ARENA_MAX, 1)):
+            library.mallopt(what, value)
+
+
+def give_back_now() -> None:
+    """Forget what nothing refers to any more, and give its memory back."""
+    gc.collect()
+    library = _glibc()
+    if library is not None:
+        library.malloc_trim(0)
+
+
+def _glibc() -> ctypes.CDLL | None:
+    if sys.platform != "linux":
+        return None
+    library = ctypes.CDLL(None)
+    return library if hasattr(library, "gnu_get_libc_version") else None

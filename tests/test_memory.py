@@ -1,0 +1,44 @@
+"""Memory that is no longer needed is given back."""
+
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import sys
+from gaitval.memory import give_back_now, give_back_soon
+
+def resident():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096
+
+if "soon" in sys.argv:
+    give_back_soon()
+# glibc frees a block of its own to the system, and from then on keeps those of its size
+del bytearray(bytes(24 << 20))[:]
+blocks = [bytearray(8 << 20) for _ in range(8)]
+for block in blocks:
+    block[::4096] = b"x" * len(block[::4096])
+last = bytearray(1 << 20)  # above them, so that the heap cannot shrink
+before = resident()
+del block, blocks
+if "now" in sys.argv:
+    give_back_now()
+print(before - resident())
+"""
+
+
+def given_back(*how: str) -> int:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *how], capture_output=True, text=True, check=True
+    )
+    return int(done.stdout)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="glibc's settings, and /proc")
+def test_large_blocks_are_given_back():
+    wanted = 60 << 20  # of 64 MiB
+    assert given_back() < wanted  # else there would be nothing to do
+    assert given_back("soon") > wanted
+    assert given_back("now") > wanted
