@@ -1,12 +1,11 @@
 """How soon the C library gives memory back that is no longer needed."""
 
 import ctypes
-import gc
 import sys
 from typing import Final
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8  # of <malloc.h>
-_LARGE: Final = 2 * 1024 * 1024
+_LARGE: Final = 512 * 1024
 """Bytes of a block that is given back as soon as it is free."""
 
 
@@ -24,8 +23,9 @@ def give_back_soon() -> None:
 
 
 def give_back_now() -> None:
-    """Forget what nothing refers to any more, and give its memory back."""
-    gc.collect()
+    """Give back what is free. Python's cycles are not looked for: that takes a second of a process
+    with many objects.
+    """
     library = _glibc()
     if library is not None:
         library.malloc_trim(0)

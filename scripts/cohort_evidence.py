@@ -240,6 +240,7 @@ def _throughput(work: Path, workers: int, latency: float, count: int) -> dict[st
     Scheduler and client are this process, as in a cohort of this machine; the workers are others.
     The processor time is of scheduler and client together.
     """
+    import dask
     from distributed import Client, LocalCluster
 
     sent = {"count": 0}
@@ -248,6 +249,7 @@ def _throughput(work: Path, workers: int, latency: float, count: int) -> dict[st
                       function="none", threads=1)
         for n in range(count)
     ]  # fmt: skip
+    quiet = dask.config.set(cluster.QUIET)
     made = LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
@@ -255,7 +257,7 @@ def _throughput(work: Path, workers: int, latency: float, count: int) -> dict[st
         dashboard_address=None,
         memory_limit=0,
     )
-    with made, Client(made) as client:
+    with quiet, made, Client(made) as client:
         client.wait_for_workers(workers)
         client.run(_slow_messages, latency)
         counted = _counted_messages(sent, latency)
