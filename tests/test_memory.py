@@ -15,12 +15,12 @@ def resident():
 
 if "soon" in sys.argv:
     give_back_soon()
-# glibc frees a block of its own to the system, and from then on keeps those of its size
-del bytearray(bytes(24 << 20))[:]
+first = bytearray(24 << 20)
+del first  # glibc gives it back, and by itself keeps all smaller ones from then on
 blocks = [bytearray(8 << 20) for _ in range(8)]
 for block in blocks:
     block[::4096] = b"x" * len(block[::4096])
-last = bytearray(1 << 20)  # above them, so that the heap cannot shrink
+last = bytearray(1 << 20)  # above them, so that the heap cannot just be shortened
 before = resident()
 del block, blocks
 if "now" in sys.argv:

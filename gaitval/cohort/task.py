@@ -30,6 +30,8 @@ THREADS: Final = (
 """Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
 SAMPLING: Final = 0.5
 """s between two looks at the memory of a study's processes."""
+COUNTING: Final = 10.0
+"""s after which shared memory is counted again, however much they hold."""
 
 Json = dict[str, Any]
 
@@ -124,16 +126,22 @@ def _ended(code: int) -> str:
 
 
 def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
+    """Wait for a process; the most bytes that it and its children held."""
     import psutil
 
-    peak = 0
+    peak, shared, due = 0, 0, 0.0
     try:
         watched = psutil.Process(process.pid)
     except psutil.NoSuchProcess:
         process.wait()
         return peak
     while True:
-        peak = max(peak, _memory(watched, peak))
+        family = _family(watched)
+        held = sum(_asked(each.memory_info, "rss") for each in family)
+        # To count what is shared takes the system 25 ms, so it is asked where there may be more.
+        if held - shared > peak or time.monotonic() >= due:
+            now = _memory(family)
+            peak, shared, due = max(peak, now), held - now, time.monotonic() + COUNTING
         try:
             process.wait(SAMPLING)
         except subprocess.TimeoutExpired:
@@ -141,19 +149,20 @@ def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
         return peak
 
 
-def _memory(process: Any, peak: int) -> int:
-    """Bytes of a process and its children now; memory that they share counts once where the system
-    tells (PSS, Linux). That takes the system a while to count, so it is asked only if what they
-    hold with everything shared is above `peak`; otherwise 0.
-    """
+def _family(process: Any) -> list[Any]:
+    """A process and its children; none if it has ended."""
     import psutil
 
     try:
-        family = [process, *process.children(recursive=True)]
+        return [process, *process.children(recursive=True)]
     except psutil.Error:
-        return 0
-    if sum(_asked(each.memory_info, "rss") for each in family) <= peak:
-        return 0
+        return []
+
+
+def _memory(family: list[Any]) -> int:
+    """Bytes of processes now; memory that they share counts once where the system tells (PSS,
+    Linux).
+    """
     if sys.platform == "linux":
         return sum(_asked(each.memory_full_info, "pss") for each in family)
     return sum(_asked(each.memory_info, "rss") for each in family)

@@ -9,10 +9,12 @@ import sys
 import time
 from contextlib import contextmanager
 
+import dask
 import psutil
 import pytest
 from killed_cohort import environment, finished, quick, started
 
+from gaitval.cohort.cluster import client_of
 from gaitval.cohort.engine import run_cohort
 from gaitval.cohort.table import Study
 
@@ -55,6 +57,14 @@ def end_family(number):
             each.kill()
         except psutil.NoSuchProcess:
             continue
+
+
+def test_workers_of_this_machine_do_not_watch_themselves():
+    with client_of(None, 1, 1, 0) as client:
+        client.wait_for_workers(1)
+        (seen,) = client.run(dask.config.get, "distributed.worker.profile.enabled").values()
+    assert seen is False
+    assert dask.config.get("distributed.worker.profile.enabled") is True  # ours alone
 
 
 def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):

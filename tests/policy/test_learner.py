@@ -227,6 +227,17 @@ def test_the_update_is_that_of_stable_baselines3_in_single_precision():
             assert (value - expected[name]).norm() < 1e-3 * way, name
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_with_one_worker_an_update_takes_one_processor(monkeypatch, workers):
+    made, started = learner(workers=workers), []
+    real = module.ThreadPoolExecutor
+    monkeypatch.setattr(
+        module, "ThreadPoolExecutor", lambda count: started.append(count) or real(count)
+    )
+    made.learn(experience(made, 1), learning_rate=1e-3)
+    assert bool(started) == (workers > 1)
+
+
 def test_elsewhere_than_on_the_processor_the_update_is_stable_baselines3s_own(monkeypatch):
     made, called = learner(), []
     monkeypatch.setattr(PPO, "train", lambda ppo: called.append(ppo))
