@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 NEEDED: Final = ("dask", "distributed", "fsspec", "psutil", "statsmodels")
 POLL: Final = 0.2
-"""s between two looks for studies that are done."""
+"""s to wait for a study to be done, before the scheduler is looked after."""
 ASKING: Final = 2.0
 """s between two questions to the scheduler how many workers there are, while nothing is done."""
 
@@ -174,12 +175,15 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     from gaitval.cohort.cluster import ClusterError
     from gaitval.cohort.task import run_order
 
+    some_done = threading.Event()
     tries = dict.fromkeys((order["study"]["name"] for order in orders), 1)
 
     def submitted(order: Json, number: int) -> Any:
         name = order["study"]["name"]
         key = f"{name}-{order['fingerprint'][:8]}-{number}"
-        return client.submit(run_order, order, key=key, pure=False, priority=-position[name])
+        future = client.submit(run_order, order, key=key, pure=False, priority=-position[name])
+        future.add_done_callback(lambda _: some_done.set())
+        return future
 
     position = {order["study"]["name"]: number for number, order in enumerate(orders)}
     # Dask gives a worker several studies at once and takes few of them back, so that others have
@@ -201,7 +205,8 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
                     "the Dask scheduler has gone. Finished studies are kept: the same command goes "
                     "on with the others."
                 )
-            time.sleep(POLL)
+            some_done.wait(POLL)
+            some_done.clear()
             yield None
         for future in batch:
             order = futures.pop(future)
