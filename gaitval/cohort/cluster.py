@@ -74,7 +74,12 @@ def client_of(
     }
     if scheduler is None:
         count = workers or max(processors() // threads, 1)
-        with dask.config.set(ours), _local(count) as cluster, Client(cluster) as client:
+        with (
+            _environment_kept(),
+            dask.config.set(ours),
+            _local(count) as cluster,
+            Client(cluster) as client,
+        ):
             yield client
     elif scheduler in BATCH:
         with dask.config.set(ours), _jobs(scheduler, workers) as cluster, Client(cluster) as client:
@@ -91,6 +96,22 @@ def client_of(
             f"--scheduler {scheduler}: give the address of a running one, such as "
             f"tcp://10.0.0.5:8786, or {' or '.join(BATCH)}."
         )
+
+
+@contextmanager
+def _environment_kept() -> Iterator[None]:
+    """Undo what Dask does to this process's environment.
+
+    It sets the variables that its workers shall have (`OMP_NUM_THREADS`, `MALLOC_TRIM_THRESHOLD_`,
+    `PYTHONHASHSEED`) here, and leaves them: all that is started later would have them too.
+    """
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        for name in os.environ.keys() - before.keys():
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def _local(workers: int) -> LocalCluster:

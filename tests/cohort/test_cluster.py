@@ -67,6 +67,16 @@ def test_workers_of_this_machine_do_not_watch_themselves():
     assert dask.config.get("distributed.worker.profile.enabled") is True  # ours alone
 
 
+def test_a_cohort_leaves_the_environment_as_it_was(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
+    before = dict(os.environ)
+    with client_of(None, 1, 1, 0) as client:
+        client.wait_for_workers(1)
+        assert os.environ["MALLOC_TRIM_THRESHOLD_"]  # Dask's way to tell its workers
+    assert dict(os.environ) == before
+
+
 def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):
     """The command says that the scheduler has gone; with another it goes on where it was."""
     names = ["one_sleep0_1", "two_sleep30"]
