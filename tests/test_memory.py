@@ -50,3 +50,31 @@ def test_large_blocks_are_given_back():
     assert given_back() < wanted  # else there would be nothing to do
     assert given_back("soon") > wanted
     assert given_back("now") > wanted
+
+
+LOOPS = """
+import gc, sys
+from gaitval.memory import seldom_search
+
+if "seldom" in sys.argv:
+    seldom_search()
+before = gc.get_stats()[0]["collections"]
+for _ in range(30_000):
+    loop = []
+    loop.append(loop)
+print(gc.get_stats()[0]["collections"] - before)
+gc.callbacks.append(lambda phase, found: print(phase, gc.get_freeze_count() > 0))
+"""
+
+
+def searches(*how: str) -> list[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", LOOPS, *how], capture_output=True, text=True, check=True
+    )
+    return done.stdout.splitlines()
+
+
+def test_python_searches_seldom_and_finds_nothing_to_search_at_its_end():
+    (count, *at_end), (often, *_) = searches("seldom"), searches()
+    assert int(count) == 0 < int(often)
+    assert at_end == ["start True", "stop True"]

@@ -16,7 +16,7 @@ from gaitval import __version__
 from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
 from gaitval.errors import GaitvalError
-from gaitval.memory import give_back_soon
+from gaitval.memory import give_back_soon, seldom_search
 
 STOPPED = 130
 """Exit code after Ctrl-C, as in shells."""
@@ -239,6 +239,7 @@ def _end_in_order() -> None:
 def main() -> None:
     """Entry point of the `gaitval` command."""
     give_back_soon()
+    seldom_search()
     _end_in_order()
     try:
         app()

@@ -20,7 +20,7 @@ from gaitval.cohort.identity import function_of
 from gaitval.cohort.store import SUMMARY, Store, alone
 from gaitval.cohort.table import Study
 from gaitval.errors import GaitvalError
-from gaitval.memory import give_back_soon
+from gaitval.memory import give_back_soon, seldom_search
 from gaitval.study.stage import Observer
 
 PROGRESS_SECONDS: Final = 30.0
@@ -109,6 +109,7 @@ def peak_memory() -> int:
 def main() -> None:
     """Entry point."""
     give_back_soon()
+    seldom_search()
     order = json.loads(_line())
     end_with_worker()
     found = perform(order, Log())

@@ -198,12 +198,17 @@ def search(
     on_round : called with the finished round and the error.
     """
     point = np.zeros(unknowns)
-    found = walk([point])[0]
+
+    def probing() -> list[Array]:
+        return [point + _PROBE * each for each in np.eye(unknowns)]
+
+    found, *probes = walk([point, *(probing() if rounds else [])])
     if found is None:
         return Found(point, (), 0.0)
     errors, free = [found.error()], 0.0
     for number in range(rounds):
-        probes = walk([point + _PROBE * each for each in np.eye(unknowns)])
+        if number > 0:
+            probes = list(walk(probing()))
         # A walk with a fall says nothing about its unknown, which is then left unchanged.
         answers = [
             0.0 * found.deviations

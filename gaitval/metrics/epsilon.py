@@ -13,7 +13,12 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, Curves
+from gaitval.arrays import Array
+from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, Curves, curves_of, recorded_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.policy.rollouts import record_together
+from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
 
 ANGLES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
 """q: sagittal and frontal coordinates. Hip rotation is left out because transverse angles are the
@@ -104,3 +109,29 @@ def mean_of(walks: Sequence[Epsilon | None]) -> Epsilon | None:
             for field in fields(Epsilon)
         }
     )
+
+
+@dataclass(frozen=True)
+class Walks:
+    """At most eight walks: a policy, body parameters mu (14,), and the phase each starts at."""
+
+    policy: Policy
+    mu: Array
+    start_phases: Sequence[float]
+
+
+def epsilons(group: WalkingGroup, walks: Walks) -> list[Epsilon | None]:
+    """Epsilon of walks side by side, of `validation.cycles` each."""
+    task = group.environments[0].task
+    validation, recorded = task.configuration.validation, recorded_curves(task.record)
+    found = []
+    for rollout in record_together(
+        group,
+        walks.policy,
+        mu=walks.mu,
+        start_phases=walks.start_phases,
+        cycles=validation.settling_cycles + validation.cycles,
+    ):
+        cycles = find_cycles(rollout, task.configuration).first(validation.cycles)
+        found.append(epsilon(curves_of(task, rollout, cycles), recorded))
+    return found

@@ -5,12 +5,14 @@ from one piece of work to the next.
 import multiprocessing as mp
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, Final, TypeVar
 
 from gaitval.memory import give_back_soon
@@ -19,6 +21,28 @@ Result = TypeVar("Result")
 
 _PATIENCE: Final = 10
 """How much a process beside this one steps back for others (`nice`)."""
+
+
+def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
+    """How processes are started here: under Linux a server forks them, which has loaded once what
+    they need, and shares that memory with them; elsewhere each loads it itself, in seconds.
+
+    The first call starts the server, which loads while the caller goes on. Its environment is that
+    of the first call. It ends with this process.
+
+    Parameters
+    ----------
+    also : modules that they will need, beside those of a walk; for the first call.
+    """
+    if sys.platform != "linux":
+        return mp.get_context("spawn")
+    from multiprocessing import forkserver
+
+    context = mp.get_context("forkserver")
+    context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
+    with one_thread():
+        forkserver.ensure_running()
+    return context
 
 
 def begin_as_worker() -> None:
@@ -58,9 +82,7 @@ def one_thread() -> Iterator[None]:
 
 def new_workers(count: int) -> ProcessPoolExecutor:
     """So many processes, in which linear algebra has one thread each."""
-    workers = ProcessPoolExecutor(
-        count, mp_context=mp.get_context("spawn"), initializer=begin_as_worker
-    )
+    workers = ProcessPoolExecutor(count, mp_context=ready_to_start(), initializer=begin_as_worker)
     with one_thread():
         for _ in range(count):  # each starts one, because none of them is idle yet
             workers.submit(os.getpid)
@@ -76,7 +98,7 @@ def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Call
     A function that waits for the result, and raises what the other one raised. If the block is left
     before, the process is ended.
     """
-    context = mp.get_context("spawn")
+    context = ready_to_start()
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(there, function, arguments), daemon=True)
     with one_thread():
@@ -142,8 +164,10 @@ def keeping_workers(count: int) -> Iterator[None]:
 
 
 def kept_workers() -> ProcessPoolExecutor | None:
-    """Those of the innermost `keeping_workers`; None outside."""
-    if not _kept:
+    """Those of the innermost `keeping_workers`; None outside, and if it keeps one only, which
+    would do nothing beside this process.
+    """
+    if not _kept or _kept[-1].count == 1:
         return None
     here = _kept[-1]
     if here.workers is None:

@@ -8,7 +8,6 @@ shared memory. An environment gives the same result in any process.
 import contextlib
 import ctypes
 import math
-import multiprocessing as mp
 import traceback
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
@@ -21,7 +20,7 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
-from gaitval.policy.processes import begin_as_worker, one_thread
+from gaitval.policy.processes import begin_as_worker, one_thread, ready_to_start
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -172,7 +171,7 @@ class WalkingWorkers:
         self, tasks: Sequence[WalkingTask], *, count: int, workers: int, steps: int
     ) -> None:
         shapes = _shapes(steps, count, tasks[0].configuration.environment)
-        context = mp.get_context("spawn")
+        context = ready_to_start()
         memory: _Memory = context.RawArray(ctypes.c_byte, _bytes(shapes))
         self._experience = _views(memory, shapes)
         self._pipes: list[Connection] = []

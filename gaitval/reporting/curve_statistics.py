@@ -13,8 +13,16 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
 from gaitval.metrics.walk_statistics import BAND
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, SETTINGS, WIDTH, svg
-from gaitval.reporting.page import Draw
+from gaitval.reporting.figures import (
+    COLOURS,
+    NAMES,
+    PERCENT,
+    RECORD_COLOUR,
+    SETTINGS,
+    WIDTH,
+    Draw,
+    svg,
+)
 
 Json = Mapping[str, Any]
 

@@ -7,8 +7,7 @@ black on grey: colour-blind readers and grey print tell them apart, by lightness
 
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import cycle
 from typing import Any, Final
@@ -75,13 +74,15 @@ WIDTH = 7.1
 
 _stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
 
+Draw = Callable[[], str]
+"""Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
 
-@contextmanager
-def stretched(factor: float) -> Iterator[None]:
-    """Draw figures this much higher, with texts and lines of the same size, to fill a page."""
+
+def drawn(draw: Draw, factor: float) -> str:
+    """A figure this much higher, with texts and lines of the same size, to fill a page."""
     before = _stretch.set(factor)
     try:
-        yield
+        return draw()
     finally:
         _stretch.reset(before)
 

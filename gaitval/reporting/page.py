@@ -21,10 +21,11 @@ from weasyprint.urls import URLFetcher
 
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
+from gaitval.policy.processes import kept_workers
 from gaitval.reporting import filling
 from gaitval.reporting.catalogue import SOURCE, translations
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.figures import stretched
+from gaitval.reporting.figures import Draw, drawn
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",
@@ -34,8 +35,6 @@ _FONTS: Final = {
     ("Report Mono", "normal", "normal"): "DejaVuSansMono.ttf",
 }
 _PAPERS: Final = {"a4": "A4", "letter": "letter"}
-Draw = Callable[[], str]
-"""Draws a figure, as SVG."""
 PDF_VARIANT: Final = "pdf/a-2a"
 """For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 
@@ -155,9 +154,7 @@ def write_page(
         lay_out = _printer(chosen.paper, own)
         document = lay_out(page.render(values, medium="print"))
         higher = filling.stretches(document)
-        for each, factor in higher.items():
-            with stretched(factor):
-                values["drawings"][each] = Markup(draws[each]())
+        values["drawings"] |= _drawn({each: draws[each] for each in higher}, higher)
         if higher:
             del document  # so that two of them are not in memory
             document = lay_out(page.render(values, medium="print"))
@@ -181,8 +178,7 @@ def _prepared(
     values: dict[str, Any] = {
         "data": {},
         **context,
-        # figures contain no text from outside, so their markup is safe
-        "drawings": {each: Markup(draw()) for each, draw in draws.items()},
+        "drawings": _drawn(draws, {}),
         "css": Markup(_resource("report.css")),
         "script": Markup(shared),
         "scripts": [Markup(each) for each in code],
@@ -191,6 +187,18 @@ def _prepared(
         "en": "" if settings.language == SOURCE else Markup(' lang="en"'),
     }
     return _environment(settings.language).get_template(template), values
+
+
+def _drawn(draws: Mapping[str, Draw], factors: Mapping[str, float]) -> dict[str, Markup]:
+    """Figures by name, each a factor higher; drawn by workers, if some are kept.
+
+    They contain no text from outside, so their markup is safe.
+    """
+    workers = kept_workers()
+    each = map if workers is None else workers.map
+    higher = [factors.get(name, 1.0) for name in draws]
+    pictures = each(drawn, draws.values(), higher)
+    return {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
 
 
 def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:

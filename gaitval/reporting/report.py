@@ -29,7 +29,8 @@ from gaitval.reporting import (
     tables,
 )
 from gaitval.reporting.facts import UNKNOWN, compiled_walks
-from gaitval.reporting.page import Draw, write_page
+from gaitval.reporting.figures import Draw
+from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
 Json = Mapping[str, Any]

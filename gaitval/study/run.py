@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from gaitval.configuration import EnvironmentSettings, RecordSettings
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
-from gaitval.policy.processes import beside, keeping_workers
+from gaitval.policy.processes import beside, keeping_workers, ready_to_start
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
 from gaitval.study.stage import (
     INTERRUPTED,
@@ -54,6 +54,15 @@ if TYPE_CHECKING:
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
+
+IN_WORKERS = (
+    "gaitval.identification.identify",
+    "gaitval.learning_control.correct",
+    "gaitval.metrics.epsilon",
+    "gaitval.metrics.push_recovery",
+    "gaitval.metrics.rollouts",
+)
+"""Modules whose functions the stages run in worker processes."""
 
 FOLLOWING = ("evaluate", "choose")
 """Short stages without a command: they run automatically after `identify`."""
@@ -269,6 +278,8 @@ def run_subject(
     def perform(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
+    if run.configuration.training.workers > 1:
+        ready_to_start(*IN_WORKERS)  # beside the first stages
     perform(scale_stage(run))
     perform(reference_stage(run))
     if start is not None:
@@ -291,8 +302,8 @@ def run_subject(
         perform(correct_stage(run))
         perform(simulate_stage(run))
         perform(push_stage(run))
-    perform(validate_stage(run))
-    perform(report_stage(run))
+        perform(validate_stage(run))
+        perform(report_stage(run))
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:

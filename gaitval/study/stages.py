@@ -5,7 +5,8 @@ It is long because every stage is here, in order, with what it reads and writes.
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import pairwise
+from importlib import import_module
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -227,42 +228,32 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
-        from gaitval.lanes import WIDTH
-        from gaitval.metrics.comparison import curves_of, recorded_curves
-        from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.epsilon import epsilon, mean_of
+        from gaitval.metrics.epsilon import Walks, epsilons, mean_of
         from gaitval.metrics.habit import floor_of
-        from gaitval.policy.rollouts import in_groups, record_together
-        from gaitval.policy.walking_group import WalkingGroup
+        from gaitval.policy.rollouts import RolloutPool, in_groups
 
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
-        errors: dict[str, Any] = {"floor": floor_of(task), "scatter": None}
         found = body_parameters(run.folder / identification)
         tasks = {
             "nominal": task,
             "identified": identified_task(run, found, f"{here}/identification"),
         }
-        for which, each in tasks.items():
-            group = WalkingGroup([each] * WIDTH)
-            walks = []
-            for phases in in_groups(validation.start_phases):
-                for rollout in record_together(
-                    group,
-                    policy,
-                    mu=body_parameters(run.folder / identification, which),
-                    start_phases=phases,
-                    cycles=validation.settling_cycles + validation.cycles,
-                ):
-                    cycles = find_cycles(rollout, run.configuration).first(validation.cycles)
-                    walks.append(
-                        epsilon(curves_of(task, rollout, cycles), recorded_curves(task.record))
-                    )
-            error = mean_of(walks)
-            errors[which] = None if error is None else error.as_dict()
-            if which == "identified":
-                totals = [walk.total for walk in walks if walk is not None]
-                errors["scatter"] = float(np.std(totals)) if error is not None else None
+        groups = in_groups(validation.start_phases)
+        with RolloutPool(task, workers=run.configuration.training.workers) as pool:
+            begun = {}
+            for which, each in tasks.items():
+                mu = body_parameters(run.folder / identification, which)
+                walks = [Walks(policy, mu, phases) for phases in groups]
+                begun[which] = pool.with_task(each).each_together(epsilons, walks)
+            errors: dict[str, Any] = {"floor": floor_of(task), "scatter": None}
+            for which, parts in begun.items():
+                found_of = list(chain.from_iterable(parts))
+                error = mean_of(found_of)
+                errors[which] = None if error is None else error.as_dict()
+                if which == "identified" and error is not None:
+                    totals = [walk.total for walk in found_of if walk is not None]
+                    errors["scatter"] = float(np.std(totals))
         write_json(run.folder / here / "epsilon.json", errors)
 
     return Stage(
@@ -613,6 +604,12 @@ def report_stage(run: Run) -> Stage:
     """
 
     def report() -> None:
+        from gaitval.policy.processes import kept_workers
+
+        workers = kept_workers()
+        if workers is not None:  # they draw the figures, and import what they need beside this one
+            for _ in range(run.configuration.training.workers):
+                workers.submit(import_module, "gaitval.reporting.figures")
         from gaitval.reporting.report import write_report
 
         write_report(run.folder)

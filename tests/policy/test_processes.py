@@ -3,11 +3,12 @@
 import math
 import multiprocessing as mp
 import os
+import sys
 import time
 
 import pytest
 
-from gaitval.policy.processes import beside
+from gaitval.policy.processes import beside, keeping_workers, kept_workers
 
 
 def test_a_process_beside_this_one_gives_its_result():
@@ -39,3 +40,16 @@ def test_it_steps_back_and_has_one_thread():
         assert priority() > os.getpriority(os.PRIO_PROCESS, 0)
     with beside(os.getenv, "OMP_NUM_THREADS") as threads:
         assert threads() == "1"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere each process loads what it needs")
+def test_what_a_walk_needs_is_there_from_the_start():
+    with beside(eval, "sorted(__import__('sys').modules)") as modules:
+        assert {"gaitval.policy.rollouts", "gaitval.policy.rollout_buffer"} <= set(modules())
+
+
+def test_one_worker_is_no_help_to_this_process():
+    with keeping_workers(1):
+        assert kept_workers() is None
+    with keeping_workers(2):
+        assert list(kept_workers().map(math.sqrt, [9.0])) == [3.0]

@@ -398,15 +398,21 @@ def test_workers_end_with_a_process_that_is_killed(task, tmp_path):
     )
     try:
         assert process.stdout.readline() == "waiting\n"
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        descendants = _descendants(str(process.pid))
     finally:
         process.kill()
         process.wait()
-    assert len(children) == 3  # two workers and multiprocessing's resource tracker
+    # two workers, the server that forked them, and multiprocessing's resource tracker
+    assert len(descendants) == 4
     end = time.monotonic() + 10.0
-    while any(map(_alive, children)) and time.monotonic() < end:
+    while any(map(_alive, descendants)) and time.monotonic() < end:
         time.sleep(0.02)
-    assert not any(map(_alive, children))
+    assert not any(map(_alive, descendants))
+
+
+def _descendants(pid):
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [*children, *(each for child in children for each in _descendants(child))]
 
 
 def _alive(pid):

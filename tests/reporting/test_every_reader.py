@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -113,10 +114,8 @@ def test_a_stretched_figure_is_higher_and_its_letters_are_not() -> None:
         return set(re.findall(r'font-size="([\d.]+)"', _with_letters(drawing)))
 
     curve = {"knee_angle_r": sample().angles["knee_angle_r"]}
-    drawings = []
-    for factor in (1.0, 1.5):
-        with figures.stretched(factor):
-            drawings.append(cycle_curves(curve, {}, label="angle, °", figure_name="one"))
+    draw = partial(cycle_curves, curve, {}, label="angle, °", figure_name="one")
+    drawings = [figures.drawn(draw, factor) for factor in (1.0, 1.5)]
     assert height(drawings[1]) == pytest.approx(1.5 * height(drawings[0]), rel=1e-3)
     assert sizes(drawings[1]) == sizes(drawings[0])
 

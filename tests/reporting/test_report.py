@@ -16,6 +16,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.validation import validate
+from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, stick_figures
 from gaitval.reporting.page import number
 from gaitval.reporting.report import write_report
@@ -186,14 +187,17 @@ def test_the_pdf_has_pages(run_folder):
     assert len(pdf) > 50_000
 
 
-def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monkeypatch):
+def test_an_equal_run_gives_equal_bytes_an_hour_later_and_drawn_by_workers(
+    run_folder, tmp_path, monkeypatch
+):
     an_hour_later(monkeypatch)
     build_run(tmp_path)
     # A report that is written again does not show what the first one took.
     provenance = read_json(tmp_path / "provenance.json")
     provenance["stages"]["report"] = {"seconds": 12.3}
     write_json(tmp_path / "provenance.json", provenance)
-    write_report(tmp_path)
+    with keeping_workers(2):
+        write_report(tmp_path)
     for name in ("report.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
 
