@@ -15,7 +15,8 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import healthy_bands
-from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_SHADE, SETTINGS, WIDTH
+from gaitval.reporting.drawing import SETTINGS, WIDTH
+from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_SHADE
 from gaitval.reporting.stick_figures import stick_figure
 
 JOINTS = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}

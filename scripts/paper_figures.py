@@ -33,7 +33,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from gaitval.artefacts import replacing, write_text
 from gaitval.coordinates import COORDINATES
-from gaitval.reporting.figures import SETTINGS, svg
+from gaitval.reporting.drawing import SETTINGS, svg
 
 HERE = Path(__file__).resolve().parent
 SUBJECT = "S05"

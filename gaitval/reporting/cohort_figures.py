@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import Final
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from gaitval.reporting.figures import RECORD_SHADE, SETTINGS, WIDTH, svg
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import RECORD_SHADE
 
 SEX_COLOURS: Final = {"F": "#cc79a7", "M": "#0072b2"}
 ROW: Final = 1.9
@@ -23,8 +22,7 @@ def by_speed_age_sex(rows: pd.DataFrame, names: Sequence[str], *, figure_name: s
     ----------
     rows : columns name, unit, value, speed (m/s), age (years), sex.
     """
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, ROW * len(names)), layout="constrained")
+    with new_figure(ROW * len(names)) as figure:
         grid = figure.subplots(len(names), 3, sharey="row", squeeze=False)
         for panels, name in zip(grid, names, strict=True):
             chosen = rows[rows["name"] == name]
@@ -69,8 +67,7 @@ def parameter_distributions(rows: pd.DataFrame, *, figure_name: str) -> str:
     rows : as `results.tables_of` gives `parameters`.
     """
     names = list(dict.fromkeys(rows["parameter"]))
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 0.8 + 0.2 * len(names)), layout="constrained")
+    with new_figure(0.8 + 0.2 * len(names)) as figure:
         axes = figure.subplots()
         axes.axvspan(-1.0, 1.0, color=RECORD_SHADE, alpha=0.5, linewidth=0)
         for place, name in enumerate(names):

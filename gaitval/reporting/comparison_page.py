@@ -7,11 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
@@ -20,17 +18,9 @@ from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.versions import StoredWalk, Versions, in_margins
 from gaitval.reporting.csv_text import csv_text
+from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.facts import compiled_walks
-from gaitval.reporting.figures import (
-    COLOURS,
-    NAMES,
-    PERCENT,
-    RECORD_COLOUR,
-    RECORD_SHADE,
-    SETTINGS,
-    WIDTH,
-    svg,
-)
+from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, RECORD_SHADE
 from gaitval.reporting.page import number, write_page
 
 CURVES: Final = (
@@ -250,8 +240,7 @@ def _strips(versions: Versions) -> Markup:
                 sign = 1.0 if better[row.measure] == "lower" else -1.0
                 found.setdefault(row.measure, []).append(sign * grown)
     names = list(found)
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 0.21 * len(names) + 0.8), layout="constrained")
+    with new_figure(0.21 * len(names) + 0.8) as figure:
         axes = figure.subplots()
         axes.axvspan(-1.0, 1.0, color="#ececec", zorder=0)
         axes.axvline(0.0, color="#b0b0b0", linewidth=0.5, zorder=1)
@@ -302,8 +291,7 @@ def _panels(
 ) -> Markup:
     rows = -(-len(walks) // COLUMNS)
     columns = min(COLUMNS, len(walks))
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(_width(len(walks)), 1.25 * rows + 0.2), layout="constrained")
+    with new_figure(1.25 * rows + 0.2, width=_width(len(walks))) as figure:
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for index, (axis, walk) in enumerate(zip(axes, walks, strict=False)):
             # a number and not the name, which comes from outside and may be long

@@ -4,25 +4,15 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from gaitval.coordinates import SIDES
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
 from gaitval.metrics.walk_statistics import BAND
-from gaitval.reporting.figures import (
-    COLOURS,
-    NAMES,
-    PERCENT,
-    RECORD_COLOUR,
-    SETTINGS,
-    WIDTH,
-    Draw,
-    svg,
-)
+from gaitval.reporting.drawing import Draw, new_figure, svg
+from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 
 Json = Mapping[str, Any]
 
@@ -66,8 +56,7 @@ def differences(metrics: Json) -> str:
     scatter of the cycles.
     """
     walk = metrics["walks"][metrics["final"]]["curves"]
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
+    with new_figure(5.0) as figure:
         grid = figure.subplots(len(_ROWS), 3, sharex=True)
         for panels, (kind, names) in zip(grid, _ROWS, strict=True):
             unit = metrics["units"][kind].replace("deg", "°")
@@ -118,8 +107,7 @@ def profile(profiles: Json) -> str:
     healthy = {**controls.scores, "total": controls.total}
     at = np.arange(len(names), dtype=float)
     at[-1] += 0.5
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.4), layout="constrained")
+    with new_figure(2.4) as figure:
         axes = figure.subplots()
         for x, name in zip(at, names, strict=True):
             mean, spread = healthy[name]

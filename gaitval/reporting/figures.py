@@ -5,10 +5,7 @@ that ships with matplotlib. The right side is dark blue, the left one orange and
 black on grey: colour-blind readers and grey print tell them apart, by lightness and by dashes.
 """
 
-import io
-import re
-from collections.abc import Callable, Mapping, Sequence
-from contextvars import ContextVar
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any, Final
 
@@ -22,6 +19,7 @@ from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.links import link
 
 Json = Mapping[str, Any]
@@ -47,58 +45,7 @@ NAMES: Final = {
 }
 """What a positive value of a curve means."""
 
-SETTINGS: Final[Any] = {
-    "svg.hashsalt": "gaitval",
-    "svg.fonttype": "path",
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 8.5,
-    "axes.titlesize": 9.0,
-    "axes.labelsize": 8.5,
-    "axes.linewidth": 0.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.major.width": 0.5,
-    "ytick.major.width": 0.5,
-    "xtick.major.size": 2.5,
-    "ytick.major.size": 2.5,
-    "lines.linewidth": 1.2,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-}
-
 PERCENT = np.arange(101)
-WIDTH = 7.1
-"""Inches; the text width of an A4 page."""
-
-
-_stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
-
-Draw = Callable[[], str]
-"""Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
-
-
-def drawn(draw: Draw, factor: float) -> str:
-    """A figure this much higher, with texts and lines of the same size, to fill a page."""
-    before = _stretch.set(factor)
-    try:
-        return draw()
-    finally:
-        _stretch.reset(before)
-
-
-def svg(figure: Figure, name: str) -> str:
-    """The figure as an <svg> element whose identifiers begin with `name`."""
-    figure.set_figheight(figure.get_figheight() * _stretch.get())
-    buffer = io.StringIO()
-    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
-    text = buffer.getvalue()
-    text = text[text.index("<svg") :]
-    # several figures share one page, where an identifier may occur only once
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r'href="#', f'href="#{name}-', text)
-    return re.sub(r"url\(#", f"url(#{name}-", text)
 
 
 def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) -> None:
@@ -170,8 +117,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     kind : "angles", "moments" or "forces".
     names : curves without side.
     """
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.4), layout="constrained")
+    with new_figure(2.4) as figure:
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -197,8 +143,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
 
 def torque_loop(metrics: Json) -> str:
     """Hip moment against hip angle over one gait cycle, with 0, 50 and 100 % marked."""
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.5), layout="constrained")
+    with new_figure(2.5) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
             link(axes, "loop", side, 0)
@@ -253,8 +198,7 @@ def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, labe
 
 def learning(training: Mapping[str, Array]) -> str:
     """Episode length and cycles walked against the number of training samples."""
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
+    with new_figure(2.0) as figure:
         panels = figure.subplots(1, 3, sharex=True)
         million = training["samples"] / 1e6
         for axes, column, title in zip(
@@ -277,8 +221,7 @@ def error_bars(metrics: Json) -> str:
         ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
         ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
     )
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.1), layout="constrained")
+    with new_figure(2.1) as figure:
         panels = figure.subplots(1, 3)
         for axes, (kind, names, title) in zip(panels, groups, strict=True):
             keys = [f"{name}_{side}" for name in names for side in "rl"]
@@ -317,8 +260,7 @@ _MARKED = (10, 50, 90)
 def pressure_path(metrics: Json) -> str:
     """Path of the centre of pressure under both feet, seen from above, and along them in time."""
     contact = metrics["walks"][metrics["final"]]["foot_contact"]
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.8), layout="constrained")
+    with new_figure(2.8) as figure:
         left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
         for side in SIDES:
             axes = right if side == "right" else left
@@ -401,8 +343,7 @@ def stability_regions(pushes: Json) -> str:
     """
     directions = np.deg2rad(pushes["directions"])
     closed = np.append(directions, directions[0])
-    with matplotlib.rc_context(SETTINGS | {"axes.linewidth": 0.4}):
-        figure = Figure(figsize=(WIDTH, 2.35), layout="constrained")
+    with new_figure(2.35, axes__linewidth=0.4) as figure:
         panels = figure.subplots(
             1, len(pushes["phases"]), subplot_kw={"projection": "polar"}, squeeze=False
         )[0]
@@ -468,8 +409,7 @@ def push_velocity(traces: Sequence[Json]) -> str:
     )
     phases = sorted({trace["phase"] for trace in traces})
     looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
+    with new_figure(3.0) as figure:
         panels = figure.subplots(2, 1, sharex=True)
         for axes, (direction, component, title) in zip(panels, shown, strict=True):
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)

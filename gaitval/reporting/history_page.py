@@ -6,11 +6,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from gaitval.artefacts import write_text
 from gaitval.metrics import change_points
@@ -18,7 +16,8 @@ from gaitval.metrics.change_points import CHANCE, LEAST, SIDE
 from gaitval.metrics.history import Check, Key, series_of
 from gaitval.metrics.history import Figure as Value
 from gaitval.reporting.csv_text import csv_text
-from gaitval.reporting.figures import RECORD_SHADE, SETTINGS, WIDTH, svg
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import RECORD_SHADE
 from gaitval.reporting.page import write_page
 
 COLUMNS: Final = 3
@@ -241,8 +240,7 @@ def _small_multiples(
     first: int,
 ) -> Markup:
     rows = -(-len(panels) // COLUMNS)
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 1.35 * rows + 0.3), layout="constrained")
+    with new_figure(1.35 * rows + 0.3) as figure:
         axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).ravel()
         for index, (axis, (title, keys)) in enumerate(zip(axes, panels.items(), strict=False)):
             # names from outside are not drawn: matplotlib would read them as mathematics

@@ -3,23 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
 from gaitval.coordinates import SIDES
 from gaitval.metrics.joint_power import BURSTS, JOINTS
 from gaitval.metrics.whole_body import AXES
-from gaitval.reporting.figures import (
-    COLOURS,
-    PERCENT,
-    RECORD_COLOUR,
-    RECORD_SHADE,
-    SETTINGS,
-    STYLES,
-    WIDTH,
-    svg,
-)
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import COLOURS, PERCENT, RECORD_COLOUR, RECORD_SHADE, STYLES
 from gaitval.reporting.links import link
 
 Json = Mapping[str, Any]
@@ -34,8 +24,7 @@ def joint_power(metrics: Json) -> str:
     """
     recorded = metrics["record"]["joint_power"]
     walked = metrics["walks"][metrics["final"]]["joint_power"]
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
+    with new_figure(2.7) as figure:
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
             for column, (axes, joint) in enumerate(zip(grid[row], JOINTS, strict=True)):
@@ -84,8 +73,7 @@ def centre_of_mass(metrics: Json) -> str:
     """
     recorded = 1e3 * np.array(metrics["record"]["centre_of_mass"])
     walked = metrics["walks"][metrics["final"]]["centre_of_mass"]
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 1.9), layout="constrained")
+    with new_figure(1.9) as figure:
         for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
             link(axes, "cycle", "right", column)
             axes.set_xlim(0, 100)

@@ -24,8 +24,8 @@ from gaitval.configuration import ReportSettings
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting import filling
 from gaitval.reporting.catalogue import SOURCE, translations
+from gaitval.reporting.drawing import Draw, blank, drawn
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.figures import Draw, drawn
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",
@@ -147,23 +147,27 @@ def write_page(
     """
     chosen = settings or ReportSettings()
     page, values = _prepared(template, context, chosen, scripts)
-    write_tables(folder, values["data"])
-    write_text(folder / f"{name}.html", page.render(values, medium="screen"))
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+        as_usual = _drawings(draws, {})
         lay_out = _printer(chosen.paper, own)
+        higher: Mapping[str, float] = {}
+        if draws:  # where they will be is found out while they are drawn
+            values["drawings"] = {each: Markup(blank(draw)) for each, draw in draws.items()}
+            higher = filling.stretches(lay_out(page.render(values, medium="print")))
+        stretched = _drawings({each: draws[each] for each in higher}, higher)
+        values["drawings"] = as_usual()
+        write_tables(folder, values["data"])
+        write_text(folder / f"{name}.html", page.render(values, medium="screen"))
+        values["drawings"] |= stretched()
         document = lay_out(page.render(values, medium="print"))
-        higher = filling.stretches(document)
-        values["drawings"] |= _drawn({each: draws[each] for each in higher}, higher)
-        if higher:
-            del document  # so that two of them are not in memory
-            document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
     """Write `name`.html alone, for a page too long to print; otherwise as `write_page`."""
     page, values = _prepared(template, context, ReportSettings(), ())
+    values["drawings"] = _drawings(context.get("drawings", {}), {})()
     path = folder / f"{name}.html"
     write_text(path, page.render(values, medium="screen"))
     return path
@@ -172,13 +176,11 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
 def _prepared(
     template: str, context: Mapping[str, Any], settings: ReportSettings, scripts: Sequence[str]
 ) -> tuple[jinja2.Template, dict[str, Any]]:
-    """A template and what it is given, with the figures drawn."""
+    """A template and what it is given, but for the figures."""
     shared, *code = [_resource(each) for each in ("page.js", *scripts)]
-    draws: Mapping[str, Draw] = context.get("drawings", {})
     values: dict[str, Any] = {
         "data": {},
         **context,
-        "drawings": _drawn(draws, {}),
         "css": Markup(_resource("report.css")),
         "script": Markup(shared),
         "scripts": [Markup(each) for each in code],
@@ -189,16 +191,18 @@ def _prepared(
     return _environment(settings.language).get_template(template), values
 
 
-def _drawn(draws: Mapping[str, Draw], factors: Mapping[str, float]) -> dict[str, Markup]:
-    """Figures by name, each a factor higher; drawn by workers, if some are kept.
+def _drawings(
+    draws: Mapping[str, Draw], factors: Mapping[str, float]
+) -> Callable[[], dict[str, Markup]]:
+    """Begin to draw figures, each a factor higher, in workers if some are kept; the function that
+    is returned waits for them.
 
     They contain no text from outside, so their markup is safe.
     """
     workers = kept_workers()
     each = map if workers is None else workers.map
-    higher = [factors.get(name, 1.0) for name in draws]
-    pictures = each(drawn, draws.values(), higher)
-    return {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
+    pictures = each(drawn, draws.values(), [factors.get(name, 1.0) for name in draws])
+    return lambda: {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
 
 
 def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:

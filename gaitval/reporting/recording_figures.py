@@ -8,26 +8,15 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.reporting.figures import (
-    COLOURS,
-    NAMES,
-    PERCENT,
-    RECORD_COLOUR,
-    RECORD_SHADE,
-    SETTINGS,
-    STYLES,
-    WIDTH,
-    svg,
-)
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, RECORD_SHADE, STYLES
 
 MeanAndDeviation = tuple[Array, Array]
 
@@ -74,8 +63,7 @@ def cycle_curves(
     bands = bands or {}
     names = curve_names(curves)
     rows = max(1, -(-len(names) // COLUMNS))
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, _PANEL_HEIGHT * rows + 0.55), layout="constrained")
+    with new_figure(_PANEL_HEIGHT * rows + 0.55) as figure:
         panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
         for axes, name in zip(panels, names, strict=False):
             _panel(axes, curves, name, stance_fraction, factor)
@@ -160,8 +148,7 @@ def residuals(
     force, moment : (T, 3) N and Nm, axes forward, left, up; NaN where not measured.
     force_limit, moment_limit : limits of the largest magnitude, N and Nm; NaN draws none.
     """
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
+    with new_figure(3.5) as figure:
         panels = figure.subplots(2, 3, sharex=True, sharey="row")
         rows = ((force, force_limit, "force, N"), (moment, moment_limit, "moment, Nm"))
         titles = (

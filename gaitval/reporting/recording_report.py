@@ -16,8 +16,8 @@ from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.reporting import recording_figures as figures
+from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
-from gaitval.reporting.figures import Draw
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 

@@ -28,8 +28,8 @@ from gaitval.reporting import (
     mechanics_figures,
     tables,
 )
+from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import UNKNOWN, compiled_walks
-from gaitval.reporting.figures import Draw
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 

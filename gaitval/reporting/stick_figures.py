@@ -3,16 +3,15 @@
 from collections.abc import Mapping
 from typing import Final
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from gaitval.arrays import Array
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.reporting.figures import COLOURS, RECORD_SHADE, SETTINGS, WIDTH, svg
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import COLOURS, RECORD_SHADE
 
 _LINES: Final = {
     "right": ("thigh_r", "shank_r", "foot_r", "heel_r", "toes_r", "toe_tip_r"),
@@ -77,8 +76,7 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
     figures : `stick_figure` of "record" (grey) and, if there is one, of "simulation" at the poses.
     percent : (T,) of the right gait cycle, of the poses.
     """
-    with matplotlib.rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, 2.25), layout="constrained")
+    with new_figure(2.25) as figure:
         axes = figure.subplots()
         for place, at in enumerate(percent):
             for which, lines in figures.items():

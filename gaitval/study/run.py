@@ -61,6 +61,9 @@ IN_WORKERS = (
     "gaitval.metrics.epsilon",
     "gaitval.metrics.push_recovery",
     "gaitval.metrics.rollouts",
+    "gaitval.reporting.curve_statistics",
+    "gaitval.reporting.figures",
+    "gaitval.reporting.mechanics_figures",
 )
 """Modules whose functions the stages run in worker processes."""
 

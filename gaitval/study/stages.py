@@ -5,7 +5,6 @@ It is long because every stage is here, in order, with what it reads and writes.
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from importlib import import_module
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -604,12 +603,6 @@ def report_stage(run: Run) -> Stage:
     """
 
     def report() -> None:
-        from gaitval.policy.processes import kept_workers
-
-        workers = kept_workers()
-        if workers is not None:  # they draw the figures, and import what they need beside this one
-            for _ in range(run.configuration.training.workers):
-                workers.submit(import_module, "gaitval.reporting.figures")
         from gaitval.reporting.report import write_report
 
         write_report(run.folder)

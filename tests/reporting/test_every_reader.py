@@ -16,6 +16,7 @@ from recording_summary import sample
 
 from gaitval.configuration import ReportSettings
 from gaitval.reporting import figures
+from gaitval.reporting.drawing import drawn
 from gaitval.reporting.page import _resource, _with_letters
 from gaitval.reporting.recording_figures import cycle_curves
 from gaitval.reporting.recording_report import write_recording_report
@@ -115,7 +116,7 @@ def test_a_stretched_figure_is_higher_and_its_letters_are_not() -> None:
 
     curve = {"knee_angle_r": sample().angles["knee_angle_r"]}
     draw = partial(cycle_curves, curve, {}, label="angle, °", figure_name="one")
-    drawings = [figures.drawn(draw, factor) for factor in (1.0, 1.5)]
+    drawings = [drawn(draw, factor) for factor in (1.0, 1.5)]
     assert height(drawings[1]) == pytest.approx(1.5 * height(drawings[0]), rel=1e-3)
     assert sizes(drawings[1]) == sizes(drawings[0])
 

@@ -1,0 +1,100 @@
+"""How figures are drawn: their looks, their size, and SVG."""
+
+import io
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, Final
+
+import matplotlib
+from matplotlib.figure import Figure
+
+SETTINGS: Final[Any] = {
+    "svg.hashsalt": "gaitval",
+    "svg.fonttype": "path",
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+}
+
+WIDTH: Final = 7.1
+"""Inches; the text width of an A4 page."""
+
+Draw = Callable[[], str]
+"""Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
+
+_stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
+_size_alone: ContextVar[bool] = ContextVar("size_alone", default=False)
+
+
+class _Size(Exception):
+    """Ends a drawing of which only the size is asked for, inches."""
+
+    def __init__(self, width: float, height: float) -> None:
+        super().__init__(width, height)
+        self.width, self.height = width, height
+
+
+@contextmanager
+def new_figure(height: float, *, width: float = WIDTH, **looks: Any) -> Iterator[Figure]:
+    """A figure with the looks of all of them, inches; it must be drawn within the block.
+
+    Parameters
+    ----------
+    looks : settings of matplotlib, beside `SETTINGS`, with "__" for the dots.
+    """
+    if _size_alone.get():
+        raise _Size(width, height)
+    own = {name.replace("__", "."): value for name, value in looks.items()}
+    with matplotlib.rc_context(SETTINGS | own):
+        yield Figure(figsize=(width, height * _stretch.get()), layout="constrained")
+
+
+def drawn(draw: Draw, factor: float) -> str:
+    """A figure this much higher, with texts and lines of the same size, to fill a page."""
+    before = _stretch.set(factor)
+    try:
+        return draw()
+    finally:
+        _stretch.reset(before)
+
+
+def blank(draw: Draw) -> str:
+    """An empty picture of a figure's size, to see where on a page it will be; it takes no time."""
+    before = _size_alone.set(True)
+    try:
+        return draw()
+    except _Size as size:
+        width, height = 72.0 * size.width, 72.0 * size.height
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
+            f'viewBox="0 0 {width:g} {height:g}"></svg>'
+        )
+    finally:
+        _size_alone.reset(before)
+
+
+def svg(figure: Figure, name: str) -> str:
+    """The figure as an <svg> element whose identifiers begin with `name`."""
+    buffer = io.StringIO()
+    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    # several figures share one page, where an identifier may occur only once
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    return re.sub(r"url\(#", f"url(#{name}-", text)
