@@ -59,7 +59,7 @@ from gaitval.memory import seldom_search
 if "seldom" in sys.argv:
     seldom_search()
 before = gc.get_stats()[0]["collections"]
-for _ in range(30_000):
+for _ in range(3_000):
     loop = []
     loop.append(loop)
 print(gc.get_stats()[0]["collections"] - before)

@@ -305,7 +305,9 @@ def run_subject(
         perform(correct_stage(run))
         perform(simulate_stage(run))
         perform(push_stage(run))
+        kept.close()  # they have grown by their walkers
         perform(validate_stage(run))
+        kept.enter_context(keeping_workers(run.configuration.training.workers))
         perform(report_stage(run))
 
 
