@@ -346,8 +346,8 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
 
 
 @command(
-    "gaitval subject 5               # from the stored policy: 3 minutes",
-    "gaitval subject 5 --scratch     # from nothing: 6 minutes",
+    "gaitval subject 5               # from the stored policy: 2 minutes",
+    "gaitval subject 5 --scratch     # from nothing: 4 minutes",
     "gaitval subject my_patient.toml --start my_walkers   # from another policy",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --use kinematics   # told angles only; moments and forces are predicted",

@@ -40,8 +40,11 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
 
     context = mp.get_context("forkserver")
     context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
-    with one_thread():
-        forkserver.ensure_running()
+    try:
+        with one_thread():
+            forkserver.ensure_running()
+    except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
+        return mp.get_context("spawn")
     return context
 
 

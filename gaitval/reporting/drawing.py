@@ -49,17 +49,18 @@ class _Size(Exception):
 
 
 @contextmanager
-def new_figure(height: float, *, width: float = WIDTH, **looks: Any) -> Iterator[Figure]:
+def new_figure(
+    height: float, *, width: float = WIDTH, axes_line: float = SETTINGS["axes.linewidth"]
+) -> Iterator[Figure]:
     """A figure with the looks of all of them, inches; it must be drawn within the block.
 
     Parameters
     ----------
-    looks : settings of matplotlib, beside `SETTINGS`, with "__" for the dots.
+    axes_line : points, width of the axes' lines.
     """
     if _size_alone.get():
         raise _Size(width, height)
-    own = {name.replace("__", "."): value for name, value in looks.items()}
-    with matplotlib.rc_context(SETTINGS | own):
+    with matplotlib.rc_context(SETTINGS | {"axes.linewidth": axes_line}):
         yield Figure(figsize=(width, height * _stretch.get()), layout="constrained")
 
 

@@ -343,7 +343,7 @@ def stability_regions(pushes: Json) -> str:
     """
     directions = np.deg2rad(pushes["directions"])
     closed = np.append(directions, directions[0])
-    with new_figure(2.35, axes__linewidth=0.4) as figure:
+    with new_figure(2.35, axes_line=0.4) as figure:
         panels = figure.subplots(
             1, len(pushes["phases"]), subplot_kw={"projection": "polar"}, squeeze=False
         )[0]

@@ -247,12 +247,11 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
                 begun[which] = pool.with_task(each).each_together(epsilons, walks)
             errors: dict[str, Any] = {"floor": floor_of(task), "scatter": None}
             for which, parts in begun.items():
-                found_of = list(chain.from_iterable(parts))
-                error = mean_of(found_of)
+                each_walk = list(chain.from_iterable(parts))
+                error = mean_of(each_walk)
                 errors[which] = None if error is None else error.as_dict()
                 if which == "identified" and error is not None:
-                    totals = [walk.total for walk in found_of if walk is not None]
-                    errors["scatter"] = float(np.std(totals))
+                    errors["scatter"] = float(np.std([e.total for e in each_walk if e is not None]))
         write_json(run.folder / here / "epsilon.json", errors)
 
     return Stage(

@@ -3,6 +3,7 @@
 import math
 import multiprocessing as mp
 import os
+import subprocess
 import sys
 import time
 
@@ -46,6 +47,25 @@ def test_it_steps_back_and_has_one_thread():
 def test_what_a_walk_needs_is_there_from_the_start():
     with beside(eval, "sorted(__import__('sys').modules)") as modules:
         assert {"gaitval.policy.rollouts", "gaitval.policy.rollout_buffer"} <= set(modules())
+
+
+def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
+    folder = tmp_path / ("d" * 120)
+    folder.mkdir()
+    script = (
+        "import math\n"
+        "from gaitval.policy.processes import beside\n"
+        "if __name__ == '__main__':\n"
+        "    with beside(math.sqrt, 9.0) as root:\n"
+        "        print(root())\n"
+    )
+    path = tmp_path / "root.py"
+    path.write_text(script)
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    done = subprocess.run(
+        [sys.executable, str(path)], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "3.0\n"
 
 
 def test_one_worker_is_no_help_to_this_process():
