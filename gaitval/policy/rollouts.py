@@ -9,12 +9,14 @@ number: the policy always acts on eight.
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
@@ -398,8 +400,9 @@ def _call_together(work: tuple[_Given, Callable[[WalkingGroup, Any], Any], Any])
 class RolloutPool:
     """Worker processes with their own environments; use as a context manager.
 
-    One worker is this process itself. Others are started, which takes seconds, unless there are
-    some that are kept (`processes.keeping_workers`).
+    One worker is this process itself, whose linear algebra meanwhile has one thread, as that of the
+    others: with several, sums round otherwise. Others are started, which takes seconds, unless some
+    are kept (`processes.keeping_workers`).
 
     Parameters
     ----------
@@ -413,11 +416,15 @@ class RolloutPool:
         self._own = new_workers(workers) if workers > 1 and kept is None else None
         self._executor = kept or self._own
         self._given = _Given(next(_pools), task)
+        self._limits = ExitStack()
 
     def __enter__(self) -> "RolloutPool":
+        if self._alone is not None:
+            self._limits.enter_context(threadpool_limits(1, "blas"))
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._limits.close()
         if self._own is not None:
             self._own.shutdown(cancel_futures=True)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from simulation_fixtures import changed, random_policy
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
@@ -330,6 +331,18 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
         assert pool.map(_walk, starts[:1]) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
         assert alone.map(_walk, starts) == expected
+
+
+def blas_threads(*_):
+    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+
+
+def test_linear_algebra_has_one_thread_without_workers_too(task):
+    """With two, the policy's products round otherwise, and another walk comes of it."""
+    with threadpool_limits(2, "blas"):
+        with RolloutPool(task, workers=1) as pool:
+            assert pool.map(blas_threads, [0]) == [{1}]
+        assert blas_threads() == {2}
 
 
 @pytest.mark.parametrize("workers", [1, 2])
