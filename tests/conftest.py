@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from simulation_fixtures import DartPeer, task_of_subject
 
+from gaitval.policy.processes import ready_to_start
 from gaitval.simulation.walker import WalkingTask
 
 NO_DATA = "no raw data at"
@@ -62,6 +63,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The whole-program tests first, so that no worker is left alone with them at the end; within
     them and within the others the order is the random one that the plug-in made before."""
     items.sort(key=lambda item: "workflows" not in item.path.parts)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _server_of_workers() -> None:
+    """The server that forks worker processes has the environment of its start for as long as the
+    session lasts: it must not be that of a test which has changed it."""
+    ready_to_start()
 
 
 @pytest.fixture(scope="session")

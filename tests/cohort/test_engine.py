@@ -1,5 +1,6 @@
 """Studies on Dask: failures, lost studies, memory, threads, progress, and who may reach it."""
 
+import contextlib
 import json
 import os
 import sys
@@ -22,21 +23,26 @@ def studies(names=NAMES):
     return [Study(name=name, subject="5") for name in names]
 
 
+def listening():
+    """Addresses at which this process and those under it wait for others."""
+    found = []
+    for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
+        with contextlib.suppress(psutil.Error):
+            sockets = process.net_connections("inet")
+            found += [each.laddr for each in sockets if each.status == psutil.CONN_LISTEN]
+    return found
+
+
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """One cohort of all that can happen, with two workers: outcomes, folder, what was told, and
     the addresses at which it listened."""
     folder = tmp_path_factory.mktemp("cohort")
-    states, listened = [], set()
+    states, listened, before = [], set(), set(listening())
 
     def tell(state):
         states.append(state)
-        for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
-            try:
-                sockets = process.net_connections("inet")
-            except psutil.Error:
-                continue
-            listened.update(each.laddr.ip for each in sockets if each.status == psutil.CONN_LISTEN)
+        listened.update(each.ip for each in listening() if each not in before)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
