@@ -355,7 +355,7 @@ def _fingerprint_seconds(work: Path) -> float:
 
 def _plan(processor: float, sizes: dict[str, float]) -> list[str]:
     """What limits 10,000 studies, in words with the figures."""
-    most = STUDY_SECONDS / processor
+    most = float(f"{STUDY_SECONDS / processor:.2g}")
     summaries = PLANNED * sizes["summary"] / 1e6
     metrics = PLANNED * sizes["metrics"] / 1e9
     return [
