@@ -7,13 +7,14 @@
 500000
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     ValidationError,
@@ -55,8 +56,8 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_vanishi
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Phase = Annotated[float, Field(ge=0, lt=1)]
-Samples = Annotated[int, Field(ge=0, le=10**12)]
-"""Of a training; at 10,000 a second 10**12 take three years."""
+LARGEST_TRAINING = 10**12
+"""Samples; at 10,000 a second they take three years."""
 Rate = Annotated[float, Field(gt=0, le=1)]
 LogDeviation = Annotated[float, Field(ge=-10, le=2)]
 """Logarithm of an action's standard deviation: beyond, actions are all but certain, or all but
@@ -281,18 +282,37 @@ class RandomisationSettings(Section):
     regression has an error of about 1 cm)."""
 
 
+def _samples_or_auto(value: Any) -> Any:
+    if value == "auto" or (isinstance(value, int) and 1 <= value <= LARGEST_TRAINING):
+        return value
+    raise ValueError(
+        f"give a number of samples from 1 to {LARGEST_TRAINING:.0e}, or auto, but it is {value!r}. "
+        "The default is 'auto'"
+    )
+
+
+CountOfSamples = Annotated[int | Literal["auto"], BeforeValidator(_samples_or_auto)]
+
+Start = Literal["scratch", "general", "policy", "range"]
+"""What a training starts from: nothing; the general policy, for one person or for a person's range
+of speeds; another policy of this body, as each further round of Algorithm 1 does."""
+
+SAMPLES_FROM: Final[Mapping[Start, int]] = {
+    "scratch": 4_000_000,
+    "general": 500_000,
+    "policy": 800_000,
+    "range": 2_000_000,
+}
+"""Environment steps that a training needs, by its start, where `training.samples` is `auto`
+(docs/learning.md)."""
+
+
 class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
-    samples: Annotated[Samples, Field(ge=1)] = 4_000_000
-    """Environment steps of the first training."""
-    transfer_samples: Samples = 500_000
-    """Environment steps of the first training when it starts from the general policy."""
-    range_samples: Samples = 2_000_000
-    """Environment steps of the training of one policy for several speeds (`predict`), when it
-    starts from the general policy."""
-    refinement_samples: Samples = 800_000
-    """Environment steps of a warm start, and of each further round of Algorithm 1."""
+    samples: CountOfSamples = "auto"
+    """Environment steps of every training of the run, whatever it starts from. `auto`: what a
+    training with this start needs, see `SAMPLES_FROM`."""
     workers: int = Field(2, ge=1, le=1024)
     """Processes; each runs its share of the environments, in groups of eight: more processes than
     environments / 8 are not started."""
@@ -330,9 +350,13 @@ class TrainingSettings(Section):
     """Where the network learns; the environments run on the CPU. `auto`: CUDA if an update takes
     less time there. CUDA rounds differently from the CPU, and walking amplifies rounding errors, so
     with `cuda`, or with `auto` on a machine with CUDA, the same seed gives another policy."""
-    checkpoint_samples: Annotated[Samples, Field(ge=1)] = 200_000
+    checkpoint_samples: int = Field(200_000, ge=1, le=LARGEST_TRAINING)
     """Samples between checkpoints, in whole rollouts; a kill loses no more. All episodes restart at
     each checkpoint, so that a training resumed from it gives the same policy bit for bit."""
+
+    def samples_from(self, start: Start) -> int:
+        """Environment steps of a training with this start."""
+        return SAMPLES_FROM[start] if self.samples == "auto" else self.samples
 
 
 class IdentificationSettings(Section):
@@ -442,11 +466,15 @@ class PushSettings(Section):
     largest: float = Field(1200.0, gt=0, le=10_000)
     """Largest push tested, N."""
     force: float = Field(300.0, gt=0, le=10_000)
-    """The push that must be survived in every direction within 90 degrees of straight ahead, N;
+    """The push that must be survived in the directions within 90 degrees of straight ahead, N;
     convention, within the paper's 0-800 N."""
     cycles: float = Field(5.0, gt=0, le=1000)
     """Gait cycles without a fall after which a push counts as survived; convention: by then a
     walker that recovers walks as before."""
+    required_directions: int = Field(25, ge=1, le=360)
+    """Directions, evenly spaced from 90 degrees right to 90 degrees left of straight ahead, of the
+    push that must be survived: one of 25 is 4 %, so that a limit of 80 % is five pushes from the
+    best, and no single push decides it."""
 
 
 class ProcessingSettings(Section):
@@ -565,6 +593,14 @@ def _setting(text: str) -> dict[str, Any]:
     return parsed
 
 
+NO_LONGER: Final[Mapping[str, str]] = dict.fromkeys(
+    ("training.transfer_samples", "training.refinement_samples", "training.range_samples"),
+    "no longer exists: training.samples is the number of samples whatever a training starts from. "
+    "Write that instead",
+)
+"""Settings of earlier versions, and what to write instead."""
+
+
 def _names(section: type[BaseModel]) -> str:
     return ", ".join(section.model_fields)
 
@@ -581,7 +617,8 @@ def _explain(error: ValidationError, origin: str) -> str:
                 annotation = known.model_fields[part].annotation
                 assert isinstance(annotation, type)
                 known = annotation
-            lines.append(f"{where}: unknown; the known ones are {_names(known)}.")
+            instead = NO_LONGER.get(where, f"unknown; the known ones are {_names(known)}")
+            lines.append(f"{where}: {instead}.")
         elif problem["type"] == "value_error":  # in our words, which say how to mend it
             lines.append(f"{where}: {problem['ctx']['error']}.".removeprefix(": "))
         elif any(

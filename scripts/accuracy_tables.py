@@ -502,10 +502,10 @@ def _feet_text(values: Sequence[float | None], digits: int) -> str:
 START_KINDS = {
     "scratch": "from nothing to report",
     "general": "from the policy of several people",
-    "warm": "from the person's own stored policy",
+    "policy": "from another policy of this body",
 }
 """What a run may start from, as in `times.json`."""
-MINUTES = {"scratch": (30.0, 45.0), "general": (5.0, 8.0), "warm": (5.0, 8.0)}
+MINUTES = {"scratch": (30.0, 45.0), "general": (5.0, 8.0), "policy": (5.0, 8.0)}
 """Goal and limit of the wall time on two processors, min; convention: short enough to wait for."""
 
 

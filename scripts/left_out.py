@@ -55,7 +55,7 @@ def studies(policies: dict[str, Path], work: Path) -> Path:
     """The folder of a cohort of all subjects, each from its policy."""
     rows = [f"{name},{policies[name].resolve()},{SAMPLES}" for name in BUILTIN]
     table = work / "left-out.csv"
-    write_text(table, "\n".join(["subject,policy,training.transfer_samples", *rows]) + "\n")
+    write_text(table, "\n".join(["subject,policy,training.samples", *rows]) + "\n")
     out = work / "studies"
     command = [sys.executable, "-m", "gaitval", "cohort", str(table), "--out", str(out)]
     subprocess.run(command, cwd=ROOT, check=True)

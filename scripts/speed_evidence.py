@@ -29,7 +29,7 @@ import evidence
 from marked_table import with_table
 
 from gaitval.artefacts import read_json
-from gaitval.configuration import Configuration
+from gaitval.configuration import SAMPLES_FROM
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "speed.md"
@@ -120,7 +120,7 @@ def study(folder: Path) -> list[evidence.Row]:
     found = run(folder, "--scratch", memory=True)
     write_stages("stages-nothing", folder, found)
     stages = read_json(folder / "provenance.json")["stages"]
-    rate = Configuration().training.samples / stages["train-1"]["seconds"]
+    rate = SAMPLES_FROM["scratch"] / stages["train-1"]["seconds"]
     what = f"from nothing to report, S05 ({found.kept} of {found.limits} limits kept)"
     about, minutes = f"{COMMAND} study", found.seconds / 60
     return [

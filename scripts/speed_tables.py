@@ -351,7 +351,7 @@ def trainings_table(reports: Path = REPORTS) -> list[str]:
     kinds = {
         "scratch": "nothing",
         "general": "the general policy",
-        "warm": "the person's own policy",
+        "policy": "another policy of this body",
     }
     lines = ["| starts from | samples | runs | s | samples/s |", "|---|---|---|---|---|"]
     for kind, title in kinds.items():

@@ -41,7 +41,7 @@ from gaitval.study.stages import (
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "untold"
 
-KINEMATICS = ("record.use=kinematics", "training.transfer_samples=1000000")
+KINEMATICS = ("record.use=kinematics", "training.samples=1000000")
 """The general policy has learned on such references of the ten, so half of the training does."""
 
 
@@ -89,7 +89,7 @@ def walked(run: Run) -> dict[str, Any]:
 
     perform(scale_stage(run))
     perform(reference_stage(run))
-    choose_start(run, scratch=False)
+    choose_start(run, train_stage(run, 1))
     perform(train_stage(run, 1))
     perform(identify_stage(run, 1))
     perform(evaluate_stage(run, 1))

@@ -161,7 +161,7 @@ HistoryOption = Annotated[
 ]
 RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
-    bool, typer.Option("--scratch", help="Train from nothing, without a stored policy.")
+    bool, typer.Option("--scratch", help="Train from nothing, and not from the general policy.")
 ]
 StartOption = Annotated[
     Path | None,
@@ -169,7 +169,7 @@ StartOption = Annotated[
         "--start",
         metavar="FOLDER",
         help="Train from the policy in this folder (policy.json, policy.safetensors): a general "
-        "one, or one of the same body. Not given: from a stored one.",
+        "one, or one of the same body. Not given: from the general one.",
         show_default=False,
     ),
 ]

@@ -129,7 +129,7 @@ def train(
     """Train a walking policy (PPO): rounds/1/policy.
 
     The longest stage. Interrupt it when you like: the same command resumes. It starts from
-    the stored policy of the same body where there is one, else from the general policy.
+    the general policy; the better of start and trained policy is handed on.
     """
     _stage(
         "train",
@@ -346,8 +346,8 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
 
 
 @command(
-    "gaitval subject 5               # from the stored policy: 2 minutes",
-    "gaitval subject 5 --scratch     # from nothing: 4 minutes",
+    "gaitval subject 5               # from the general policy",
+    "gaitval subject 5 --scratch     # from nothing",
     "gaitval subject my_patient.toml --start my_walkers   # from another policy",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --use kinematics   # told angles only; moments and forces are predicted",

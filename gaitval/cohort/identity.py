@@ -15,7 +15,7 @@ from gaitval.cohort.table import Study
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ConfigurationError
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.run import general_policy, stored_baseline
+from gaitval.study.run import general_policy
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer
 
@@ -105,9 +105,6 @@ def _policies(study: Study) -> list[str]:
     if study.policy is not None:
         return [_hash_of(Path(study.policy) / name) for name in POLICY_FILES]
     folders = [general_policy()] if study.start != "scratch" else []
-    if study.start == "stored" and study.subject is not None:
-        own = stored_baseline(Path("nowhere"), _known(study.subject)[0])
-        folders.append(None if own is None else own / "policy")
     return [file_hash(each / name) for each in folders if each for name in POLICY_FILES]
 
 

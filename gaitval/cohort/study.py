@@ -81,7 +81,6 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
         run_subject(
             opened,
             scratch=study.start == "scratch",
-            general=study.start == "general",
             start=None if study.policy is None else Path(study.policy),
         )
     return summary_of(read_json(folder / "metrics.json"), subject)

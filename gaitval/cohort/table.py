@@ -16,7 +16,7 @@ A column with a dot in its name is a setting, `section.key`. In TOML the same is
     subject = "S01"
     trial = "T03"
     seeds = [0, 1, 2]             # a study for each
-    start = "general"             # or, of a folder: policy = "../my_walkers"
+    start = "scratch"             # or, of a folder: policy = "../my_walkers"
     settings.identification.method = "none"
 
     [[studies]]
@@ -40,7 +40,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gaitval.artefacts import read_toml, write_text
 from gaitval.errors import ConfigurationError
 
-Start = Literal["stored", "general", "scratch"]
+Start = Literal["general", "scratch"]
 
 RECORDING: Final = ("sex", "static", "trials", "forces", "mass", "height", "age")
 """Columns of a CSV table that are those of a recording."""
@@ -71,8 +71,7 @@ class Study(BaseModel):
     recording : to import first: the options of a `session.batch.Person`, without its name.
     virtual : to make first.
     trial : of the subject that the study is of; its own if empty.
-    start : what the first training starts from: the stored policy of this body where there is one
-        (else the general one), the general one, or nothing.
+    start : what the first training starts from: the general policy, or nothing.
     policy : folder of another policy that it starts from.
     config : file of settings, or the name of a built-in one.
     settings : "section.key=value", as for `--set`.
@@ -85,7 +84,7 @@ class Study(BaseModel):
     recording: dict[str, Any] | None = None
     virtual: Virtual | None = None
     trial: str = ""
-    start: Start = "stored"
+    start: Start = "general"
     policy: str | None = None
     config: str | None = None
     settings: tuple[str, ...] = ()

@@ -104,7 +104,7 @@ def run_study(
     """Run the main job, as `gaitval subject` does: from the recorded gait to the report.
 
     Stages that are up to date are skipped, and an interrupted training resumes, so that the same
-    call may be made again. Minutes from a stored policy, more from nothing.
+    call may be made again. Minutes from the general policy, more from nothing.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def run_study(
     out : run folder; `reports/IDENTIFIER` when not given.
     config : TOML file of settings, or the name of a built-in one, as for `--config`.
     settings : "section.key=value", as for `--set`.
-    scratch : train from nothing even where there is a stored policy for this body.
+    scratch : train from nothing, and not from the general policy.
     force : run every stage, up to date or not.
     observer : hears what the stages do; silent when not given.
 

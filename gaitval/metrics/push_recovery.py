@@ -269,20 +269,21 @@ def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push])
     return [PushTrial(policy, mu, push, settling, cycles) for push in pushes]
 
 
-def _forward_half(settings: PushSettings) -> tuple[float, ...]:
-    """The directions, rad, that are within 90 degrees of straight ahead."""
-    directions = evenly_spaced(settings.directions)
-    return tuple(each for each in directions if abs(each) <= 0.5 * math.pi + 1e-9)
+def required_directions(settings: PushSettings) -> tuple[float, ...]:
+    """The directions, rad, of the pushes that must be survived: from 90° right to 90° left of
+    straight ahead; a single one is straight ahead.
+    """
+    count = settings.required_directions
+    ends = (-0.5 * math.pi, 0.5 * math.pi) if count > 1 else (0.0, 0.0)
+    return tuple(float(each) for each in np.linspace(*ends, count))
 
 
 def required_pushes(settings: PushSettings) -> list[Push]:
-    """The pushes that must be survived: at every phase, in all directions within 90° of straight
-    ahead.
-    """
+    """The pushes that must be survived, at every phase."""
     return [
         Push(phase, direction, settings.force)
         for phase in settings.phases
-        for direction in _forward_half(settings)
+        for direction in required_directions(settings)
     ]
 
 
@@ -380,7 +381,7 @@ def push_recovery(
         directions=directions,
         largest=largest,
         force=settings.force,
-        criterion_directions=_forward_half(settings),
+        criterion_directions=required_directions(settings),
         survived=np.reshape(stood, (len(settings.phases), -1)),
     )
     return recovery, traces

@@ -14,6 +14,7 @@ from gaitval.artefacts import (
 )
 
 if TYPE_CHECKING:
+    from gaitval.configuration import Start
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
@@ -23,12 +24,12 @@ POLICY_FILES = ("policy.safetensors", "policy.json")
 """A stored policy: its weights, and everything else about it."""
 
 
-def start_kind(folder: Path) -> str:
-    """What round 1 of a run starts from: `scratch`, or `general` or `warm`, this body's own."""
+def start_kind(folder: Path) -> "Start":
+    """What the first training of a run starts from."""
     about = folder / "start" / POLICY_FILES[1]
     if not about.exists():
         return "scratch"
-    return "general" if read_json(about).get("general") else "warm"
+    return "general" if read_json(about).get("general") else "policy"
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
@@ -49,6 +50,8 @@ IDENTIFIED = "identified.npz"
 """The reference motion of the identified body."""
 WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
+GAIN = "gain.json"
+"""Beside a policy: what its training gave (`metrics.learning_gain`)."""
 UNFINISHED = {name: f"unfinished/{name}" for name in ("correct", "simulate", "push")}
 """Where an unfinished stage keeps the walks that it has done."""
 WALKS = "rollouts/walks.json"

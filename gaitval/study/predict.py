@@ -15,6 +15,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ConfigurationError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
+    GAIN,
     POLICY_FILES,
     ROLLOUTS,
     UNFINISHED,
@@ -26,14 +27,16 @@ from gaitval.study.inputs import (
     stored_policy,
     walking_task,
 )
-from gaitval.study.run import choose_general_start
+from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
-    LEARNING_SECTIONS,
     SIMULATION_SECTIONS,
+    hand_on,
+    learning_values,
     reference_stage,
     scale_stage,
 )
+from gaitval.study.unread import say_unread
 
 SPEEDS: Final = 6
 """Speeds that the policy of a range learns at."""
@@ -92,42 +95,45 @@ def train_range_stage(run: Run) -> Stage:
     training = run.configuration.training
 
     def train() -> None:
-        from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
-        first, *rest = (range_task(run, name) for name in _references(speeds))
+        first, *rest = tasks = [range_task(run, name) for name in _references(speeds)]
+        before = start_policy(run, start) if earlier else None
         policy = train(
             first,
             run.folder / "policy",
             also=rest,
-            samples=training.range_samples if earlier else training.samples,
-            start=start_policy(run, start) if earlier else None,
+            samples=training.samples_from("range" if earlier else "scratch"),
+            start=before,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
-        save_policy(policy, run.folder / "policy")
+        hand_on(tasks, before, policy, run, "policy")
 
     return Stage(
         "train-range",
         train,
         inputs=("model.urdf", *_references(speeds), *earlier),
-        outputs=tuple(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
-        values=run.sections(*LEARNING_SECTIONS, "training"),
+        outputs=tuple(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
+        values=learning_values(run),
         workspace="policy",
     )
 
 
 def run_range(run: Run, *, force: bool = False) -> None:
     """The policy of a person's range."""
+    stages = (reference_stage(run), train_range_stage(run), predicted_correction_stage(run))
+    walks = (predicted_walk_stage(run), compare_stage(run))
+    say_unread(run, (*stages, *walks), "general", ("correction.rounds",))
     run_stage(scale_stage(run), run.folder, force=force, observer=run.observer)
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
-    choose_general_start(run, train_range_stage(run))
+    choose_start(run, train_range_stage(run))
     run_stage(train_range_stage(run), run.folder, force=force, observer=run.observer)
 
 
 def adopt_stage(run: Run, source: Path) -> Stage:
     """The policy of the range, for a prediction's folder."""
-    names = (*POLICY_FILES, "training.csv")
+    names = (*POLICY_FILES, "training.csv", GAIN)
 
     def adopt() -> None:
         copy_files(source / "policy", run.folder / "policy", names)

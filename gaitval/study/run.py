@@ -11,13 +11,12 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 """
 
 import shutil
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from gaitval.configuration import EnvironmentSettings, RecordSettings
+from gaitval.configuration import EnvironmentSettings, Start
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import beside, keeping_workers, ready_to_start
 from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
@@ -27,6 +26,7 @@ from gaitval.study.stage import (
     Stage,
     begin_stage,
     end_stage,
+    perform,
     run_stage,
     why_run,
 )
@@ -46,6 +46,7 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
+from gaitval.study.unread import say_unread
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -111,31 +112,36 @@ def general_walker(environment: EnvironmentSettings) -> "Policy":
     return load_start(folder, environment)
 
 
-def choose_start(run: Run, *, scratch: bool) -> None:
-    """Put the policy that round 1 starts from into `start/`: the stored one of this body if there
-    is one, else the general one; none with `scratch`.
+def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
+    """Put the general policy, which any training starts from, into `start/`; nothing with
+    `scratch`, or where the general policy has another observation or size.
 
     A training that is finished or under way keeps its start, so that a later call resumes or skips
-    it, instead of training again from a baseline that has since been rewritten.
+    it.
+
+    Parameters
+    ----------
+    stage : the training.
     """
     start = run.folder / "start"
-    if not scratch and why_run(train_stage(run, 1), run.folder) in (None, INTERRUPTED):
+    if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
         return
     shutil.rmtree(start, ignore_errors=True)
+    general = general_policy()
     if scratch:
         return
-    baseline = stored_baseline(run.folder, run.subject.identifier)
-    # A stored policy was told all that is recorded.
-    told_all = run.configuration.record == RecordSettings()
-    stored = [baseline / "policy"] if baseline and told_all else []
-    _start_from(run, stored)
-
-
-def choose_general_start(run: Run, stage: Stage) -> None:
-    """Put the general policy into `start/`, unless this training has begun with one."""
-    if why_run(stage, run.folder) not in (None, INTERRUPTED):
-        shutil.rmtree(run.folder / "start", ignore_errors=True)
-        _start_from(run, [])
+    if general is None:
+        run.observer.say("There is no general policy to start from: training from nothing.")
+        return
+    try:
+        start_policy(run, general)
+    except PolicyError as error:
+        run.observer.say(f"The general policy cannot be used, so training from nothing: {error}")
+        return
+    copy_files(general, start, POLICY_FILES)
+    run.observer.say(
+        f"Training starts from the general policy in {general} (with --scratch it would not)."
+    )
 
 
 def start_from(run: Run, policy: Path) -> None:
@@ -155,23 +161,6 @@ def start_from(run: Run, policy: Path) -> None:
         shutil.rmtree(start, ignore_errors=True)
         copy_files(policy, start, POLICY_FILES)
     run.observer.say(f"Training starts from the policy in {policy}.")
-
-
-def _start_from(run: Run, stored: Sequence[Path]) -> None:
-    general = general_policy()
-    for source in (*stored, *([general] if general else [])):
-        try:
-            start_policy(run, source)
-        except PolicyError as error:
-            run.observer.say(f"A stored policy cannot be used: {error}")
-            continue
-        copy_files(source, run.folder / "start", POLICY_FILES)
-        kind = "general policy" if source == general else "stored policy of this body"
-        run.observer.say(
-            f"Training starts from the {kind} in {source} (with --scratch it would not)."
-        )
-        return
-    run.observer.say("There is no stored policy to start from: training from nothing.")
 
 
 def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
@@ -214,7 +203,7 @@ def run_one(
     name : `scale`, `reference`, `train`, `identify`, `correct`, `simulate`, `push`, `validate`
         or `report`.
     round_number : round of Algorithm 1, for `train` and `identify`.
-    scratch : for `train`: start from nothing even if there is a stored policy for this body.
+    scratch : for `train`: start from nothing, and not from the general policy.
     force : run it even if it is up to date.
 
     Raises
@@ -227,7 +216,7 @@ def run_one(
     for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
         if stage.name == wanted:
             if wanted == "train-1":
-                choose_start(run, scratch=scratch)
+                choose_start(run, stage, scratch=scratch)
                 stage = train_stage(run, 1)
             run_stage(stage, run.folder, force=force, observer=run.observer)
             reached = True
@@ -255,7 +244,6 @@ def run_subject(
     run: Run,
     *,
     scratch: bool = False,
-    general: bool = False,
     start: Path | None = None,
     force: bool = False,
 ) -> None:
@@ -263,9 +251,8 @@ def run_subject(
 
     Parameters
     ----------
-    scratch : train from nothing even if there is a stored policy for this body.
-    start : folder of the policy to train from, whatever is stored.
-    general : train from the general policy even if there is a stored policy for this body.
+    scratch : train from nothing, and not from the general policy.
+    start : folder of the policy to train from instead.
     force : run every stage, up to date or not.
 
     Raises
@@ -278,19 +265,19 @@ def run_subject(
             f"a training starts from nothing or from {start}. Give one of --scratch and --start."
         )
 
-    def perform(stage: Stage) -> None:
+    def do(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
+    beginning: Start = "scratch" if scratch else "general"
+    say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
     if run.configuration.training.workers > 1:
         ready_to_start(*IN_WORKERS)  # beside the first stages
-    perform(scale_stage(run))
-    perform(reference_stage(run))
+    do(scale_stage(run))
+    do(reference_stage(run))
     if start is not None:
         start_from(run, start)
-    elif general and not scratch:
-        choose_general_start(run, train_stage(run, 1))
     else:
-        choose_start(run, scratch=scratch)
+        choose_start(run, train_stage(run, 1), scratch=scratch)
     rounds, done = 0, False
     with ExitStack() as kept:
         while not done:
@@ -298,17 +285,17 @@ def run_subject(
             kept.close()  # a training has workers of its own
             _train_and_identify(run, rounds, force=force)
             kept.enter_context(keeping_workers(run.configuration.training.workers))
-            perform(evaluate_stage(run, rounds))
+            do(evaluate_stage(run, rounds))
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
-        perform(choose_stage(run, rounds))
-        perform(correct_stage(run))
-        perform(simulate_stage(run))
-        perform(push_stage(run))
+        do(choose_stage(run, rounds))
+        do(correct_stage(run))
+        do(simulate_stage(run))
+        do(push_stage(run))
         kept.close()  # they have grown by their walkers
-        perform(validate_stage(run))
+        do(validate_stage(run))
         kept.enter_context(keeping_workers(run.configuration.training.workers))
-        perform(report_stage(run))
+        do(report_stage(run))
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
@@ -334,7 +321,7 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
 def _identify(folder: Path, subject: "Subject", configuration: "Configuration") -> float:
     """In another process: the stage's work; returns how long it took, s."""
     clock = monotonic()
-    identify_stage(Run(folder, subject, configuration), 1).run()
+    perform(identify_stage(Run(folder, subject, configuration), 1))
     return monotonic() - clock
 
 

@@ -234,6 +234,18 @@ def end_stage(begun: Begun, seconds: float) -> None:
             (folder / stage.workspace).parent.rmdir()
 
 
+def perform(stage: Stage) -> None:
+    """The work of a stage, with one thread of linear algebra: with several, sums are rounded
+    otherwise, so that a reference would depend on the machine's processors by 1e-8 rad, and all
+    that follows from it with them.
+    """
+    import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    with threadpool_limits(1, "blas"):
+        stage.run()
+
+
 def run_stage(
     stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
 ) -> bool:
@@ -249,7 +261,7 @@ def run_stage(
         return False
     observer.started(stage.name, begun.reason)
     clock = monotonic()
-    stage.run()
+    perform(stage)
     seconds = monotonic() - clock
     end_stage(begun, seconds)
     give_back_now()  # the next one has other needs

@@ -14,6 +14,7 @@ import numpy as np
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
+    GAIN,
     IDENTIFIED,
     POLICY_FILES,
     ROLLOUTS,
@@ -33,6 +34,7 @@ from gaitval.study.inputs import (
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
+    from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
@@ -95,11 +97,7 @@ def train_stage(run: Run, round_number: int) -> Stage:
     if round_number > 1:
         found = ("identification/identification.json", f"identification/{IDENTIFIED}")
         earlier += [f"{before}/{name}" for name in (*found, "epsilon.json")]
-    samples = {
-        "scratch": training.samples,
-        "general": training.transfer_samples,
-        "warm": training.refinement_samples,
-    }[start_kind(run.folder) if round_number == 1 else "warm"]
+    samples = training.samples_from(start_kind(run.folder) if round_number == 1 else "policy")
 
     def trained_task() -> "WalkingTask":
         """Later rounds train for the identified body, if the record supports it."""
@@ -109,27 +107,61 @@ def train_stage(run: Run, round_number: int) -> Stage:
         return identified_task(run, np.array(found["identified"]), f"{before}/identification")
 
     def train() -> None:
-        from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
+        task, before = trained_task(), start_policy(run, run.folder / start) if has_start else None
         policy = train(
-            trained_task(),
+            task,
             run.folder / here,
             samples=samples,
-            start=start_policy(run, run.folder / start) if has_start else None,
+            start=before,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
-        save_policy(policy, run.folder / here)
+        hand_on([task], before, policy, run, here)
 
     return Stage(
         f"train-{round_number}",
         train,
         inputs=("model.urdf", "reference.npz", *earlier),
-        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
-        values=run.sections(*LEARNING_SECTIONS, "training"),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
+        values=learning_values(run),
         workspace=here,
     )
+
+
+def learning_values(run: Run) -> dict[str, Any]:
+    """The settings that a training depends on."""
+    validation = run.configuration.validation
+    return {
+        **run.sections(*LEARNING_SECTIONS, "training"),
+        # of the walks on which start and trained policy are compared
+        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        "pushes": run.configuration.pushes.model_dump(
+            mode="json", include={"phases", "force", "cycles"}
+        ),
+    }
+
+
+def hand_on(
+    tasks: "Sequence[WalkingTask]",
+    start: "Policy | None",
+    trained: "Policy",
+    run: Run,
+    folder: str,
+) -> None:
+    """Store the better of start and trained policy, and what the training gave."""
+    from gaitval.metrics.learning_gain import handed_on, learning_gain
+    from gaitval.model.parameters import nominal_parameters
+    from gaitval.policy.storage import save_policy
+
+    found = tasks[0].reference_mu
+    mu = nominal_parameters() if found is None else found
+    samples = int(trained.about["samples"])
+    gain = learning_gain(tasks, start, trained, mu, samples=samples)
+    run.observer.say(gain.in_words())
+    write_json(run.folder / folder / GAIN, gain.as_dict())
+    save_policy(handed_on(gain, start, trained), run.folder / folder)
 
 
 def identify_stage(run: Run, round_number: int) -> Stage:
@@ -146,8 +178,6 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         del values["identification"][name]
 
     def identify() -> None:
-        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
-
         from gaitval.identification.identify import identify
         from gaitval.identification.prior import prior_sd
         from gaitval.metrics.results import FoundParameters
@@ -158,20 +188,18 @@ def identify_stage(run: Run, round_number: int) -> Stage:
             copy_files(run.folder / before, run.folder / here, names)
             return
         told, model = run.told(), read_urdf(run.folder / "model.urdf")
-        # With several threads, sums round otherwise; a second one gains next to nothing here.
-        with threadpool_limits(1, "blas"):
-            found = identify(
-                told.record,
-                model,
-                prior_sd(run.subject),
-                run.configuration,
-                run.folder / here,
-                kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
-                on_progress=run.observer.progress,
-            )
-            result = FoundParameters(**found.as_dict())
-            write_json(run.folder / here / "identification.json", result.as_dict())
-            save_identified_reference(run, run.folder / here)
+        found = identify(
+            told.record,
+            model,
+            prior_sd(run.subject),
+            run.configuration,
+            run.folder / here,
+            kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
+            on_progress=run.observer.progress,
+        )
+        result = FoundParameters(**found.as_dict())
+        write_json(run.folder / here / "identification.json", result.as_dict())
+        save_identified_reference(run, run.folder / here)
 
     return Stage(
         f"identify-{round_number}",
@@ -280,7 +308,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
         best = min(numbers, key=lambda number: round_epsilon(run, number))
         source = run.folder / f"rounds/{best}"
-        copy_files(source / "policy", run.folder / "policy", POLICY_FILES)
+        copy_files(source / "policy", run.folder / "policy", (*POLICY_FILES, GAIN))
         _join_logs(
             [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
             run.folder / "policy" / "training.csv",
@@ -318,7 +346,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
                 f"rounds/{number}/{name}"
                 for number in numbers
                 for name in (
-                    *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
+                    *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
                     "identification/identification.json",
                     f"identification/{IDENTIFIED}",
                     "epsilon.json",
@@ -326,7 +354,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             ),
         ),
         outputs=(
-            *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv")),
+            *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
             "identification.json",
             IDENTIFIED,
         ),

@@ -32,8 +32,6 @@ from gaitval.study.stages import (
 NAN = float("nan")
 SETTINGS = (
     *QUICK,
-    "training.transfer_samples=1024",
-    "training.range_samples=1024",
     "correction.rounds=1",
     "correction.harmonics=0",
     "identification.method=posterior",
@@ -118,7 +116,7 @@ def main_job(run: Run) -> None:
     """Every stage up to the comparison."""
     for stage in (scale_stage, reference_stage):
         run_stage(stage(run), run.folder)
-    choose_start(run, scratch=False)
+    choose_start(run, train_stage(run, 1))
     for stage in (train_stage, identify_stage, evaluate_stage):
         run_stage(stage(run, 1), run.folder)
     run_stage(choose_stage(run, 1), run.folder)

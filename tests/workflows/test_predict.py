@@ -13,7 +13,7 @@ from gaitval.cli import app as cli
 from gaitval.cli import display
 from gaitval.metrics.groups import group_rows
 
-SETTINGS = [*QUICK, "training.range_samples=1024"]
+SETTINGS = list(QUICK)
 
 
 def predict(out: Path, *arguments: str) -> str:

@@ -1,0 +1,68 @@
+"""Settings that were given to a run and that nothing in it reads."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from gaitval.configuration import Configuration, Start
+from gaitval.study.stage import Run, Stage
+
+PARTS: Final[Mapping[str, str]] = {"walks": "validation"}
+"""Sections of the configuration that stages depend on in part, by the name of that part."""
+
+BY_THE_REPORT: Final = "report"
+"""The section that the report reads from `configuration.toml`, and no stage names."""
+
+FROM_NOTHING: Final = ("initial_log_std", "exploration_hold", "difficulty_ramp")
+"""Settings of `training` that only a training from nothing reads: another begins with little
+exploration and the full randomisation."""
+FROM_A_POLICY: Final = ("warm_learning_rate_factor",)
+"""And one that only the others read."""
+
+
+def given(configuration: Configuration) -> list[tuple[str, str]]:
+    """Section and key of every setting that was given and is not what it is by default."""
+    default = Configuration()
+    return [
+        (section, key)
+        for section in sorted(configuration.model_fields_set - {"seed"})
+        for key in sorted(getattr(configuration, section).model_fields_set)
+        if getattr(getattr(configuration, section), key) != getattr(getattr(default, section), key)
+    ]
+
+
+def unread(
+    configuration: Configuration, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
+) -> Iterator[str]:
+    """What to say of each setting that was given and that none of the stages reads, with the
+    reason.
+
+    Parameters
+    ----------
+    start : what the training starts from.
+    besides : names, as `section.key`, that these stages depend on but do not read.
+    """
+    read: dict[str, set[str]] = {BY_THE_REPORT: set(type(configuration.report).model_fields)}
+    for stage in stages:
+        for name, values in stage.values.items():
+            if isinstance(values, Mapping):
+                read.setdefault(PARTS.get(name, name), set()).update(values)
+    for section, key in given(configuration):
+        name = f"{section}.{key}"
+        value: Any = getattr(getattr(configuration, section), key)
+        if section == "training" and key in FROM_NOTHING and start != "scratch":
+            why = "only a training from nothing does (--scratch)"
+        elif section == "training" and key in FROM_A_POLICY and start == "scratch":
+            why = "only a training that starts from a policy does"
+        elif name in besides or key not in read.get(section, ()):
+            why = "it is for other commands"
+        else:
+            continue
+        yield f"{name} = {value} has no effect: nothing in this run reads it, {why}."
+
+
+def say_unread(
+    run: Run, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
+) -> None:
+    """Name the settings without effect, at the start of a run."""
+    for line in unread(run.configuration, stages, start, besides):
+        run.observer.say(line)
