@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from gaitval.metrics.regression import Row
     from gaitval.session.session import Import
 
+VERDICT_ROWS = 10
+"""Most rows at the end of a command; all are in metrics.json and the report."""
+
 PLAIN_SECONDS = 30.0
 """Time between lines of progress if the output is not a terminal."""
 
@@ -183,26 +186,79 @@ def _short(cell: str) -> str:
         return cell
 
 
+def print_verdict(metrics: Mapping[str, Any]) -> None:
+    """How a command ends: the verdict in a sentence, and what failed, each limit once with its
+    worst value and what to do: at most `VERDICT_ROWS` rows, acceptance before context.
+    """
+    from gaitval.metrics.verdicts import failed_limits, limit_results, sentence, target_text
+
+    plain(f"\n{sentence(metrics)}")
+    failed = failed_limits(metrics)
+    shown = failed or limit_results(metrics, "acceptance")
+    for each in shown[:VERDICT_ROWS]:
+        where = target_text(each.worst["target"])
+        said = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
+        plain(
+            f"  {each.first['role']:<11}{each.first['title']}: {each.value_text()}"
+            + (f" ({where})" if where else "")
+            + f", limit {each.limit_text()}, {said}"
+            + ("" if each.passed else f". {each.remedy}")
+        )
+    if len(shown) > VERDICT_ROWS:
+        more = len(shown) - VERDICT_ROWS
+        plain(f"  and {more} more, in the report and `gaitval validate SUBJECT --all`")
+
+
 def print_tolerances(metrics: Mapping[str, Any]) -> None:
-    """Verdicts of `metrics.json`, those that failed in red."""
-    table = Table(title=f"{metrics['subject']['identifier']}: accuracy against the record")
-    for name in ("measure", "of", "value", "limit", "goal", "unit", "status", "verdict"):
+    """Every verdict of `metrics.json`, one row a limit and target, those that failed in red."""
+    from gaitval.metrics.verdicts import bound_text, target_text, value_text
+
+    table = Table(title=f"{metrics['subject']['identifier']}: every limit and value")
+    for name in ("limit", "of", "value", "limit is", "goal", "role", "status", "verdict"):
         table.add_column(name)
     for row in metrics["tolerances"]:
-        value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
-        limit = f"{row['limit'].replace('_', ' ')} {row['tolerance']:g}"
         verdict = "goal" if row["reached"] else "pass" if row["passed"] else "[red]fail[/]"
         table.add_row(
-            row["measure"],
-            row["target"],
-            value,
-            limit,
-            "" if row["goal"] is None else f"{row['goal']:g}",
-            row["unit"],
+            row["title"],
+            target_text(row["target"]),
+            value_text(row),
+            bound_text(row, row["tolerance"]),
+            bound_text(row, row["goal"]),
+            row["role"],
             row["status"],
             verdict,
         )
     output.print(table)
+
+
+def print_distances(metrics: Mapping[str, Any]) -> None:
+    """Where nothing was recorded: the walk's distance from its prediction, beside how wrong the
+    predictions of held-out trials are.
+    """
+    from gaitval.metrics.groups import group_rows
+
+    errors = metrics.get("prediction_errors")
+    held_out = {} if errors is None else {row["group"]: row for row in errors["groups"]}
+    table = Table(title=f"{metrics['subject']['identifier']}: distance from the prediction")
+    for name in ("mean RMSE", "walk from prediction", "prediction from held-out trials", "unit"):
+        table.add_column(name)
+    for row in group_rows(metrics):
+        known = held_out.get(row.group)
+        spread = "" if known is None or known["sd"] is None else f" ± {known['sd']:.2g}"
+        table.add_row(
+            row.group,
+            "fell" if row.walked is None else f"{row.walked:.3g}",
+            "not known" if known is None else f"{known['mean']:.3g}{spread}",
+            row.unit,
+        )
+    output.print(table)
+    if errors is not None:
+        whose = "of this person" if errors["own"] else f"of {errors['people']} other people"
+        output.print(
+            f"The uncertainty of the prediction is that of {errors['trials']} recorded trials "
+            f"{whose}, each predicted from the same person's others.",
+            markup=False, highlight=False, soft_wrap=True,
+        )  # fmt: skip
 
 
 def print_groups(metrics: Mapping[str, Any]) -> None:
@@ -216,7 +272,9 @@ def print_groups(metrics: Mapping[str, Any]) -> None:
         table.add_column(name)
     for row in rows:
         cells = [
-            f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
+            f"not recorded: {row.origin}"
+            if guess is None
+            else f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
             for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)
         ]
         walked = "fell" if row.walked is None else f"{row.walked:.3g} {row.unit}"

@@ -210,28 +210,33 @@ def push(
     display.print_pushes(read_json(folder / "push.json")["recovery"])
 
 
-@command("gaitval validate 5")
+@command("gaitval validate 5", "gaitval validate 5 --all")
 def validate(
     subject: SubjectArgument,
     out: OutOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
     force: ForceOption = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Also print every limit with every value it was put to.")
+    ] = False,
 ) -> None:
     """Compare the walks with the record and the limits: metrics.json.
 
-    Prints what passed and what failed. Exit code 1 if a limit that decides the verdict fails. To
+    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails. To
     check a policy against its earlier accuracy, use `gaitval check`.
     """
     folder = _stage("validate", subject, out, config, settings, force)
     metrics = read_json(folder / "metrics.json")
-    display.print_tolerances(metrics)
+    if every:
+        display.print_tolerances(metrics)
+    display.print_verdict(metrics)
     refused = metrics["summary"]["refused"]
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics['summary']['accepted']} acceptance limits failed "
-            f"(table above). All errors are in {folder / 'metrics.json'}; `gaitval report` shows "
-            "the curves."
+            f"{refused} of {refused + metrics['summary']['accepted']} values miss their acceptance "
+            f"limit (rows above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
+            "shows the curves."
         )
 
 
@@ -319,11 +324,9 @@ def predict(
     if record.holdout:
         display.print_groups(metrics)
     else:
-        display.output.print(
-            "Nothing was recorded at this speed: the walk is compared with what it was asked to be."
-        )
-    display.print_tolerances(metrics)
+        display.print_distances(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+    display.print_verdict(metrics)
 
 
 def _wanted(speed: float | None, holdout: str | None) -> list[str]:
@@ -383,9 +386,9 @@ def subject_command(
     with _opened(subject, out, config, settings, keep_settings=False) as run:
         run_subject(run, scratch=scratch, start=start, force=force)
     metrics = read_json(run.folder / "metrics.json")
-    display.print_tolerances(metrics)
     display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+    display.print_verdict(metrics)
 
 
 @command("gaitval baseline 5")

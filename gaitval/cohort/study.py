@@ -11,6 +11,7 @@ from gaitval.cohort.table import Study
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.groups import group_rows
+from gaitval.metrics.origin import is_judged
 from gaitval.model.parameters import PARAMETERS
 from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
@@ -93,13 +94,16 @@ def summary_of(metrics: Mapping[str, Any], subject: Subject) -> Json:
     -------
     dict
         `subject`: who walked (m, kg, m/s). `verdicts`: limits met and failed. `measures`: name,
-        target, unit and value, Gait Profile Scores among them. `groups`: mean RMSE of groups of
-        curves, and its skill against the first prediction without a model. `parameters`: mu with
+        target, unit and value, Gait Profile Scores among them, of what is compared with a record or
+        needs none. `groups`: mean RMSE of groups of curves, and its skill against the first
+        prediction without a model; of recorded groups. `parameters`: mu with
         its uncertainty and verdict. `epsilon`: of the final walk.
     """
     walk = metrics["walks"][metrics["final"]]
     groups = []
     for row in group_rows(metrics):
+        if not is_judged(row.origin):  # a distance from no record is no error
+            continue
         skills = list(row.skills().values())
         skill = skills[0] if skills else None
         groups.append({"group": row.group, "unit": row.unit, "rmse": row.walked, "skill": skill})
@@ -126,7 +130,11 @@ def summary_of(metrics: Mapping[str, Any], subject: Subject) -> Json:
             ],
         },
         "measures": [
-            *({name: row[name] for name in kept} for row in metrics["measures"]),
+            *(
+                {name: row[name] for name in kept}
+                for row in metrics["measures"]
+                if is_judged(row.get("origin"))
+            ),
             *_profile_scores(metrics.get("curve_statistics")),
         ],
         "groups": groups,
@@ -142,6 +150,7 @@ def _profile_scores(found: Mapping[str, Any] | None) -> list[Json]:
     return [
         {"measure": name, "target": "walk", "unit": "deg", "value": found["profiles"][of]["total"]}
         for name, of in zip(PROFILE_SCORES, ("walk", "record"), strict=True)
+        if found["profiles"][of] is not None
     ]
 
 

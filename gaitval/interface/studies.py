@@ -16,8 +16,10 @@ from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.interface.result import Result, of_kind, sourced_frame
 from gaitval.interface.subjects import FORCE, MOMENT, Subject, load_subject
+from gaitval.metrics.origin import is_recorded_at_all
 from gaitval.metrics.record_results import RecordedCurves
 from gaitval.metrics.results import MeanCurve, MeanCurves, Metrics, metrics_from
+from gaitval.metrics.verdicts import sentence
 from gaitval.reporting import report
 from gaitval.study.run import run_one, run_subject
 from gaitval.study.stage import RECORDS, Observer, open_run
@@ -41,10 +43,12 @@ class Study(Result):
     metrics: Metrics
 
     def title(self) -> str:
-        """Whose, and how many limits are met."""
-        counts = self.metrics.summary
+        """Whose, and how many limits are met, or that nothing was recorded to judge by."""
+        counts, name = self.metrics.summary, self.metrics.subject.identifier
         rows = counts.accepted + counts.refused
-        return f"Study of {self.metrics.subject.identifier}: {counts.accepted} of {rows} limits met"
+        if not is_recorded_at_all(self.metrics.as_dict()):
+            return f"Study of {name}: {sentence(self.metrics.as_dict())}"
+        return f"Study of {name}: {counts.accepted} of {rows} limits met"
 
     def summary(self) -> pd.DataFrame:
         """Each limit that decides the verdict, and how many of its measures meet it."""
@@ -68,9 +72,15 @@ class Study(Result):
         assert walk is not None
         sources = {
             f"walk of {name}": self._named(walk.curves),
-            f"the record of {name}": self._named(self.metrics.record.curves),
+            self._other_side(): self._named(self.metrics.record.curves),
         }
         return sourced_frame(sources)
+
+    def _other_side(self) -> str:
+        """What the walk's curves stand beside."""
+        name = self.metrics.subject.identifier
+        recorded = is_recorded_at_all(self.metrics.as_dict())
+        return f"the record of {name}" if recorded else f"the prediction for {name}"
 
     def _named(self, curves: RecordedCurves | MeanCurves) -> Iterator[tuple[str, str, Array]]:
         for kind, word in KINDS:

@@ -1,6 +1,6 @@
 """Stored policies, their walks, and how these compare with a record, from Python."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -10,8 +10,8 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json
-from gaitval.configuration import Configuration, load_configuration
-from gaitval.coordinates import ACTUATED, SIDES
+from gaitval.configuration import Configuration, RecordSettings, load_configuration
+from gaitval.coordinates import ACTUATED, SIDES, split_side
 from gaitval.errors import PolicyError, RecordError
 from gaitval.gait.record import LowPass
 from gaitval.interface.result import (
@@ -31,6 +31,7 @@ from gaitval.metrics.comparison import (
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.origin import Origin, curve_origin, is_judged, record_origins
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
@@ -179,6 +180,9 @@ class Comparison(Result):
     units : of each: deg, Nm/kg, % BW.
     walk, other : (n, 101) over each side's gait cycle.
     of, against : who walked, and what that is compared with.
+    origins : where the other curve comes from, one a name: "recorded", "mirrored" or "expected";
+        None where it is another walk. A difference from what was not recorded is a distance, not
+        an error.
     """
 
     names: tuple[str, ...]
@@ -187,10 +191,13 @@ class Comparison(Result):
     other: Array
     of: str
     against: str
+    origins: tuple[Origin | None, ...] = ()
 
     def title(self) -> str:
-        """What is compared."""
-        return f"Walk of {self.of} against {self.against}: RMSE"
+        """What is compared, and what of it is no error because it was not recorded."""
+        other = sorted({str(each) for each in self.origins if not is_judged(each)})
+        said = f"; {', '.join(other)} curves: distance, not an error" if other else ""
+        return f"Walk of {self.of} against {self.against}: RMSE{said}"
 
     def summary(self) -> pd.DataFrame:
         """RMSE of each quantity, by side."""
@@ -199,7 +206,18 @@ class Comparison(Result):
             for name, unit in zip(self.names, self.units, strict=True)
         )
         table = frame.pivot_table("value", ["quantity", "unit"], "side", sort=False)
-        return table.reset_index()[["quantity", "right", "left", "unit"]]
+        found = table.reset_index()[["quantity", "right", "left", "unit"]]
+        if all(map(is_judged, self.origins)):
+            return found
+        sides: dict[str, dict[str, str]] = {}
+        for name, origin in zip(self.names, self.origins, strict=True):
+            if not is_judged(origin):
+                side, quantity = split_side(name)
+                sides.setdefault(quantity, {})[side] = str(origin)
+        said = [sides.get(name, {}) for name in found["quantity"]]
+        return found.assign(
+            not_recorded=[", ".join(f"{side}: {why}" for side, why in e.items()) for e in said]
+        )
 
     def rmse(self, name: str) -> float:
         """Root mean square difference of one curve over the cycle, in its unit."""
@@ -354,13 +372,18 @@ def compare(
     settings = configuration or Configuration()
     frequency = settings.validation.filter_frequency
     filters = LowPass(frequency, frequency)
+    origins: tuple[Origin | None, ...]
     if isinstance(against, Subject):
         filters = low_pass_of(against.record(), frequency)
         other = named_curves(recorded_curves(against.record()))
         title = f"the record of {against.identifier}"
+        found = record_origins(against, RecordSettings())
+        kinds = asdict(recorded_curves(against.record()))
+        origins = tuple(curve_origin(kind, name, found) for kind in kinds for name in kinds[kind])
     else:
         other = _mean_curves(against, settings, filters)
         title = f"the walk of {against.walker}"
+        origins = (None,) * len(other)
     mine = _mean_curves(walk, settings, filters)
     return Comparison(
         names=tuple(name for name, _, _ in mine),
@@ -369,6 +392,7 @@ def compare(
         other=np.stack([values for _, _, values in other]),
         of=walk.walker,
         against=title,
+        origins=origins,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.comparison import Curves, recorded_curves, rms
+from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.recorded import by_kind
 from gaitval.prediction.population import (
     FEWEST_PEOPLE,
@@ -139,16 +140,29 @@ def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]
 
 
 def predicted_parts(
-    subject: Subject, others: Sequence[Subject], recorded: Mapping[str, Any]
+    subject: Subject,
+    others: Sequence[Subject],
+    recorded: Mapping[str, Any],
+    origins: Origins,
 ) -> list[dict[str, Any]]:
-    """The predictions' part of `metrics.json`, with their errors from the `recorded` curves."""
+    """The predictions' part of `metrics.json`, with their errors from the `recorded` curves: None
+    where a curve was not recorded, and no part at all where no curve was.
+    """
+
+    def error(kind: str, name: str, curve: Array) -> float | None:
+        if curve_origin(kind, name, origins) != "recorded":
+            return None
+        return rms(curve - recorded[kind][name])
+
+    if not any(curve_origin(k, n, origins) == "recorded" for k in recorded for n in recorded[k]):
+        return []
     return [
         {
             "name": each.name,
             "told": each.told,
             "people": each.people,
             "rmse": {
-                kind: {name: rms(curve - recorded[kind][name]) for name, curve in curves.items()}
+                kind: {name: error(kind, name, curve) for name, curve in curves.items()}
                 for kind, curves in by_kind(each.curves).items()
             },
         }

@@ -6,6 +6,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from gaitval.metrics.baselines import skill
+from gaitval.metrics.origin import Origin, curve_origin, furthest, origins_in
 
 GROUPS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
@@ -23,14 +24,17 @@ class GroupRow(NamedTuple):
     Attributes
     ----------
     walked : of the walk; None if it is too short.
-    guesses : by name of the prediction without a model.
+    guesses : by name of the prediction without a model; None where nothing was recorded.
+    origin : where what the walk is compared with comes from. If some curves of the group were
+        recorded, the means are over those.
     """
 
     group: str
     unit: str
     status: str
     walked: float | None
-    guesses: dict[str, float]
+    guesses: dict[str, float | None]
+    origin: Origin = "recorded"
 
     def skills(self) -> dict[str, float | None]:
         """Skill of the walk against each prediction."""
@@ -47,15 +51,20 @@ def group_curves(metrics: Mapping[str, Any]) -> dict[str, tuple[str, list[str], 
 
 def group_rows(metrics: Mapping[str, Any]) -> list[GroupRow]:
     """A row for every group, from `metrics.json`."""
-    errors = metrics["walks"][metrics["final"]]["errors"]
+    errors, origins = metrics["walks"][metrics["final"]]["errors"], origins_in(metrics)
     rows = []
-    for group, (kind, curves, unit) in group_curves(metrics).items():
+    for group, (kind, every, unit) in group_curves(metrics).items():
+        curves = [name for name in every if curve_origin(kind, name, origins) == "recorded"]
+        recorded, curves = bool(curves), curves or every
         found = [errors[kind][curve] for curve in curves]
         walked = None if None in found else float(np.mean([error["rmse"] for error in found]))
         guesses = {
             prediction["name"]: float(np.mean([prediction["rmse"][kind][c] for c in curves]))
+            if recorded
+            else None
             for prediction in metrics["predictions"]
         }
         status = "fitted" if metrics["told"][kind] else "predicted"
-        rows.append(GroupRow(group, unit, status, walked, guesses))
+        origin = furthest([curve_origin(kind, name, origins) for name in curves])
+        rows.append(GroupRow(group, unit, status, walked, guesses, origin))
     return rows

@@ -7,7 +7,9 @@ from pydantic import Field
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.joint_power import BURSTS, JOINTS
+from gaitval.metrics.origin import Origin
 from gaitval.metrics.typed import Count, Number, Positive, Result, Size, named
+from gaitval.prediction.told import QUANTITIES
 
 T = TypeVar("T")
 
@@ -95,6 +97,8 @@ class ConsistencyResult(Result):
     moment_asymmetry: MomentAsymmetry
 
 
+_QUANTITY, _QUANTITIES = named(QUANTITIES)
+
 _POWER, _POWERS = named(_sided(JOINTS))
 _BURST, _BURST_NAMES = named(_sided(tuple(BURSTS)))
 
@@ -155,10 +159,13 @@ class RecordResult(Result):
     spatiotemporal: RecordedFigures
     left_phase: Number
     consistency: ConsistencyResult
+    origins: Annotated[dict[Annotated[str, _QUANTITY], Sides[Origin]], *_QUANTITIES] | None = None
+    """Where each quantity of each side comes from. Only what was recorded judges a walk. A file
+    without it is from when only whole quantities could be missing: see `Metrics.recorded`."""
 
 
-class PredictionErrors(Kinds[Size]):
-    """RMSE by curve, in the units of the curves."""
+class PredictionErrors(Kinds[Size | None]):
+    """RMSE by curve, in the units of the curves; null where the curve was not recorded."""
 
 
 class PredictionResult(Result):

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
+from gaitval.metrics.origin import Origin, is_judged, measure_origin, origins_in
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
 
@@ -40,6 +41,8 @@ class Row:
     margin : how much may be lost.
     change : "lost" if it got worse by more than the margin or can no longer be measured, "improved"
         if it got better by more than the margin, else "kept".
+    origin : where what the walk is compared with comes from; a change of the distance from what was
+        not recorded is a change of the walk, not of its accuracy.
     """
 
     measure: str
@@ -49,6 +52,7 @@ class Row:
     current: float | None
     margin: float
     change: Outcome
+    origin: Origin | None = None
 
 
 def _change(baseline: float | None, current: float | None, margin: float, better: str) -> Outcome:
@@ -96,6 +100,7 @@ def compare(
     allowed: dict[str, Allowed] = {each.measure: each for each in load_registry().margin}
     allowed |= margins or {}
     before, now = _values(baseline), _values(current)
+    origins = origins_in(current)
     return [
         Row(
             measure=measure,
@@ -110,6 +115,7 @@ def compare(
                 allowed[measure].value,
                 allowed[measure].better,
             ),
+            origin=measure_origin(measure, target, origins),
         )
         for measure, target in dict.fromkeys([*before, *now])
         if measure not in leave_out
@@ -159,13 +165,18 @@ def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) ->
             f"{_text(row.current)} {row.unit} now, margin {row.margin:g} {row.unit}"
         )
         if row.change == "lost":
-            ElementTree.SubElement(case, "failure", message=text, type="accuracy")
+            ElementTree.SubElement(case, "failure", message=text, type=_kind(row))
         else:
             ElementTree.SubElement(case, "system-out").text = text
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
     write_text(path, ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n")
+
+
+def _kind(row: Row) -> str:
+    """What was lost: accuracy, where there is a record; else the walk is another."""
+    return "accuracy" if is_judged(row.origin) else "distance"
 
 
 def _text(value: float | None) -> str:

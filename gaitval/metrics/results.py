@@ -8,6 +8,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
+from gaitval.errors import ArtefactError
+from gaitval.metrics.origin import Origin
 from gaitval.metrics.record_results import (
     Curve,
     JointPowerResult,
@@ -237,6 +239,9 @@ class ComparedMeasure(MeasureResult):
     """A measured value of the final walk, and whether what it is compared with was told."""
 
     comparison: Status
+    origin: Origin | None = None
+    """Where what it is compared with comes from; null for what needs no record. Only what was
+    recorded judges: any other value is a distance, without verdict, goal or skill."""
 
 
 class VerdictResult(Result):
@@ -255,6 +260,8 @@ class VerdictResult(Result):
     citation: str
     locator: str
     note: str
+    remedy: str = ""
+    """What to do where it fails; empty in files from before it was told."""
     target: str
     value: Number | None
     tolerance: Number
@@ -443,6 +450,27 @@ class WitnessResult(Result):
     measures: list[MeasureResult]
 
 
+class HeldOutError(Result):
+    """Mean RMSE of a group of curves over the trials that were held out."""
+
+    group: str
+    unit: str
+    mean: Size
+    sd: Size | None
+    """Between the trials; null with one."""
+
+
+class HeldOutErrors(Result):
+    """How wrong gaitval's predictions of recorded trials are, see gaitval/metrics/held_out.py."""
+
+    trials: Count
+    people: Count
+    own: Flag
+    """Whether they are trials of this person; else of other people, because this one has too
+    few."""
+    groups: list[HeldOutError]
+
+
 class Provenance(Result):
     """Versions, and hashes of the compared files."""
 
@@ -477,6 +505,8 @@ class Metrics(Result):
     """Of the record, without a model; skill is told against the first."""
     unseen: list[UnseenResult]
     """The final walk against further trials at the same speed."""
+    prediction_errors: HeldOutErrors | None = None
+    """Of held-out trials, where nothing was recorded at the walk's speed."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""
@@ -516,7 +546,14 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
         "stored baseline.",
     )
-    return Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
+    found = Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
+    source = found.subject.source
+    if found.record.origins is None and (source.endswith(" predicted") or ", mirrored" in source):
+        raise ArtefactError(
+            f"{origin}: an earlier gaitval wrote it and judged the walk by what was not recorded "
+            f"({source}). Run the same command again, which judges only what was recorded."
+        )
+    return found
 
 
 def check_metrics(metrics: Any, origin: str) -> None:

@@ -15,9 +15,9 @@ import numpy as np
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.joint_power import JointPower, power_measures
+from gaitval.metrics.origin import is_judged, measure_origin, origins_in
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.rollouts import Endurance
-from gaitval.metrics.told_measures import is_recorded
 from gaitval.metrics.tolerances import UNITS, Measure
 from gaitval.metrics.unrecorded import NOTHING
 from gaitval.metrics.validation import (
@@ -54,6 +54,13 @@ def believe(metrics: Json, origin: str, *, fewer: bool = False) -> None:
     check_metrics(metrics, origin)
     _check_curves(metrics, origin)
     judged = {(row["measure"], row["target"]): row["value"] for row in metrics["tolerances"]}
+    origins = origins_in(metrics)
+    for kind, target in judged:
+        if not is_judged(measure_origin(kind, target, origins)):
+            raise ArtefactError(
+                f"{origin}: {kind} of {target} has a verdict, but what it is compared with was not "
+                f"recorded. {MEND}"
+            )
     found: dict[tuple[str, str], float] = {}
     for row in metrics["measures"]:
         name = f"{row['measure']} of {row['target']}"
@@ -76,11 +83,10 @@ def believe(metrics: Json, origin: str, *, fewer: bool = False) -> None:
             )
         found[place] = row["value"]
     for measure in _implied(metrics):
-        if not is_recorded(measure.measure, metrics["recorded"]):
-            continue
+        needed = is_judged(measure_origin(measure.measure, measure.target, origins))
         name = f"{measure.measure} of {measure.target}"
         stored = found.pop((measure.measure, measure.target), None)
-        if stored is None and fewer:
+        if stored is None and (fewer or not needed):
             continue
         if stored is None:
             raise ArtefactError(f"{origin}: {name} is missing from the measures. {MEND}")

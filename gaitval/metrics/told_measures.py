@@ -22,7 +22,7 @@ _READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
     "stance": ("reference",),
 }
 
-_OF_MEASURE: Final[Mapping[str, tuple[Quantity, ...]]] = {
+QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
     "angle_rmse": ("angles",),
     "angle_skill": ("angles",),
     "moment_rmse": ("moments",),
@@ -44,11 +44,6 @@ _OF_MEASURE: Final[Mapping[str, tuple[Quantity, ...]]] = {
 """Recorded quantities that a measure is compared with; the others have no record."""
 
 
-def is_recorded(measure: str, recorded: Collection[str]) -> bool:
-    """Whether all that a measure is compared with was recorded."""
-    return all(quantity in recorded for quantity in _OF_MEASURE.get(measure, ()))
-
-
 def uses(subject: Subject, configuration: Configuration) -> dict[str, list[str]]:
     """What reads each quantity of the compared record before the comparison; nothing reads what is
     not told.
@@ -66,7 +61,7 @@ def status(measure: str, told: Collection[str]) -> Status:
     ----------
     told : quantities of the compared record that the run was told.
     """
-    of = _OF_MEASURE.get(measure, ())
+    of = QUANTITIES_OF.get(measure, ())
     if not of:
         return "not compared"
     known = [quantity in told for quantity in of]

@@ -127,6 +127,7 @@ class Tolerance(_Entry):
     citation: Text
     locator: Text
     note: Text
+    remedy: Text
 
     @model_validator(mode="after")
     def _goal_is_the_stricter(self) -> "Tolerance":

@@ -10,8 +10,10 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.recorded import by_kind
 
 SAME_SPEED: Final = 0.03
@@ -47,28 +49,37 @@ def multiple_correlation(curves: Sequence[Array]) -> float | None:
 
 
 def unseen(subject: Subject, walked: Mapping[str, Any]) -> list[Json]:
-    """A row for every repetition of the subject's own trial, in the units of the curves.
+    """A row for every repetition of the subject's own trial, in the units of the curves; None where
+    a curve was not recorded.
 
     Parameters
     ----------
     walked : curves of the walk by kind and name, as in `metrics.json`.
     """
     own = by_kind(recorded_curves(subject.record())) if subject.has_kinetics else {}
-    return [] if not own else [_row(trial, own, walked) for trial in repetitions(subject)]
+    return [] if not own else [_row(subject, trial, own, walked) for trial in repetitions(subject)]
 
 
-def _row(trial: Subject, own: Mapping[str, Any], walked: Mapping[str, Any]) -> Json:
+def _row(
+    subject: Subject, trial: Subject, own: Mapping[str, Any], walked: Mapping[str, Any]
+) -> Json:
     row: Json = {"trial": trial.trial, "speed": trial.walking_speed_m_s}
+    here, there = (record_origins(each, RecordSettings()) for each in (subject, trial))
     row |= {"rmse": {}, "between": {}, "multiple_correlation": {}}
     for kind, curves in by_kind(recorded_curves(trial.record())).items():
+        shown = {name for name in curves if curve_origin(kind, name, there) == "recorded"}
+        both = {name for name in shown if curve_origin(kind, name, here) == "recorded"}
         pairs = {name: (own[kind][name], curve) for name, curve in curves.items()}
         means = {name: walked[kind][name]["mean"] for name in curves}
         row["rmse"][kind] = {
-            name: None if means[name] is None else rms(means[name] - curve)
+            name: None if means[name] is None or name not in shown else rms(means[name] - curve)
             for name, curve in curves.items()
         }
-        row["between"][kind] = {name: rms(here - there) for name, (here, there) in pairs.items()}
+        row["between"][kind] = {
+            name: rms(one - other) if name in both else None for name, (one, other) in pairs.items()
+        }
         row["multiple_correlation"][kind] = {
-            name: multiple_correlation(pair) for name, pair in pairs.items()
+            name: multiple_correlation(pair) if name in both else None
+            for name, pair in pairs.items()
         }
     return row

@@ -25,6 +25,13 @@ from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal,
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.joint_power import JointPower, joint_power, power_measures
+from gaitval.metrics.origin import (
+    SKILLS,
+    Origins,
+    is_judged,
+    measure_origin,
+    record_origins,
+)
 from gaitval.metrics.recorded import (
     CURVE_UNITS,
     by_kind,
@@ -34,7 +41,7 @@ from gaitval.metrics.recorded import (
 )
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
-from gaitval.metrics.told_measures import is_recorded, status, uses
+from gaitval.metrics.told_measures import status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.typed import tidy
@@ -46,7 +53,7 @@ from gaitval.metrics.whole_body import (
     whole_body_measures,
 )
 from gaitval.model.body import BodyModel
-from gaitval.prediction.told import quantities_recorded
+from gaitval.prediction.told import is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
@@ -135,16 +142,13 @@ def _compared(
 
 
 def skill_measures(errors: Json, guesses: Sequence[Json]) -> list[Measure]:
-    """Skill against the first prediction, of every curve."""
+    """Skill against the first prediction, of every curve that was recorded."""
     return [
-        Measure(
-            _SKILL[kind],
-            name,
-            skill(None if error is None else error["rmse"], prediction["rmse"][kind][name]),
-        )
+        Measure(_SKILL[kind], name, skill(None if error is None else error["rmse"], guess))
         for prediction in guesses[:1]
         for kind, each in errors.items()
         for name, error in each.items()
+        if (guess := prediction["rmse"][kind][name]) is not None
     ]
 
 
@@ -231,13 +235,14 @@ def _statistics(
     recorded: Json,
     model: BodyModel,
     configuration: Configuration,
+    origins: Origins,
 ) -> Json | None:
     """Statistics of the whole curves of a walk."""
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
     filters = low_pass_of(record, configuration.validation.filter_frequency)
     curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
     feet = foot_progression(rollout, cycles, model)
-    return walk_statistics(curves, feet, record, recorded["curves"])
+    return walk_statistics(curves, feet, record, recorded["curves"], origins)
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
@@ -310,16 +315,30 @@ def _verdict_row(verdict: Verdict) -> Json:
     }
 
 
-def _measure_rows(measures: Sequence[Measure], told: Mapping[str, Sequence[str]]) -> list[Json]:
-    """Measures with their unit, and whether what they are compared with was told."""
+def _judged(measures: Sequence[Measure], origins: Origins) -> list[Verdict]:
+    """The verdicts on what is compared with a record, or needs none."""
+    return evaluate(
+        [each for each in measures if is_judged(measure_origin(each.measure, each.target, origins))]
+    )
+
+
+def _measure_rows(
+    measures: Sequence[Measure], told: Mapping[str, Sequence[str]], origins: Origins
+) -> list[Json]:
+    """Measures with their unit, whether what they are compared with was told, and where that comes
+    from. Skill against a guess is only told where there is a record to be near to.
+    """
     known = [quantity for quantity, read_by in told.items() if read_by]
     return [
         {
             **asdict(each),
             "unit": UNITS[each.measure],
             "comparison": status(each.measure, known),
+            "origin": origin,
         }
         for each in measures
+        if is_judged(origin := measure_origin(each.measure, each.target, origins))
+        or each.measure not in SKILLS
     ]
 
 
@@ -358,10 +377,10 @@ def _method(
     }
 
 
-def _witness(walks: Rollouts, measures: Sequence[Measure]) -> Json:
+def _witness(walks: Rollouts, measures: Sequence[Measure], origins: Origins) -> Json:
     """What a walk in the second engine says about the walk that is validated."""
     (start,) = walks.starts
-    verdicts = evaluate([each for each in measures if each.measure not in ENDURANCE])
+    verdicts = _judged([each for each in measures if each.measure not in ENDURANCE], origins)
     counted = _summary(verdicts)
     return {
         "engine": f"MuJoCo {version('mujoco')}",
@@ -400,6 +419,7 @@ def validate(
     torque_shares: Shares | None = None,
     witness: Rollouts | None = None,
     centring: float | None = None,
+    prediction_errors: Mapping[str, Any] | None = None,
 ) -> Json:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
@@ -419,15 +439,18 @@ def validate(
     others, torque_shares : who predictions without a model are made from; of the validated rollout.
     witness : the compared rollout of that body in the second physics engine.
     centring : share of the policy's habit that was taken away, if not the configured one.
+    prediction_errors : of trials that were held out (`held_out.prediction_errors`), to stand beside
+        the distance from a prediction.
 
     Raises
     ------
     ArtefactError : the rollouts do not start from the configured phases.
     """
-    recorded = recorded_part(record, subject)
-    guesses = predicted_parts(subject, others, recorded["curves"])
+    origins = record_origins(subject, configuration.record)
+    recorded = {**recorded_part(record, subject), "origins": origins}
+    guesses = predicted_parts(subject, others, recorded["curves"], origins)
     told = uses(subject, configuration)
-    known = quantities_recorded(subject)
+    unrecorded_speed = is_unrecorded(configuration.record)
     final = "nominal" if identified is None else "identified"
     phases = configuration.validation.start_phases
     walks: Json = {"identified": None}
@@ -438,8 +461,7 @@ def validate(
             shared = (record, recorded, guesses, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
-    measures = [measure for measure in measures if is_recorded(measure.measure, known)]
-    verdicts = evaluate(measures)
+    verdicts = _judged(measures, origins)
     metrics: Json = tidy(
         {
             "schema_version": SCHEMA_VERSION,
@@ -452,21 +474,22 @@ def validate(
             "units": CURVE_UNITS,
             "method": _method(record, model, configuration, centring),
             "record": recorded,
-            "recorded": list(known),
+            "recorded": [] if unrecorded_speed else list(quantities_recorded(subject)),
             "told": told,
             "predictions": guesses,
-            "unseen": unseen(subject, walks[final]["curves"]),
+            "unseen": [] if unrecorded_speed else unseen(subject, walks[final]["curves"]),
+            "prediction_errors": prediction_errors,
             "walks": walks,
             "final": final,
-            "measures": _measure_rows(measures, told),
+            "measures": _measure_rows(measures, told, origins),
             "tolerances": [_verdict_row(verdict) for verdict in verdicts],
             "summary": _summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,
             "curve_statistics": _statistics(
-                (identified or nominal).compared, record, recorded, model, configuration
+                (identified or nominal).compared, record, recorded, model, configuration, origins
             ),
-            "witness": witness and _witness(witness, _walk(witness, *shared)[1]),
+            "witness": witness and _witness(witness, _walk(witness, *shared)[1], origins),
             "identification": identification,
             "correction": correction,
             "training": training,

@@ -31,6 +31,7 @@ from gaitval.metrics.gait_profile import (
     gait_profile,
     load_controls,
 )
+from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kinds
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import Count, Result, Size
@@ -61,14 +62,16 @@ class CurveStatistics(Result):
     """What is said of one curve, see gaitval/metrics/walk_statistics.py."""
 
     multiple_correlation: Share | None
-    """Of record and mean of the walk (Kadaba 1989); null where they differ more than they move."""
+    """Of record and mean of the walk (Kadaba 1989); null where they differ more than they move, and
+    where the curve was not recorded."""
     repeatability: Share | None
     """The same of the cycles of the walk."""
     threshold: Size | None
     """|t| above which the walk differs at `alpha`; null with too few cycles."""
     normal_threshold: Size | None
     """The same by random field theory, which takes the cycles for normal."""
-    p: Share
+    p: Share | None
+    """Null where the curve was not recorded: nothing is tested there."""
     regions: list[RegionResult]
 
 
@@ -85,14 +88,16 @@ class ProfilesResult(Result):
     """Of the record and of the walk, from the same variables."""
 
     variables: list[str]
-    record: ProfileResult
+    record: ProfileResult | None
+    """Null unless the angles of both sides were recorded."""
     walk: ProfileResult
 
 
 class BandShares(Result):
     """Shares of the cycle within `BAND` SD of healthy people's mean."""
 
-    record: Share
+    record: Share | None
+    """Null where the curve was not recorded."""
     walk: Share
 
 
@@ -137,6 +142,7 @@ def walk_statistics(
     progression: Mapping[str, Array],
     record: GaitRecord,
     recorded: Mapping[str, Any],
+    origins: Origins,
 ) -> dict[str, Any] | None:
     """The statistics of a walk's cycles, to be written as JSON; None with fewer than two cycles.
 
@@ -145,6 +151,7 @@ def walk_statistics(
     curves : of the walk, (n, 101) each.
     progression : of its feet, see `foot_progression`.
     recorded : curves of the record by kind and name, in their units.
+    origins : where they come from; nothing is tested against what was not recorded.
     """
     cycles = by_kind(curves)
     if min(len(curve) for kind in cycles.values() for curve in kind.values()) < 2:
@@ -152,6 +159,8 @@ def walk_statistics(
     found = {
         kind: {
             name: _of_curve(curve, recorded[kind][name], _tested(kind, name, curves, recorded))
+            if curve_origin(kind, name, origins) == "recorded"
+            else _untested(curve)
             for name, curve in each.items()
         }
         for kind, each in cycles.items()
@@ -164,8 +173,8 @@ def walk_statistics(
         "alpha": ALPHA,
         "permutations": PERMUTATIONS,
         "curves": found,
-        "profiles": _profiles(walked["angles"], progression, record),
-        "bands": _bands(walked, recorded),
+        "profiles": _profiles(walked["angles"], progression, record, origins),
+        "bands": _bands(walked, recorded, origins),
     }
 
 
@@ -191,8 +200,23 @@ def _of_curve(cycles: Array, expected: Array, where: Any) -> dict[str, Any]:
     }
 
 
+def _untested(cycles: Array) -> dict[str, Any]:
+    """What is said of a curve that was not recorded: how the walk repeats itself."""
+    return {
+        "multiple_correlation": None,
+        "repeatability": multiple_correlation(list(cycles)),
+        "threshold": None,
+        "normal_threshold": None,
+        "p": None,
+        "regions": [],
+    }
+
+
 def _profiles(
-    walked: Mapping[str, Array], progression: Mapping[str, Array], record: GaitRecord
+    walked: Mapping[str, Array],
+    progression: Mapping[str, Array],
+    record: GaitRecord,
+    origins: Origins,
 ) -> dict[str, Any]:
     phase, controls = np.linspace(0.0, 1.0, SAMPLES), load_controls().curves
     of_record = {name: np.degrees(curve(phase)) for name, curve in record.angles.items()}
@@ -200,9 +224,10 @@ def _profiles(
     both = {name: curve for name, curve in {**walked, **turned}.items() if name in of_record}
     variables = [name for name in PROFILE_ANGLES if f"{name}_r" in both and f"{name}_l" in both]
     same = {name: of_record[name] for name in both}
+    recorded = set(origins["angles"].values()) == {"recorded"}
     return {
         "variables": variables,
-        "record": _profile(gait_profile(same, controls)),
+        "record": _profile(gait_profile(same, controls)) if recorded else None,
         "walk": _profile(gait_profile(both, controls)),
     }
 
@@ -212,7 +237,9 @@ def _profile(found: GaitProfile) -> dict[str, Any]:
     return {"scores": found.scores, **sides, "total": found.total}
 
 
-def _bands(walked: Mapping[str, Any], recorded: Mapping[str, Any]) -> dict[str, Any]:
+def _bands(
+    walked: Mapping[str, Any], recorded: Mapping[str, Any], origins: Origins
+) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for kind, bands in healthy_bands().items():
         found[kind] = {}
@@ -221,6 +248,8 @@ def _bands(walked: Mapping[str, Any], recorded: Mapping[str, Any]) -> dict[str, 
                 key = f"{name}_{side}"
                 shares = {
                     which: float(np.mean(np.abs(curves[kind][key] - mean) <= BAND * spread))
+                    if which == "walk" or curve_origin(kind, key, origins) == "recorded"
+                    else None
                     for which, curves in (("record", recorded), ("walk", walked))
                 }
                 found[kind][key] = shares

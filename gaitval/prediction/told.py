@@ -88,6 +88,11 @@ def is_predicted(settings: RecordSettings) -> bool:
     return bool(settings.holdout) or settings.speed > 0.0
 
 
+def is_unrecorded(settings: RecordSettings) -> bool:
+    """Whether the walk is at a speed of which there is no record to compare it with."""
+    return settings.speed > 0.0 and not settings.holdout
+
+
 def told(
     subject: Subject,
     settings: RecordSettings,

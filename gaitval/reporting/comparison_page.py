@@ -14,6 +14,12 @@ from matplotlib.axes import Axes
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
+from gaitval.metrics.origin import (
+    is_judged,
+    is_recorded_at_all,
+    measure_origin,
+    origins_in,
+)
 from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.versions import StoredWalk, Versions, in_margins
@@ -97,6 +103,7 @@ def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
         "source": metrics["subject"]["source"],
         "told": "all" if len(known) == len(metrics["told"]) else ", ".join(known) or "nothing",
         "speed": metrics["record"]["spatiotemporal"]["walking_speed"],
+        "recorded": is_recorded_at_all(metrics),
         "accepted": metrics["summary"]["accepted"],
         "judged": metrics["summary"]["accepted"] + metrics["summary"]["refused"],
         "reached": metrics["summary"]["goals_reached"],
@@ -119,7 +126,7 @@ def _groups(walks: Sequence[StoredWalk], labels: Sequence[str]) -> Iterator[dict
             skills = list(row.skills().values())
             cells.append(
                 {
-                    "rmse": row.walked,
+                    "rmse": row.walked if is_judged(row.origin) else None,
                     "skill": skills[0] if skills else None,
                     "told": row.status == "fitted",
                     "digits": 3 if row.unit == "Nm/kg" else 2,
@@ -172,7 +179,8 @@ def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
     """The worst value of each measure over its targets; a dash if one was not measured."""
     found: dict[str, list[float | None]] = {}
     for row in walk.metrics["measures"]:
-        found.setdefault(row["measure"], []).append(row["value"])
+        if is_judged(row.get("origin")):
+            found.setdefault(row["measure"], []).append(row["value"])
     shown = {}
     for name, values in found.items():
         worst = max if better[name] == "lower" else min
@@ -351,17 +359,19 @@ def _measures_csv(
     lines: list[list[Any]] = [
         [
             *("walk", "subject", "measure", "target", "unit", "comparison", "value"),
-            *("before", "margin", "change"),
+            *("before", "margin", "change", "compared_with"),
         ]
     ]
     for walk, label in zip(walks, labels, strict=True):
         how = {(m["measure"], m["target"]): m["comparison"] for m in walk.metrics["measures"]}
+        origins = origins_in(walk.metrics)
         pair = pairs.get(id(walk))
         if pair is None:
             lines += [
                 [
                     *(label, walk.subject, row["measure"], row["target"], row["unit"]),
                     *(row["comparison"], row["value"], None, None, None),
+                    measure_origin(row["measure"], row["target"], origins),
                 ]
                 for row in walk.metrics["measures"]
             ]
@@ -370,7 +380,7 @@ def _measures_csv(
             [
                 *(label, walk.subject, row.measure, row.target, row.unit),
                 *(how.get((row.measure, row.target)), row.current, row.baseline, row.margin),
-                row.change,
+                *(row.change, measure_origin(row.measure, row.target, origins)),
             ]
             for row in pair.rows
         ]

@@ -18,6 +18,7 @@ import numpy as np
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import EVERY, momentum_residual
+from gaitval.metrics.origin import is_recorded_at_all
 from gaitval.reporting.facts import (
     METRICS,
     UNKNOWN,
@@ -212,7 +213,9 @@ def _validated(metrics: Json) -> Iterator[Fact]:
     yield read_fact(
         metrics,
         "/summary/accepted",
-        "Values within their tolerance",
+        "Values within their tolerance"
+        if is_recorded_at_all(metrics)
+        else "Values within limits that need no record (accuracy is not judged)",
         f"of {counts['accepted'] + counts['refused']}",
         note="The tolerances and their sources are in a table of their own.",
     )
@@ -242,9 +245,12 @@ def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
     """Mean skill of the curves of a kind, those that were told apart from the others."""
     rows = [row for row in metrics["measures"] if row["measure"] == name]
     if not rows:
-        yield Fact(
-            f"Skill of {what}", UNKNOWN, METRICS, "/measures", "There are too few other people."
+        why = (
+            "There are too few other people."
+            if is_recorded_at_all(metrics)
+            else "Nothing was recorded at this speed."
         )
+        yield Fact(f"Skill of {what}", UNKNOWN, METRICS, "/measures", why)
     for status in ("fitted", "predicted"):
         values = [row["value"] for row in rows if row["comparison"] == status]
         measured = [value for value in values if value is not None]
@@ -269,8 +275,14 @@ def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
             float(np.mean(errors)) if len(errors) == len(row["rmse"][kind]) else None,
             unit,
             note="Between the two recorded trials: "
-            f"{number(float(np.mean(list(row['between'][kind].values()))), 3)} {unit}.",
+            f"{number(_mean(row['between'][kind]), 3)} {unit}.",
         )
+
+
+def _mean(values: Mapping[str, float | None]) -> float | None:
+    """Over what is known; None if nothing is."""
+    known = [value for value in values.values() if value is not None]
+    return float(np.mean(known)) if known else None
 
 
 def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
@@ -288,17 +300,24 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
             "What another seed would give is not known of this person; the project's follow.",
         )
     yield from _scatter(metrics)
+    if not is_recorded_at_all(metrics):
+        return
     consistency = "/record/consistency"
-    yield read_fact(
-        metrics,
+    plates = metrics["record"]["plates"]
+    scale = 1.0 if plates is None else float(plates["scale"])
+    yield derived_fact(
         f"{consistency}/mean_force/vertical",
-        "Mean vertical force of the record, which steady walking makes 1",
+        "Mean vertical force as measured, which steady walking makes 1",
+        float(metrics["record"]["consistency"]["mean_force"]["vertical"]) / scale,
         "body weights",
+        note="Nothing is corrected."
+        if plates is None
+        else f"The correction of the plates multiplies it by {number(scale, 4)}.",
     )
     yield read_fact(
         metrics,
         f"{consistency}/vertical_rmse_bound_in_stance",
-        "Vertical RMSE below which no steady walk can be, in stance",
+        "Vertical RMSE from the record as it is compared, below which no steady walk can be",
         "body weights",
         digits=4,
     )

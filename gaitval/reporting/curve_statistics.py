@@ -116,6 +116,8 @@ def profile(profiles: Json) -> str:
         axes.bar(0, 0, color="#e2e2e2", label=f"{controls.people} healthy adults, mean ± SD")
         for offset, side in zip((0.18, -0.18), SIDES, strict=True):
             for which, marker in (("record", "o"), ("walk", "D")):
+                if profiles[which] is None:  # its angles were not recorded
+                    continue
                 scores = [profiles[which]["scores"][f"{n}_{side[0]}"] for n in names[:-1]]
                 colour = RECORD_COLOUR if which == "record" else COLOURS[side]
                 axes.plot(
@@ -169,4 +171,5 @@ def tables(metrics: Json) -> dict[str, Any] | None:
 def _side(found: Json) -> dict[str, Any]:
     regions = found["regions"]
     width = sum(each["last"] - each["first"] + 1 for each in regions)
-    return {**found, "share": 100.0 * width / len(PERCENT)}
+    tested = found["p"] is not None
+    return {**found, "share": 100.0 * width / len(PERCENT) if tested else None}

@@ -4,7 +4,6 @@ import csv
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,10 @@ from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.origin import is_recorded_at_all, not_judged
 from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
+from gaitval.metrics.verdicts import limit_results, unjudged_text
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
@@ -52,28 +53,6 @@ _SPATIOTEMPORAL = {
 }
 
 
-def _unit(unit: str) -> str:
-    """A unit as written after a number."""
-    return {"deg": "°", "1": ""}.get(unit, f" {unit}")
-
-
-def _limit(row: Json, bound: float | None) -> str:
-    """A tolerance or its goal with sign and unit; nothing without a goal."""
-    if bound is None:
-        return ""
-    sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[row["limit"]]
-    return f"{sign} {bound:g}{_unit(row['unit'])}"
-
-
-def _worst(rows: Sequence[Json]) -> Json:
-    """The row that misses its tolerance by most; one that was not measured, if any."""
-    unmeasured = [row for row in rows if row["value"] is None]
-    if unmeasured:
-        return unmeasured[0]
-    sign = -1.0 if rows[0]["limit"] == "at_least" else 1.0
-    return max(rows, key=lambda row: sign * row["value"])
-
-
 def _target(target: str) -> str:
     """A measure's target in words: "left knee flexion"."""
     name, side = target[:-2], {"_r": "right", "_l": "left"}.get(target[-2:])
@@ -98,30 +77,24 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
     """One entry per tolerance, failed ones first, with the number of targets passed and the worst
     one.
     """
-    entries = []
-    for _, group in groupby(metrics["tolerances"], key=lambda row: str(row["id"])):
-        rows = list(group)
-        if rows[0]["role"] != role:
-            continue
-        worst = _worst(rows)
-        entries.append(
-            {
-                **rows[0],
-                "limit_text": _limit(rows[0], rows[0]["tolerance"]),
-                "goal_text": _limit(rows[0], rows[0]["goal"]),
-                "passed": all(row["passed"] for row in rows),
-                "reached": all(row["reached"] for row in rows),
-                "count": len(rows),
-                "count_passed": sum(row["passed"] for row in rows),
-                "count_reached": sum(bool(row["reached"]) for row in rows),
-                "worst": "not measured"
-                if worst["value"] is None
-                else f"{worst['value']:.3g}{_unit(worst['unit'])}",
-                "worst_target": _target(worst["target"]),
-                "failed": _failed_text(rows),
-            }
-        )
-    return sorted(entries, key=lambda entry: bool(entry["passed"]))
+    return [
+        {
+            **found.first,
+            "limit_text": found.limit_text(),
+            "goal_text": found.goal_text(),
+            "passed": found.passed,
+            "reached": all(row["reached"] for row in found.rows),
+            "count": len(found.rows),
+            "count_passed": len(found.rows) - len(found.failed),
+            "count_failed": len(found.failed),
+            "count_reached": sum(bool(row["reached"]) for row in found.rows),
+            "worst": found.value_text(),
+            "worst_target": _target(found.worst["target"]),
+            "failed": _failed_text(found.rows),
+            "remedy": found.remedy,
+        }
+        for found in limit_results(metrics, role)
+    ]
 
 
 def _correction(values: Json | None) -> dict[str, Any] | None:
@@ -338,6 +311,14 @@ def _drawings(
     return drawings | curve_statistics.drawings(metrics)
 
 
+def _measured_force(record: Json) -> float:
+    """Mean vertical force of both feet over the gait cycle as the plates measured it, body weights;
+    the correction of the plates divides it out.
+    """
+    corrected = float(record["consistency"]["mean_force"]["vertical"])
+    return corrected if record["plates"] is None else corrected / float(record["plates"]["scale"])
+
+
 def _context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
@@ -359,6 +340,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "context_tolerances": _tolerances(metrics, "context"),
         "prediction": next(iter(metrics["predictions"]), None),
         "torque_shares": tables.torque_shares(metrics.get("torque_shares")),
+        "judged": is_recorded_at_all(metrics),
+        "unjudged": unjudged_text(metrics).strip(),
+        "distances": tables.distances(metrics),
         "told": tables.told(metrics),
         "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
@@ -382,6 +366,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "pushes": metrics["push_recovery"],
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],
+        "contradictions": not {name for name, *_ in not_judged(metrics)} & {"moments", "forces"},
+        "measured_force": _measured_force(metrics["record"]),
         "curve_names": figures.NAMES,
         "drawings": _drawings(metrics, training, traces),
         "data": figure_data.of_run(metrics, training, traces),

@@ -9,6 +9,7 @@ from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELV
 from gaitval.metrics.groups import group_curves, group_rows
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
+from gaitval.metrics.origin import curve_origin, is_recorded_at_all, origins_in
 from gaitval.metrics.validation import ENDURANCE
 from gaitval.reporting.figures import NAMES
 
@@ -24,7 +25,7 @@ def error_table(metrics: Json) -> list[dict[str, Any]]:
         ("moments", JOINT_MOMENTS, 2),
         ("forces", FORCES, 1),
     )
-    walks = metrics["walks"]
+    walks, origins = metrics["walks"], origins_in(metrics)
     guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
     tables = []
     for kind, names, digits in groups:
@@ -41,6 +42,7 @@ def error_table(metrics: Json) -> list[dict[str, Any]]:
                         "error": error,
                         "before": walks["nominal"]["errors"][kind][key],
                         "guess": guess,
+                        "origin": curve_origin(kind, key, origins),
                         "skill": skill(None if error is None else error["rmse"], guess),
                     }
                 )
@@ -160,6 +162,29 @@ def witness(metrics: Json) -> dict[str, Any] | None:
     return {**found, "rows": rows, "here": sum(counted)}
 
 
+def distances(metrics: Json) -> dict[str, Any] | None:
+    """The walk's distance from its prediction by groups of curves, beside how wrong predictions of
+    held-out trials are; None where something was recorded.
+    """
+    if is_recorded_at_all(metrics):
+        return None
+    errors = metrics.get("prediction_errors")
+    held_out = {row["group"]: row for row in errors["groups"]} if errors else {}
+    return {
+        "errors": errors,
+        "rows": [
+            {
+                "group": row.group,
+                "unit": row.unit,
+                "digits": 3 if row.unit == "Nm/kg" else 1,
+                "walked": row.walked,
+                "held_out": held_out.get(row.group),
+            }
+            for row in group_rows(metrics)
+        ],
+    }
+
+
 def told(metrics: Json) -> dict[str, Any]:
     """What the walker was told, and its errors beside those of predictions without a model."""
     known = [name for name, read_by in metrics["told"].items() if read_by]
@@ -170,8 +195,8 @@ def told(metrics: Json) -> dict[str, Any]:
     ]
     return {
         "how": "predicted" if not known else "fitted" if "forces" in known else "partly",
-        "kinetics_recorded": "forces" in recorded,
-        "nowhere": metrics["subject"]["source"].endswith(" predicted"),
+        "kinetics_recorded": "forces" in recorded or not is_recorded_at_all(metrics),
+        "nowhere": not is_recorded_at_all(metrics),
         "guesses": [prediction["name"] for prediction in metrics["predictions"]],
         "rows": rows,
     }
@@ -183,7 +208,9 @@ def unseen(metrics: Json) -> list[dict[str, Any]]:
     tables = []
     for trial in metrics["unseen"]:
         groups = []
-        for name, (kind, curves, unit) in group_curves(metrics).items():
+        for name, (kind, every, unit) in group_curves(metrics).items():
+            recorded = [curve for curve in every if trial["between"][kind][curve] is not None]
+            curves = recorded or every
             of_told = [error and error["rmse"] for error in (errors[kind][c] for c in curves)]
             told_mean = _mean(of_told)
             untold_mean = _mean([trial["rmse"][kind][curve] for curve in curves])

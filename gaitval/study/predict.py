@@ -249,18 +249,23 @@ def predicted_walk_stage(run: Run) -> Stage:
 
 
 def compare_stage(run: Run) -> Stage:
-    """Predicted walks against the record that the run was not told → metrics.json."""
+    """Predicted walks against the record that the run was not told → metrics.json. Where there is
+    no record, the distance from the prediction, and how wrong predictions of held-out trials are.
+    """
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def compare() -> None:
         from gaitval.datasets.subject_file import builtin_subjects
+        from gaitval.metrics.held_out import prediction_errors
         from gaitval.metrics.rollouts import Endurance, Rollouts
         from gaitval.metrics.validation import validate
         from gaitval.model.urdf import read_urdf
+        from gaitval.prediction.told import is_unrecorded
         from gaitval.simulation.rollout import Rollout
 
         went = read_json(run.folder / WALKS)
         subject, record = run.compared()
+        settings, people = run.configuration.record, builtin_subjects()
         walks = Rollouts(
             Rollout.load(run.folder / ROLLOUTS["nominal"]),
             tuple(Endurance.from_dict(each) for each in went["nominal"]),
@@ -273,8 +278,11 @@ def compare_stage(run: Run) -> Stage:
             walks,
             None,
             run.configuration,
-            others=builtin_subjects(),
+            others=people,
             torque_shares=went["torque_shares"],
+            prediction_errors=prediction_errors(run.subject, settings, people)
+            if is_unrecorded(settings)
+            else None,
             correction=read_json(run.folder / "correction.json"),
             centring=went["centring"],
         )

@@ -111,8 +111,10 @@ class Run:
         was never recorded it is the predicted one. Kinetics that were not recorded are those to
         expect, and are not judged.
         """
+        from gaitval.prediction.told import is_unrecorded, with_expected_kinetics
+
         settings = self.configuration.record
-        if settings.speed and not settings.holdout:
+        if is_unrecorded(settings):
             record = self.told().record
             at: dict[str, Any] = {"walking_speed_m_s": settings.speed, "plates": None}
             source = f"{self.subject.person} predicted"
@@ -121,7 +123,6 @@ class Run:
                 update={**at, "source": source, "trials": trials}
             ), record
         from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.prediction.told import with_expected_kinetics
 
         person = self.subject.on_trial(settings.holdout) if settings.holdout else self.subject
         return person, with_expected_kinetics(person, builtin_subjects())

@@ -260,8 +260,11 @@ def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
     person = SUBJECT.model_copy(update={"gait": gait, "plates": None, "trials": ()})
     found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION)
     assert found["recorded"] == ["angles", "timing"]
-    measured = {row["measure"] for row in found["measures"]}
+    origins = {row["measure"]: row["origin"] for row in found["measures"]}
     judged = {row["measure"] for row in found["tolerances"]}
     assert "angle_rmse" in judged
-    for names in (measured, judged):
-        assert not {"moment_rmse", "force_rmse", "epsilon", "stance_fraction_error"} & names
+    unrecorded = {"moment_rmse", "force_rmse", "epsilon", "stance_fraction_error"}
+    assert not unrecorded & judged
+    assert {origins[name] for name in unrecorded} == {"expected"}
+    assert origins["angle_rmse"] == "recorded"
+    assert origins["falls"] is None

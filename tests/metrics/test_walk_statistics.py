@@ -37,7 +37,7 @@ def _feet() -> dict[str, np.ndarray]:
 
 
 def _statistics(curves: Curves, record: GaitRecord = RECORD):
-    return walk_statistics(curves, _feet(), record, by_kind(recorded_curves(record)))
+    return walk_statistics(curves, _feet(), record, by_kind(recorded_curves(record)), RECORDED)
 
 
 def test_a_walk_about_the_record_differs_nowhere():
@@ -111,7 +111,7 @@ def test_all_curves_of_a_simulated_walk_are_there():
     cycles = find_cycles(walk, configuration).first(4)
     curves = simulated_curves(walk, cycles, mass=MODEL.mass, filters=LowPass(40.0, 40.0))
     feet = foot_progression(walk, cycles, MODEL)
-    found = walk_statistics(curves, feet, RECORD, by_kind(recorded_curves(RECORD)))
+    found = walk_statistics(curves, feet, RECORD, by_kind(recorded_curves(RECORD)), RECORDED)
     assert {kind: set(each) for kind, each in found["curves"].items()} == {
         kind: set(each) for kind, each in by_kind(curves).items()
     }
