@@ -244,6 +244,21 @@ class ComparedMeasure(MeasureResult):
     recorded judges: any other value is a distance, without verdict, goal or skill."""
 
 
+class SpreadResult(Result):
+    """A verdict in repeats, see gaitval/metrics/spread.py."""
+
+    repeats: Count
+    """Walks from other starts with noise; pushes of `push_survival`; start phases of endurance."""
+    kept: Count
+    """Of them, those that keep the limit; pushes that were survived; walks without a fall."""
+    low: Number | None
+    high: Number | None
+    """90 % interval, in the measure's unit; null with fewer than three repeats."""
+    close: Flag
+    """The limit is kept, but not by all repeats and the whole interval, or one push more that is
+    not survived would fail it."""
+
+
 class VerdictResult(Result):
     """The verdict of a tolerance on a measured value."""
 
@@ -268,6 +283,8 @@ class VerdictResult(Result):
     passed: Flag
     reached: Flag | None
     """Whether the goal is reached; null without one."""
+    spread: SpreadResult | None = None
+    """Null where nothing was repeated."""
 
 
 class Summary(Result):

@@ -199,7 +199,8 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
     )
 
 
-def _holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
+def holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
+    """Whether a value meets a limit or goal of a tolerance; one that was not measured does not."""
     return value is not None and _HOLDS[tolerance.limit](value, bound)
 
 
@@ -210,10 +211,10 @@ def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
             tolerance=tolerance,
             target=measure.target,
             value=measure.value,
-            passed=_holds(tolerance, measure.value, tolerance.value),
+            passed=holds(tolerance, measure.value, tolerance.value),
             reached=None
             if tolerance.goal is None
-            else _holds(tolerance, measure.value, tolerance.goal),
+            else holds(tolerance, measure.value, tolerance.goal),
         )
         for tolerance in load_registry().tolerance
         for measure in measures

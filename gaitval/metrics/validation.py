@@ -41,6 +41,14 @@ from gaitval.metrics.recorded import (
 )
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
+from gaitval.metrics.spread import (
+    Repeated,
+    Spread,
+    repeated_values,
+    spread_of,
+    spread_of_falls,
+    spread_of_pushes,
+)
 from gaitval.metrics.told_measures import status, uses
 from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
 from gaitval.metrics.torque_shares import Shares
@@ -229,6 +237,31 @@ def _walk(
     ]
 
 
+def compared_with(
+    subject: "Subject",
+    record: GaitRecord,
+    others: Sequence["Subject"],
+    configuration: Configuration,
+) -> tuple[Json, list[Json]]:
+    """The record's part of `metrics.json`, and that of the predictions without a model."""
+    origins = record_origins(subject, configuration.record)
+    recorded = {**recorded_part(record, subject), "origins": origins}
+    return recorded, predicted_parts(subject, others, recorded["curves"], origins)
+
+
+def measures_of_walk(
+    walks: Rollouts,
+    record: GaitRecord,
+    recorded: Json,
+    guesses: Sequence[Json],
+    model: BodyModel,
+    leg_length: float,
+    configuration: Configuration,
+) -> list[Measure]:
+    """Everything that is measured of a walk, as `validate` measures it."""
+    return _walk(walks, record, recorded, guesses, model, leg_length, configuration)[1]
+
+
 def _statistics(
     rollout: Rollout,
     record: GaitRecord,
@@ -304,7 +337,26 @@ def push_measures(pushes: Mapping[str, Any] | None) -> list[Measure]:
     ]
 
 
-def _verdict_row(verdict: Verdict) -> Json:
+def _spread(
+    verdict: Verdict,
+    repeated: Repeated,
+    pushes: Mapping[str, Any] | None,
+    starts: Sequence[Endurance],
+) -> Spread | None:
+    """A verdict in repeats: of walks, of pushes, of starts."""
+    measure, target = verdict.tolerance.measure, verdict.target
+    if measure == "push_survival" and pushes is not None:
+        phases = [f"phase {phase:g}" for phase in pushes["phases"]]
+        survived = pushes["survived"][phases.index(target)]
+        return spread_of_pushes(verdict, sum(survived), len(survived))
+    if measure == "falls":
+        return spread_of_falls(sum(start.fell for start in starts), len(starts))
+    if measure == "consecutive_cycles":
+        return spread_of(verdict, [float(start.cycles["right"]) for start in starts])
+    return spread_of(verdict, repeated.get((measure, target), ()))
+
+
+def _verdict_row(verdict: Verdict, spread: Spread | None) -> Json:
     return {
         **verdict.tolerance.model_dump(exclude={"applies_to", "value"}),
         "target": verdict.target,
@@ -312,6 +364,7 @@ def _verdict_row(verdict: Verdict) -> Json:
         "tolerance": verdict.tolerance.value,
         "passed": verdict.passed,
         "reached": verdict.reached,
+        "spread": None if spread is None else spread.as_dict(),
     }
 
 
@@ -418,6 +471,7 @@ def validate(
     others: Sequence["Subject"] = (),
     torque_shares: Shares | None = None,
     witness: Rollouts | None = None,
+    repeats: Sequence[Mapping[str, Any]] = (),
     centring: float | None = None,
     prediction_errors: Mapping[str, Any] | None = None,
 ) -> Json:
@@ -438,6 +492,7 @@ def validate(
     pushes : `PushRecovery.as_dict` of the validated body.
     others, torque_shares : who predictions without a model are made from; of the validated rollout.
     witness : the compared rollout of that body in the second physics engine.
+    repeats : what was measured of repeated walks (`repeats.repeated_walks`).
     centring : share of the policy's habit that was taken away, if not the configured one.
     prediction_errors : of trials that were held out (`held_out.prediction_errors`), to stand beside
         the distance from a prediction.
@@ -446,9 +501,8 @@ def validate(
     ------
     ArtefactError : the rollouts do not start from the configured phases.
     """
-    origins = record_origins(subject, configuration.record)
-    recorded = {**recorded_part(record, subject), "origins": origins}
-    guesses = predicted_parts(subject, others, recorded["curves"], origins)
+    recorded, guesses = compared_with(subject, record, others, configuration)
+    origins = recorded["origins"]
     told = uses(subject, configuration)
     unrecorded_speed = is_unrecorded(configuration.record)
     final = "nominal" if identified is None else "identified"
@@ -462,6 +516,7 @@ def validate(
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
     verdicts = _judged(measures, origins)
+    repeated, starts = repeated_values(repeats), (identified or nominal).starts
     metrics: Json = tidy(
         {
             "schema_version": SCHEMA_VERSION,
@@ -482,7 +537,10 @@ def validate(
             "walks": walks,
             "final": final,
             "measures": _measure_rows(measures, told, origins),
-            "tolerances": [_verdict_row(verdict) for verdict in verdicts],
+            "tolerances": [
+                _verdict_row(verdict, _spread(verdict, repeated, pushes, starts))
+                for verdict in verdicts
+            ],
             "summary": _summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,

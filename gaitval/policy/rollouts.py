@@ -118,7 +118,8 @@ def fell_together(
 def _actions_together(
     group: WalkingGroup, policy: Policy, mu: Array, starts: Sequence[dict[str, Any]]
 ) -> Iterator[NDArray[np.bool_]]:
-    """Walks side by side, without end: after each action, who fell in it (walks,). A walker that
+    """Walks side by side, without end: after each action, who fell in it (walks,). A start may have
+    a `seed` beside the options of `WalkingEnvironment.reset`. A walker that
     fell starts again, or it would roll on; so do those of a group that has more than there are
     walks, from the last start.
     """
@@ -127,16 +128,17 @@ def _actions_together(
         raise ValueError(f"a group of {lanes} would act with other rounding than one of {WIDTH}")
     group.centre(policy.act, mu, key=policy.key)
     options = [
-        {"mu": mu, "push": None, "noise": 0.0, **starts[min(e, len(starts) - 1)]}
+        {"mu": mu, "push": None, "noise": 0.0, "seed": 0, **starts[min(e, len(starts) - 1)]}
         for e in range(lanes)
     ]
-    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
+    seeds = [each.pop("seed") for each in options]
+    seen = np.array([group.reset(e, seed=seeds[e], options=each) for e, each in enumerate(options)])
     while True:
         actions = policy.act(seen) - group.habit()
         _, fallen, _ = group.step(actions.astype(np.float32), seen)
         yield fallen[: len(starts)]
         for e in np.flatnonzero(fallen).tolist():
-            seen[e] = group.reset(e, seed=0, options=options[e])
+            seen[e] = group.reset(e, seed=seeds[e], options=options[e])
 
 
 def _longest(environment: WalkingEnvironment, cycles: float) -> int:
@@ -149,15 +151,14 @@ def _walks_together(
     group: WalkingGroup,
     policy: Policy,
     mu: Array,
-    start_phases: Sequence[float],
+    starts: Sequence[dict[str, Any]],
     cycles: float,
 ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """Walks side by side, until each has its cycles or fell: after each action, who still walked in
     it, and who fell (walks,).
     """
-    ends = np.array(start_phases) + cycles
+    ends = np.array([start["phase"] for start in starts]) + cycles
     left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
-    starts = [{"phase": phase} for phase in start_phases]
     for fallen in _actions_together(group, policy, mu, starts):
         yield left > 0, fallen
         over = fallen | (group.phases[: len(ends)] >= ends)
@@ -173,6 +174,8 @@ def record_together(
     mu: Array,
     start_phases: Sequence[float],
     cycles: float,
+    noise: float = 0.0,
+    seeds: Sequence[int] | None = None,
 ) -> Iterator[Rollout]:
     """`record_rollout` of at most eight walks, side by side, without pushes. They are walked when
     the first one is asked for.
@@ -183,12 +186,18 @@ def record_together(
     mu : (14,) body parameters of all.
     start_phases : of each walk; the first one is that of the first environment.
     cycles : planned length of each in gait cycles.
+    noise : standard deviation of the joint angles at the start, rad.
+    seeds : of the noise of each; all 0 if not given.
     """
     walks = len(start_phases)
+    starts = [
+        {"phase": phase, "noise": noise, "seed": seed}
+        for phase, seed in zip(start_phases, seeds or [0] * walks, strict=True)
+    ]
     actions = max(_longest(each, cycles) for each in group.environments[:walks])
     recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
     rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
-    for walking, fallen in _walks_together(group, policy, mu, start_phases, cycles):
+    for walking, fallen in _walks_together(group, policy, mu, starts, cycles):
         recording.append(group.beside.account, group.beside.arrays.root_force)
         rows[walking] = recording.rows
         fell |= walking & fallen
@@ -227,7 +236,8 @@ def travel_together(
             part.append(_kept(recording.steps_of(e, recording.rows), walker))
         recording.rows = 0
 
-    for walking, fallen in _walks_together(group, policy, mu, start_phases, cycles):
+    starts = [{"phase": phase} for phase in start_phases]
+    for walking, fallen in _walks_together(group, policy, mu, starts, cycles):
         if recording.rows == _PART * steps:
             keep()
         recording.append(group.beside.account, group.beside.arrays.root_force)

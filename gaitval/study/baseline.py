@@ -23,6 +23,7 @@ from gaitval.study.stages import (
     metrics_of,
     push_stage,
     reference_stage,
+    repeat_stage,
     scale_stage,
     simulate_stage,
     validate_stage,
@@ -47,7 +48,7 @@ TIMES = "times.json"
 """Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""
 
 
-WALKING = ("scale", "reference", "simulate", "push", "validate")
+WALKING = ("scale", "reference", "simulate", "repeat", "push", "validate")
 """Stages of a run that `check` runs again, in this order."""
 
 _ABANDONED = 60.0
@@ -274,7 +275,7 @@ def _walked(run: Run, baseline: Path, *, quick: bool) -> dict[str, Any]:
         run_stage(stage, run.folder, observer=run.observer)
     if quick:
         return metrics_of(run, pushes=None)
-    for stage in (push_stage(run), validate_stage(run)):
+    for stage in (repeat_stage(run), push_stage(run), validate_stage(run)):
         run_stage(stage, run.folder, observer=run.observer)
     metrics: dict[str, Any] = read_json(run.folder / METRICS)
     return metrics

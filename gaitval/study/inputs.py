@@ -54,6 +54,8 @@ GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""
 UNFINISHED = {name: f"unfinished/{name}" for name in ("correct", "simulate", "push")}
 """Where an unfinished stage keeps the walks that it has done."""
+REPEATS = "rollouts/repeats.json"
+"""What is measured of repeats of the compared rollout."""
 WALKS = "rollouts/walks.json"
 """How far the rollout from each start phase went."""
 

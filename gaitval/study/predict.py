@@ -17,6 +17,7 @@ from gaitval.journal import Journal
 from gaitval.study.inputs import (
     GAIN,
     POLICY_FILES,
+    REPEATS,
     ROLLOUTS,
     UNFINISHED,
     WALKS,
@@ -34,7 +35,9 @@ from gaitval.study.stages import (
     hand_on,
     learning_values,
     reference_stage,
+    repeat_values,
     scale_stage,
+    walk_again,
 )
 from gaitval.study.unread import say_unread
 
@@ -248,6 +251,32 @@ def predicted_walk_stage(run: Run) -> Stage:
     )
 
 
+def predicted_repeat_stage(run: Run) -> Stage:
+    """Reference, correction and policy → what is measured of walks with noise."""
+
+    def repeat() -> None:
+        from gaitval.metrics.habit import with_centring
+        from gaitval.model.parameters import nominal_parameters
+
+        share = read_json(run.folder / "centring.json")["centring"]
+        walk_again(run, with_centring(corrected_task(run), share), nominal_parameters())
+
+    return Stage(
+        "repeat",
+        repeat,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            "centring.json",
+            "correction.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=(REPEATS,),
+        values=repeat_values(run),
+    )
+
+
 def compare_stage(run: Run) -> Stage:
     """Predicted walks against the record that the run was not told → metrics.json. Where there is
     no record, the distance from the prediction, and how wrong predictions of held-out trials are.
@@ -285,13 +314,21 @@ def compare_stage(run: Run) -> Stage:
             else None,
             correction=read_json(run.folder / "correction.json"),
             centring=went["centring"],
+            repeats=read_json(run.folder / REPEATS),
         )
         write_json(run.folder / "metrics.json", metrics)
 
     return Stage(
         "validate",
         compare,
-        inputs=("subject.toml", "model.urdf", "correction.json", ROLLOUTS["nominal"], WALKS),
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "correction.json",
+            ROLLOUTS["nominal"],
+            WALKS,
+            REPEATS,
+        ),
         outputs=("metrics.json",),
         values={
             **run.sections("seed", "record", "contact", "validation"),
@@ -335,6 +372,7 @@ def run_prediction(run: Run, range_folder: Path, *, force: bool = False) -> None
         adopt_stage(run, range_folder),
         predicted_correction_stage(run),
         predicted_walk_stage(run),
+        predicted_repeat_stage(run),
         compare_stage(run),
         predicted_report_stage(run),
     ):

@@ -37,6 +37,7 @@ from gaitval.study.stages import (
     identify_stage,
     push_stage,
     reference_stage,
+    repeat_stage,
     report_stage,
     round_epsilon,
     round_floor,
@@ -61,6 +62,7 @@ IN_WORKERS = (
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
     "gaitval.metrics.push_recovery",
+    "gaitval.metrics.repeats",
     "gaitval.metrics.rollouts",
     "gaitval.reporting.curve_statistics",
     "gaitval.reporting.figures",
@@ -68,8 +70,8 @@ IN_WORKERS = (
 )
 """Modules whose functions the stages run in worker processes."""
 
-FOLLOWING = ("evaluate", "choose")
-"""Short stages without a command: they run automatically after `identify`."""
+FOLLOWING = ("evaluate", "choose", "repeat")
+"""Short stages without a command: they run automatically before what depends on them."""
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:
@@ -177,6 +179,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
         choose_stage(run, rounds),
         correct_stage(run),
         simulate_stage(run),
+        repeat_stage(run),
         push_stage(run),
         validate_stage(run),
         report_stage(run),
@@ -291,6 +294,7 @@ def run_subject(
         do(choose_stage(run, rounds))
         do(correct_stage(run))
         do(simulate_stage(run))
+        do(repeat_stage(run))
         do(push_stage(run))
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.journal import Journal
@@ -17,6 +18,7 @@ from gaitval.study.inputs import (
     GAIN,
     IDENTIFIED,
     POLICY_FILES,
+    REPEATS,
     ROLLOUTS,
     UNFINISHED,
     WALKS,
@@ -523,6 +525,56 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
     )
 
 
+def walk_again(run: Run, task: "WalkingTask", mu: NDArray[np.float64]) -> None:
+    """Repeat the compared walk from every start phase with noise, and write what is measured."""
+    from gaitval.datasets.subject_file import builtin_subjects
+    from gaitval.metrics.repeats import Compared, repeated_walks
+    from gaitval.metrics.validation import compared_with
+    from gaitval.model.urdf import read_urdf
+
+    subject, record = run.compared()
+    compared = Compared(
+        record,
+        *compared_with(subject, record, builtin_subjects(), run.configuration),
+        read_urdf(run.folder / "model.urdf"),
+        subject.leg_length_m,
+    )
+    policy = stored_policy(run, run.folder / "policy")
+    write_json(run.folder / REPEATS, repeated_walks(task, policy, mu, compared))
+
+
+def repeat_stage(run: Run) -> Stage:
+    """Policy, mu and correction → what is measured of walks from every start phase with noise."""
+
+    def repeat() -> None:
+        walk_again(run, corrected_task(run), body_parameters(run.folder / "identification.json"))
+
+    return Stage(
+        "repeat",
+        repeat,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            IDENTIFIED,
+            "identification.json",
+            "correction.json",
+            *(f"policy/{name}" for name in POLICY_FILES),
+        ),
+        outputs=(REPEATS,),
+        values=repeat_values(run),
+    )
+
+
+def repeat_values(run: Run) -> dict[str, Any]:
+    """The settings that repeated walks depend on."""
+    validation = run.configuration.validation
+    return {
+        **run.sections(*SIMULATION_SECTIONS, "record"),
+        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+    }
+
+
 def push_stage(run: Run) -> Stage:
     """Policy and mu → which pushes the identified body survives."""
     validation = run.configuration.validation
@@ -591,6 +643,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         others=builtin_subjects(),
         torque_shares=starts["torque_shares"],
         witness=rollouts(WITNESS, [starts["witness"]]) if starts["witness"] else None,
+        repeats=read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else (),
     )
 
 
@@ -613,6 +666,7 @@ def validate_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             WITNESS,
             WALKS,
+            REPEATS,
             "push.json",
         ),
         outputs=("metrics.json",),
