@@ -8,6 +8,7 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
 from gaitval.gait.record import GaitRecord, LowPass
 from gaitval.metrics.comparison import Curves, recorded_curves, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.walk_statistics import (
     foot_progression,
@@ -16,6 +17,7 @@ from gaitval.metrics.walk_statistics import (
 )
 
 RECORD = synthetic_record()
+RECORDED = everything("recorded")
 CYCLES = 8
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from synthetic_walk import perfect_walk, sharp_filter, walks_of
+from unrecorded_verdicts import CASES
 
 from gaitval.artefacts import write_json
 from gaitval.coordinates import ACTUATED
@@ -17,6 +18,7 @@ from gaitval.model.urdf import write_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.study.stage import Run
 
 PHASES = (0.0, 0.5)
 
@@ -180,8 +182,11 @@ def build_run(
     identified: bool = True,
     subject: Subject | None = None,
     told: dict | None = None,
+    not_recorded: str | None = None,
 ) -> None:
-    """A run folder as the earlier stages leave it, but for walks made from the record."""
+    """A run folder as the earlier stages leave it, but for walks made from the record; compared
+    with a side that was not recorded if one of `unrecorded_verdicts.CASES` is named.
+    """
     subject = subject or load_subject("S05")
     if source is not None:
         subject = subject.model_copy(update={"source": source, "citation": source})
@@ -210,6 +215,9 @@ def build_run(
         made[which].compared.save(folder / "rollouts" / f"{which}.npz")
     write_json(folder / "push.json", _pushes())
     last = made.get("identified", made["nominal"])
+    if not_recorded is not None:
+        subject, configuration = CASES[not_recorded](subject, configuration)
+        subject, record = Run(folder, subject, configuration).compared()
     metrics = validate(
         subject,
         record,

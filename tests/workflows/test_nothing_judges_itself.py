@@ -1,0 +1,182 @@
+"""Only what was recorded judges a walk, in every output that compares one.
+
+A prediction passed all limits against itself once. Here the same mistake is made again, with three
+other sides that nobody recorded, and every output must be without verdict, goal and skill.
+"""
+
+import pytest
+import unrecorded_verdicts
+from report_run import build_run
+from synthetic_walk import perfect_walk
+from unrecorded_verdicts import CASES, judged_in, never_judged
+
+import gaitval as gv
+from gaitval.artefacts import read_json
+from gaitval.configuration import RecordSettings
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.errors import ArtefactError
+from gaitval.interface.studies import Study
+from gaitval.interface.walks import Rollout
+from gaitval.metrics import validation
+from gaitval.metrics.groups import group_rows
+from gaitval.metrics.held_out import prediction_errors
+from gaitval.metrics.origin import measure_origin, origins_in, record_origins
+from gaitval.metrics.results import check_metrics
+from gaitval.metrics.stored import believe
+from gaitval.metrics.verdicts import failed_limits, limit_results, sentence
+
+OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
+
+
+@pytest.fixture(scope="module", params=CASES)
+def run(request, tmp_path_factory):
+    """A run whose walk is compared with what nobody recorded."""
+    folder = tmp_path_factory.mktemp(request.param)
+    build_run(folder, not_recorded=request.param)
+    return request.param, folder, judged_in(folder)
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_no_output_judges_by_what_was_not_recorded(run, output):
+    _, _, found = run
+    assert tuple(found) == OUTPUTS
+    assert found[output] == []
+
+
+def test_the_values_stay_with_their_origin(run):
+    case, folder, _ = run
+    metrics = read_json(folder / "metrics.json")
+    check_metrics(metrics, "here")
+    left = [row for row in metrics["measures"] if row["target"] == "ankle_angle_l"]
+    moment = next(row for row in left if row["measure"] == "moment_rmse")
+    assert moment["origin"] == case
+    assert moment["value"] > 0.0
+    assert {row["origin"] for row in metrics["measures"] if row["measure"] == "falls"} == {None}
+
+
+def test_what_needs_no_record_is_still_judged(run):
+    _, folder, _ = run
+    judged = {row["id"] for row in read_json(folder / "metrics.json")["tolerances"]}
+    assert judged >= {"falls", "consecutive-cycles", "push-survival", "force-ringing", "step-width"}
+
+
+def test_the_side_that_was_recorded_is_judged(run):
+    case, folder, _ = run
+    judged = {(row["measure"], row["target"]) for row in
+              read_json(folder / "metrics.json")["tolerances"]}  # fmt: skip
+    assert (("angle_rmse", "knee_angle_r") in judged) == (case != "predicted")
+    assert (("moment_rmse", "knee_angle_r") in judged) == (case == "mirrored")
+    assert ("moment_rmse", "knee_angle_l") not in judged
+
+
+def test_the_sentence_says_so(run):
+    case, folder, _ = run
+    said = sentence(read_json(folder / "metrics.json"))
+    assert {
+        "predicted": "accuracy is not judged",
+        "mirrored": "left angles, left moments, left forces and left stance (mirrored",
+        "expected": "moments, forces and stance (expected from other people)",
+    }[case] in said
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert ("accuracy is not judged" in page) == (case == "predicted")
+    assert ("Distance from the prediction" in page) == (case == "predicted")
+
+
+def test_a_stored_verdict_on_what_was_not_recorded_is_not_believed(run):
+    _, folder, _ = run
+    metrics = read_json(folder / "metrics.json")
+    row = dict(metrics["tolerances"][0], measure="moment_rmse", target="knee_angle_l", unit="Nm/kg")
+    with pytest.raises(ArtefactError, match="not recorded"):
+        believe({**metrics, "tolerances": [*metrics["tolerances"], row]}, "here")
+
+
+@pytest.mark.parametrize("output", ["metrics.json", "report", "terminal", "Python"])
+def test_the_mistake_is_found_where_it_is_made(tmp_path, monkeypatch, output):
+    """Verdicts on everything, as before: the count must not be 0."""
+    monkeypatch.setattr(validation, "is_judged", lambda origin: True)
+    build_run(tmp_path, not_recorded="expected")
+    metrics = read_json(tmp_path / "metrics.json")
+    before = unrecorded_verdicts.unjudgeable(metrics)
+    assert before
+    # what is forbidden is what an honest file does not have, so the titles are taken from one
+    titles = {title for title, _, _ in before if "moment" in title.lower()}
+    monkeypatch.setattr(unrecorded_verdicts, "never_judged", lambda _: titles)
+    assert judged_in(tmp_path)[output] != []
+
+
+def test_python_says_which_curves_are_no_record():
+    person, _ = CASES["mirrored"](load_subject("S05"), None)
+    person = gv.load_subject("S05").model_copy(update={"gait": person.gait})
+    walk = perfect_walk(person.record(), cycles=6.0)
+    shown = Rollout(**vars(walk), walker="S05", mass_kg=person.mass_kg)
+    found = gv.compare(shown, person)
+    origins = dict(zip(found.names, found.origins, strict=True))
+    assert origins["knee_angle_r"] == "recorded"
+    assert origins["knee_angle_l"] == origins["knee_angle moment_l"] == "mirrored"
+    assert "distance, not an error" in found.title()
+    assert "left: mirrored" in set(found.summary()["not_recorded"])
+    assert set(gv.compare(shown, shown).origins) == {None}
+
+
+def test_an_earlier_file_that_judged_a_prediction_is_refused(run):
+    case, folder, _ = run
+    metrics = read_json(folder / "metrics.json")
+    metrics["record"].pop("origins")
+    if case == "expected":  # such a file had no rows of them
+        check_metrics(metrics, "here")
+        assert origins_in(metrics)["moments"]["left"] == "expected"
+    else:
+        with pytest.raises(ArtefactError, match="judged the walk by what was not recorded"):
+            check_metrics(metrics, "here")
+
+
+def test_origins_follow_the_worst_part():
+    person, _ = CASES["mirrored"](load_subject("S05"), None)
+    origins = record_origins(person, RecordSettings())
+    assert measure_origin("loading_peak_error", "right", origins) == "recorded"
+    assert measure_origin("loading_peak_error", "left", origins) == "mirrored"
+    assert measure_origin("centre_of_mass_rmse", "up", origins) == "mirrored"
+    assert measure_origin("epsilon", "walk", origins) == "mirrored"
+    assert measure_origin("speed_error", "walk", origins) == "recorded"
+    assert measure_origin("power_burst_error", "K2_l", origins) == "mirrored"
+    # "left" is an axis here, and both feet have a part in it
+    assert measure_origin("centre_of_mass_rmse", "left", origins) == "mirrored"
+    predicted = record_origins(person, RecordSettings(speed=1.0))
+    assert measure_origin("speed_error", "walk", predicted) == "predicted"
+    held_out = record_origins(load_subject("S05"), RecordSettings(holdout="T03"))
+    assert set(held_out["moments"].values()) == {"recorded"}
+
+
+def test_the_error_of_predictions_is_that_of_held_out_trials():
+    """Of the person's own trials; of other people's where the person has too few."""
+    people = builtin_subjects()
+    several = next(each for each in people if len(each.trials) > 1)
+    own = prediction_errors(several, RecordSettings(speed=1.0), people)
+    assert (own["trials"], own["people"], own["own"]) == (1 + len(several.trials), 1, True)
+    alone = several.model_copy(update={"trials": ()})
+    others = prediction_errors(alone, RecordSettings(speed=1.0), people)
+    with_two = [each for each in people if each.trials]
+    assert others["own"] is False
+    assert others["people"] == len(with_two)
+    assert others["trials"] == sum(1 + len(each.trials) for each in with_two)
+    for found in (own, others):
+        assert [row["group"] for row in found["groups"]] == [
+            "sagittal angles", "moments", "vertical force", "fore-aft force", "medial force"
+        ]  # fmt: skip
+        assert all(row["mean"] > 0.0 and row["sd"] > 0.0 for row in found["groups"])
+
+
+def test_limits_are_told_once_with_what_to_do(tmp_path):
+    build_run(tmp_path)
+    metrics = read_json(tmp_path / "metrics.json")
+    failed = failed_limits(metrics)
+    assert failed
+    roles = [each.first["role"] for each in failed]
+    assert roles == sorted(roles)  # acceptance before context
+    names = [each.first["id"] for each in failed]
+    assert len(names) == len(set(names))
+    assert all(each.remedy.endswith(".") for each in failed)
+    assert sum(len(each.rows) for each in limit_results(metrics)) == len(metrics["tolerances"])
+    assert not never_judged(metrics)
+    assert all(row.origin == "recorded" for row in group_rows(metrics))
+    assert "of 46" in Study.load(tmp_path).title() or "limits met" in Study.load(tmp_path).title()
