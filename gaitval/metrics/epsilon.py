@@ -9,6 +9,7 @@ the record itself; epsilon is the sum of the three parts.
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,8 +121,20 @@ class Walks:
     start_phases: Sequence[float]
 
 
+class Walked(NamedTuple):
+    """Epsilon of a walk, None without a complete cycle of both feet; and whether it fell."""
+
+    epsilon: Epsilon | None
+    fell: bool
+
+
 def epsilons(group: WalkingGroup, walks: Walks) -> list[Epsilon | None]:
     """Epsilon of walks side by side, of `validation.cycles` each."""
+    return [each.epsilon for each in walked(group, walks)]
+
+
+def walked(group: WalkingGroup, walks: Walks) -> list[Walked]:
+    """Epsilon of walks side by side, of `validation.cycles` each, and which of them fell."""
     task = group.environments[0].task
     validation, recorded = task.configuration.validation, recorded_curves(task.record)
     found = []
@@ -133,5 +146,6 @@ def epsilons(group: WalkingGroup, walks: Walks) -> list[Epsilon | None]:
         cycles=validation.settling_cycles + validation.cycles,
     ):
         cycles = find_cycles(rollout, task.configuration).first(validation.cycles)
-        found.append(epsilon(curves_of(task, rollout, cycles), recorded))
+        error = epsilon(curves_of(task, rollout, cycles), recorded)
+        found.append(Walked(error, bool(rollout.fell[0])))
     return found

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.epsilon import Epsilon, Walks, epsilons, mean_of
+from gaitval.metrics.epsilon import Walked, Walks, mean_of, walked
 from gaitval.metrics.push_recovery import (
     Push,
     evenly_spaced,
@@ -126,29 +126,25 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
         for phase in between(settings.phases)
         for direction in evenly_spaced(DIRECTIONS)
     ]
-    errors: list[Epsilon | None] = []
+    went: list[Walked] = []
     survived = 0
     with RolloutPool(tasks[0], workers=configuration.training.workers) as pool:
         for task in tasks:
             walks = [Walks(policy, mu, group) for group in in_groups(phases)]
-            errors += chain.from_iterable(pool.with_task(task).each_together(epsilons, walks))
+            went += chain.from_iterable(pool.with_task(task).each_together(walked, walks))
             tried = in_groups(trials(task, policy, mu, pushes))
             pushed = pool.with_task(without_drift(task))
             survived += sum(chain.from_iterable(pushed.each_together(survive_together, tried)))
+    errors = [each.epsilon for each in went]
     mean = mean_of(errors)
     return Standing(
-        walks=len(errors),
-        falls=sum(each is None for each in errors),
+        walks=len(went),
+        falls=sum(each.fell for each in went),
         pushes=len(pushes) * len(tasks),
         survived=survived,
         epsilon=None if mean is None else mean.total,
-        scatter=_scatter(errors),
+        scatter=None if mean is None else float(np.std([each.total for each in errors if each])),
     )
-
-
-def _scatter(errors: Sequence[Epsilon | None]) -> float | None:
-    values = [each.total for each in errors if each is not None]
-    return float(np.std(values)) if len(values) == len(errors) else None
 
 
 def learning_gain(

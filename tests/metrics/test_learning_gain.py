@@ -70,9 +70,9 @@ def short(task):
         task,
         validation={
             "start_phases": (0.0, 0.5),
-            "cycles": 2,
+            "cycles": 3,
             "settling_cycles": 1,
-            "consecutive_cycles": 3,
+            "consecutive_cycles": 4,
         },
         pushes={"phases": (0.0,), "cycles": 1.0},
         training={"workers": 1},
