@@ -9,6 +9,9 @@ from gaitval.study.stage import Run, Stage
 PARTS: Final[Mapping[str, str]] = {"walks": "validation"}
 """Sections of the configuration that stages depend on in part, by the name of that part."""
 
+BY_THE_RUN: Final[Mapping[str, tuple[str, ...]]] = {"identification": ("rounds", "kappa")}
+"""Keys that the loop of Algorithm 1 reads, and no stage depends on."""
+
 BY_THE_REPORT: Final = "report"
 """The section that the report reads from `configuration.toml`, and no stage names."""
 
@@ -45,7 +48,8 @@ def unread(
     for stage in stages:
         for name, values in stage.values.items():
             if isinstance(values, Mapping):
-                read.setdefault(PARTS.get(name, name), set()).update(values)
+                section = PARTS.get(name, name)
+                read.setdefault(section, set()).update(values, BY_THE_RUN.get(section, ()))
     for section, key in given(configuration):
         name = f"{section}.{key}"
         value: Any = getattr(getattr(configuration, section), key)

@@ -86,7 +86,7 @@ def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
         ("name,seed\na,1\n", "give one of subject, recording .* this one has none"),
         ("subject,virtual\n5,1\n", "this one has subject and virtual"),
         ("subject\n5\n5\n", "S05: more than one study of this name"),
-        ("subject,start\n5,cold\n", "line 2: start: input should be 'stored', 'general'"),
+        ("subject,start\n5,cold\n", "line 2: start: input should be 'general' or 'scratch'"),
         ("subject,colour\n5,red\n", "colour: extra inputs are not permitted"),
         ("subject,name\n5,../up\n", "name: string should match"),
         ("subject,seed\n5\n", "not as many cells"),

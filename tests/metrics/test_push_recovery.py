@@ -99,6 +99,7 @@ def tried(task):
         pushes={
             "phases": (0.0, 0.1),
             "directions": 4,
+            "required_directions": 3,
             "step": 2000.0,
             "resolution": 500.0,
             "largest": 4000.0,
@@ -213,6 +214,6 @@ def test_the_table_can_be_written(tried):
     _, _, (recovery, traces), _ = tried
     written = recovery.as_dict()
     assert written["directions"] == [0.0, 90.0, 180.0, -90.0]
-    assert written["criterion_directions"] == [0.0, 90.0, -90.0]
+    assert written["criterion_directions"] == [-90.0, 0.0, 90.0]
     assert replace(recovery).as_dict() == written
     assert len(traces[0].as_dict()["velocity"]) == len(traces[0].cycles)

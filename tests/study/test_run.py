@@ -318,10 +318,9 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
         monkeypatch.setattr(study, name, stage)
 
-    for name in (*STAGES, "evaluate"):
+    for name in (*STAGES, "evaluate", "repeat"):
         stand_in(f"{name}_stage")
     monkeypatch.setattr(study, "beside", at_once)
-    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
     monkeypatch.setattr(study, "general_policy", lambda: None)
     return epsilons
 
@@ -357,6 +356,7 @@ def test_main_job_runs_every_stage_once_and_then_none(
         "choose",
         "correct",
         "simulate",
+        "repeat",
         "push",
         "validate",
         "report",
@@ -697,8 +697,8 @@ def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
     store_baseline(warm.folder, tmp_path / "baseline")
     both = json.loads(times.read_text())
     assert both["scratch"] == scratch
-    assert "train-1" in both["warm"]["stages"]
-    assert "train-2" not in both["warm"]["stages"]  # of the run before in the same folder
+    assert "train-1" in both["policy"]["stages"]
+    assert "train-2" not in both["policy"]["stages"]  # of the run before in the same folder
 
 
 def test_provenance_names_versions_seed_and_hashes(
@@ -738,7 +738,7 @@ def test_killed_main_job_resumes_at_the_interrupted_stage(
     monkeypatch.setattr(study, "simulate_stage", whole)
     again = opened("identification.rounds=1")
     run_subject(again)
-    assert ran(again) == ["simulate", "push", "validate", "report"]
+    assert ran(again) == ["simulate", "repeat", "push", "validate", "report"]
     assert isinstance(again.observer, Listener)
     assert again.observer.reasons["simulate"] == "was interrupted"
 
@@ -756,7 +756,6 @@ def stored_policy(folder: Path, task: WalkingTask, **about: object) -> Path:
 @pytest.fixture
 def scaled(opened: Opener, monkeypatch: pytest.MonkeyPatch) -> Run:
     """A run whose body is scaled, with no stored policy anywhere."""
-    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
     monkeypatch.setattr(study, "general_policy", lambda: None)
     run = opened()
     run_one(run, "scale")
@@ -770,7 +769,7 @@ def said(run: Run) -> str:
 
 
 def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> None:
-    study.choose_start(scaled, scratch=False)
+    study.choose_start(scaled, study.train_stage(scaled, 1))
     assert not (scaled.folder / "start").exists()
     assert "training from nothing" in said(scaled)
     assert study.train_stage(scaled, 1).inputs == ("model.urdf", "reference.npz")
@@ -781,10 +780,10 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
 ) -> None:
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda: general)
-    study.choose_start(scaled, scratch=False)
+    study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
     assert "general policy" in said(scaled)
-    study.choose_start(scaled, scratch=True)
+    study.choose_start(scaled, study.train_stage(scaled, 1), scratch=True)
     assert not (scaled.folder / "start").exists()
 
 
@@ -808,32 +807,26 @@ def test_a_training_starts_from_the_policy_that_is_named(
         study.run_subject(scaled, scratch=True, start=named)
 
 
-def test_a_policy_of_this_body_goes_before_the_general_one_and_another_body_is_refused(
+def test_the_persons_own_stored_policy_is_no_start(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A built-in person is learned as anybody is, so that the result is what a user will get."""
+    assert study.stored_baseline(scaled.folder, "S05") is not None
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda: general)
-    own = tmp_path / "baseline"
-    monkeypatch.setattr(study, "stored_baseline", lambda *_: own)
-    stored_policy(own / "policy", task)
-    study.choose_start(scaled, scratch=False)
-    assert not read_json(scaled.folder / "start" / "policy.json").get("general")
-    stored_policy(own / "policy", task, model_hash="0" * 64)
-    study.choose_start(scaled, scratch=False)
+    study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
-    assert "A stored policy cannot be used" in said(scaled)
 
 
 def test_a_policy_of_another_size_is_not_started_from(
     opened: Opener, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(study, "stored_baseline", lambda *_: None)
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda: general)
     run = opened("training.hidden_units=64")
     run_one(run, "scale")
     run_one(run, "reference")
-    study.choose_start(run, scratch=False)
+    study.choose_start(run, study.train_stage(run, 1))
     assert not (run.folder / "start").exists()
     assert "128 hidden units, but training.hidden_units is 64" in said(run)
 
