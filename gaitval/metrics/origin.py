@@ -132,9 +132,10 @@ def is_recorded_at_all(metrics: Mapping[str, Any]) -> bool:
 
 def not_judged(metrics: Mapping[str, Any]) -> list[tuple[Quantity, Side, Origin]]:
     """What the walk is not judged by, by quantity and side."""
+    found = origins_in(metrics)
     return [
-        (quantity, side, origin)
-        for quantity, sides in origins_in(metrics).items()
-        for side, origin in sides.items()
-        if origin != "recorded"
+        (quantity, side, found[quantity][side])
+        for quantity in QUANTITIES
+        for side in SIDES
+        if found[quantity][side] != "recorded"
     ]

@@ -25,6 +25,8 @@ from gaitval.reporting.facts import (
     Fact,
     compiled_walks,
     derived_fact,
+    mean_of_known,
+    measured_force_fact,
     read_fact,
 )
 from gaitval.reporting.page import number
@@ -275,14 +277,8 @@ def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
             float(np.mean(errors)) if len(errors) == len(row["rmse"][kind]) else None,
             unit,
             note="Between the two recorded trials: "
-            f"{number(_mean(row['between'][kind]), 3)} {unit}.",
+            f"{number(mean_of_known(row['between'][kind]), 3)} {unit}.",
         )
-
-
-def _mean(values: Mapping[str, float | None]) -> float | None:
-    """Over what is known; None if nothing is."""
-    known = [value for value in values.values() if value is not None]
-    return float(np.mean(known)) if known else None
 
 
 def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
@@ -303,17 +299,7 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
     if not is_recorded_at_all(metrics):
         return
     consistency = "/record/consistency"
-    plates = metrics["record"]["plates"]
-    scale = 1.0 if plates is None else float(plates["scale"])
-    yield derived_fact(
-        f"{consistency}/mean_force/vertical",
-        "Mean vertical force as measured, which steady walking makes 1",
-        float(metrics["record"]["consistency"]["mean_force"]["vertical"]) / scale,
-        "body weights",
-        note="Nothing is corrected."
-        if plates is None
-        else f"The correction of the plates multiplies it by {number(scale, 4)}.",
-    )
+    yield measured_force_fact(metrics["record"])
     yield read_fact(
         metrics,
         f"{consistency}/vertical_rmse_bound_in_stance",

@@ -77,6 +77,34 @@ def derived_fact(
     return Fact(what, shown(value, unit, digits), file, pointer, note)
 
 
+def measured_force(record: Mapping[str, Any]) -> float:
+    """Mean vertical force of both feet over the gait cycle as the plates measured it, body weights;
+    the correction of the plates divides it out.
+    """
+    corrected = float(record["consistency"]["mean_force"]["vertical"])
+    return corrected if record["plates"] is None else corrected / float(record["plates"]["scale"])
+
+
+def measured_force_fact(record: Mapping[str, Any]) -> Fact:
+    """The mean vertical force of the record in `metrics.json` as it was measured."""
+    plates = record["plates"]
+    return derived_fact(
+        "/record/consistency/mean_force/vertical",
+        "Mean vertical force as measured, which steady walking makes 1",
+        measured_force(record),
+        "body weights",
+        note="Nothing is corrected."
+        if plates is None
+        else f"The correction of the plates multiplies it by {number(plates['scale'], 4)}.",
+    )
+
+
+def mean_of_known(values: Mapping[str, float | None]) -> float | None:
+    """Over what is known; None if nothing is."""
+    known = [value for value in values.values() if value is not None]
+    return sum(known) / len(known) if known else None
+
+
 def compiled_walks(starts: Sequence[Mapping[str, Any]]) -> int:
     """How many of the walks from start phases walked in the compiled engine; the others did in
     DART, as all of those that are stored without their engine did.

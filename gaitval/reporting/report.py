@@ -30,7 +30,7 @@ from gaitval.reporting import (
     tables,
 )
 from gaitval.reporting.drawing import Draw
-from gaitval.reporting.facts import UNKNOWN, compiled_walks
+from gaitval.reporting.facts import UNKNOWN, compiled_walks, measured_force
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
@@ -311,14 +311,6 @@ def _drawings(
     return drawings | curve_statistics.drawings(metrics)
 
 
-def _measured_force(record: Json) -> float:
-    """Mean vertical force of both feet over the gait cycle as the plates measured it, body weights;
-    the correction of the plates divides it out.
-    """
-    corrected = float(record["consistency"]["mean_force"]["vertical"])
-    return corrected if record["plates"] is None else corrected / float(record["plates"]["scale"])
-
-
 def _context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
@@ -367,7 +359,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "push_rows": _push_rows(metrics["push_recovery"]),
         "consistency": metrics["record"]["consistency"],
         "contradictions": not {name for name, *_ in not_judged(metrics)} & {"moments", "forces"},
-        "measured_force": _measured_force(metrics["record"]),
+        "measured_force": measured_force(metrics["record"]),
         "curve_names": figures.NAMES,
         "drawings": _drawings(metrics, training, traces),
         "data": figure_data.of_run(metrics, training, traces),

@@ -57,9 +57,13 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
 
 def test_a_speed_that_nobody_recorded_is_not_called_a_comparison(tmp_path):
     printed = predict(tmp_path, "--speed", "0.95")
-    assert "Nothing was recorded at this speed" in printed
+    assert "Nothing was recorded at 0.95 m/s: accuracy is not judged" in printed
+    assert "distance from the prediction" in printed
     metrics = read_json(tmp_path / "at-0.95" / "metrics.json")
     assert metrics["subject"]["source"] == "WBDS14 predicted"
     assert metrics["record"]["spatiotemporal"]["walking_speed"] == 0.95
+    assert metrics["predictions"] == metrics["unseen"] == metrics["recorded"] == []
+    assert {row["origin"] for row in metrics["measures"]} == {"predicted", None}
+    assert metrics["prediction_errors"]["trials"] == 3
     page = (tmp_path / "at-0.95" / "report.html").read_text(encoding="utf-8")
-    assert "Nothing was recorded at this speed" in page
+    assert "accuracy is not judged" in page
