@@ -43,7 +43,7 @@ def figures(folder: Path) -> dict[str, Any]:
         )
     identification = metrics["identification"]
     trained = [
-        read_json(folder / f"rounds/{row['round']}/policy/policy.json")["samples"]
+        read_json(folder / f"rounds/{row['round']}/trained/policy.json")["samples"]
         for row in identification["rounds"]
     ]
     return {

@@ -31,6 +31,7 @@ from gaitval.study.stages import (
     choose_stage,
     correct_stage,
     evaluate_stage,
+    hand_on_stage,
     identify_stage,
     metrics_of,
     reference_stage,
@@ -92,6 +93,7 @@ def walked(run: Run) -> dict[str, Any]:
     choose_start(run, train_stage(run, 1))
     perform(train_stage(run, 1))
     perform(identify_stage(run, 1))
+    perform(hand_on_stage(run, 1))
     perform(evaluate_stage(run, 1))
     perform(choose_stage(run, 1))
     perform(correct_stage(run))

@@ -126,7 +126,7 @@ def train(
     round_number: RoundOption = 1,
     scratch: ScratchOption = False,
 ) -> None:
-    """Train a walking policy (PPO): rounds/1/policy.
+    """Train a walking policy (PPO): rounds/1/trained.
 
     The longest stage. Interrupt it when you like: the same command resumes. It starts from
     the general policy; the better of start and trained policy is handed on.

@@ -118,7 +118,14 @@ def by_folder(codes: Iterable[Mapping[str, str]]) -> dict[str, str]:
 
 def installed_code() -> dict[str, str]:
     """The code of the installed gaitval that walks and measures, by folder."""
-    stages = (scale_stage, reference_stage, simulate_stage, push_stage, validate_stage)
+    stages = (
+        scale_stage,
+        reference_stage,
+        simulate_stage,
+        repeat_stage,
+        push_stage,
+        validate_stage,
+    )
     return by_folder(code_of(stage) for stage in stages)
 
 

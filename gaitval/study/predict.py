@@ -31,9 +31,10 @@ from gaitval.study.inputs import (
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
+    LEARNING_SECTIONS,
     SIMULATION_SECTIONS,
     hand_on,
-    learning_values,
+    hand_on_values,
     reference_stage,
     repeat_values,
     scale_stage,
@@ -98,28 +99,54 @@ def train_range_stage(run: Run) -> Stage:
     training = run.configuration.training
 
     def train() -> None:
+        from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
-        first, *rest = tasks = [range_task(run, name) for name in _references(speeds)]
-        before = start_policy(run, start) if earlier else None
+        first, *rest = [range_task(run, name) for name in _references(speeds)]
         policy = train(
             first,
-            run.folder / "policy",
+            run.folder / "trained",
             also=rest,
             samples=training.samples_from("range" if earlier else "scratch"),
-            start=before,
+            start=start_policy(run, start) if earlier else None,
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
-        hand_on(tasks, before, policy, run, "policy")
+        save_policy(policy, run.folder / "trained")
 
     return Stage(
         "train-range",
         train,
         inputs=("model.urdf", *_references(speeds), *earlier),
+        outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
+        workspace="trained",
+    )
+
+
+def hand_on_range_stage(run: Run) -> Stage:
+    """Start and trained policy of the range → the better one, and what the training gave."""
+    speeds = _speeds(run)
+    start = run.folder / "start"
+    earlier = [f"start/{name}" for name in POLICY_FILES] if start.exists() else []
+
+    def decide() -> None:
+        tasks = [range_task(run, name) for name in _references(speeds)]
+        hand_on(run, tasks, start_policy(run, start) if earlier else None, "trained", "policy")
+        copy_files(run.folder / "trained", run.folder / "policy", ("training.csv",))
+
+    return Stage(
+        "keep-range",
+        decide,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            *_references(speeds),
+            *earlier,
+            *(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
+        ),
         outputs=tuple(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
-        values=learning_values(run),
-        workspace="policy",
+        values={**hand_on_values(run), **run.sections("record"), "speeds": speeds},
     )
 
 
@@ -132,6 +159,7 @@ def run_range(run: Run, *, force: bool = False) -> None:
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
     choose_start(run, train_range_stage(run))
     run_stage(train_range_stage(run), run.folder, force=force, observer=run.observer)
+    run_stage(hand_on_range_stage(run), run.folder, force=force, observer=run.observer)
 
 
 def adopt_stage(run: Run, source: Path) -> Stage:

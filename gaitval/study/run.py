@@ -34,6 +34,7 @@ from gaitval.study.stages import (
     choose_stage,
     correct_stage,
     evaluate_stage,
+    hand_on_stage,
     identify_stage,
     push_stage,
     reference_stage,
@@ -61,6 +62,7 @@ IN_WORKERS = (
     "gaitval.identification.identify",
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
+    "gaitval.metrics.learning_gain",
     "gaitval.metrics.push_recovery",
     "gaitval.metrics.repeats",
     "gaitval.metrics.rollouts",
@@ -70,7 +72,7 @@ IN_WORKERS = (
 )
 """Modules whose functions the stages run in worker processes."""
 
-FOLLOWING = ("evaluate", "choose", "repeat")
+FOLLOWING = ("keep", "evaluate", "choose", "repeat")
 """Short stages without a command: they run automatically before what depends on them."""
 
 
@@ -170,7 +172,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
     pairs = [
         stage(run, number)
         for number in range(1, rounds + 1)
-        for stage in (train_stage, identify_stage, evaluate_stage)
+        for stage in (train_stage, identify_stage, hand_on_stage, evaluate_stage)
     ]
     return (
         scale_stage(run),
@@ -288,6 +290,7 @@ def run_subject(
             kept.close()  # a training has workers of its own
             _train_and_identify(run, rounds, force=force)
             kept.enter_context(keeping_workers(run.configuration.training.workers))
+            do(hand_on_stage(run, rounds))
             do(evaluate_stage(run, rounds))
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")

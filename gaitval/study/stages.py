@@ -88,56 +88,94 @@ def reference_stage(run: Run) -> Stage:
     )
 
 
+def _start_of(run: Run, round_number: int) -> str | None:
+    """Folder of the policy that a round's training starts from; None for nothing."""
+    if round_number > 1:
+        return f"rounds/{round_number - 1}/policy"
+    return "start" if (run.folder / "start").exists() else None
+
+
+def _before_training(run: Run, round_number: int) -> list[str]:
+    """Files of the start of a round's training, and of what is trained."""
+    start, before = _start_of(run, round_number), f"rounds/{round_number - 1}"
+    files = [] if start is None else [f"{start}/{name}" for name in POLICY_FILES]
+    if round_number > 1:
+        found = ("identification/identification.json", f"identification/{IDENTIFIED}")
+        files += [f"{before}/{name}" for name in (*found, "epsilon.json")]
+    return files
+
+
+def _trained_task(run: Run, round_number: int) -> "WalkingTask":
+    """Later rounds train for the identified body, if the record supports it."""
+    before = f"rounds/{round_number - 1}"
+    if round_number == 1 or not supported(read_json(run.folder / before / "epsilon.json")):
+        return walking_task(run)
+    found = read_json(run.folder / f"{before}/identification/identification.json")
+    return identified_task(run, np.array(found["identified"]), f"{before}/identification")
+
+
 def train_stage(run: Run, round_number: int) -> Stage:
     """One training of Algorithm 1; round 1 starts from `start/` or nothing."""
     training = run.configuration.training
-    here = f"rounds/{round_number}/policy"
-    before = f"rounds/{round_number - 1}"
-    start = f"{before}/policy" if round_number > 1 else "start"
-    has_start = round_number > 1 or (run.folder / start).exists()
-    earlier = [f"{start}/{name}" for name in POLICY_FILES] if has_start else []
-    if round_number > 1:
-        found = ("identification/identification.json", f"identification/{IDENTIFIED}")
-        earlier += [f"{before}/{name}" for name in (*found, "epsilon.json")]
+    here = f"rounds/{round_number}/trained"
+    start = _start_of(run, round_number)
     samples = training.samples_from(start_kind(run.folder) if round_number == 1 else "policy")
 
-    def trained_task() -> "WalkingTask":
-        """Later rounds train for the identified body, if the record supports it."""
-        if round_number == 1 or not supported(read_json(run.folder / before / "epsilon.json")):
-            return walking_task(run)
-        found = read_json(run.folder / f"{before}/identification/identification.json")
-        return identified_task(run, np.array(found["identified"]), f"{before}/identification")
-
     def train() -> None:
+        from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
-        task, before = trained_task(), start_policy(run, run.folder / start) if has_start else None
         policy = train(
-            task,
+            _trained_task(run, round_number),
             run.folder / here,
             samples=samples,
-            start=before,
+            start=None if start is None else start_policy(run, run.folder / start),
             subject=run.subject.identifier,
             on_progress=run.observer.progress,
         )
-        hand_on([task], before, policy, run, here)
+        save_policy(policy, run.folder / here)
 
     return Stage(
         f"train-{round_number}",
         train,
-        inputs=("model.urdf", "reference.npz", *earlier),
-        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
-        values=learning_values(run),
+        inputs=("model.urdf", "reference.npz", *_before_training(run, round_number)),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
         workspace=here,
     )
 
 
-def learning_values(run: Run) -> dict[str, Any]:
-    """The settings that a training depends on."""
+def hand_on_stage(run: Run, round_number: int) -> Stage:
+    """Start and trained policy of a round → the better one, and what the training gave."""
+    here = f"rounds/{round_number}"
+    start = _start_of(run, round_number)
+
+    def decide() -> None:
+        before = None if start is None else start_policy(run, run.folder / start)
+        hand_on(
+            run, [_trained_task(run, round_number)], before, f"{here}/trained", f"{here}/policy"
+        )
+
+    return Stage(
+        f"keep-{round_number}",
+        decide,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "reference.npz",
+            *_before_training(run, round_number),
+            *(f"{here}/trained/{name}" for name in POLICY_FILES),
+        ),
+        outputs=tuple(f"{here}/policy/{name}" for name in (*POLICY_FILES, GAIN)),
+        values=hand_on_values(run),
+    )
+
+
+def hand_on_values(run: Run) -> dict[str, Any]:
+    """The settings of the walks on which start and trained policy are compared."""
     validation = run.configuration.validation
     return {
-        **run.sections(*LEARNING_SECTIONS, "training"),
-        # of the walks on which start and trained policy are compared
+        **run.sections(*SIMULATION_SECTIONS),
         "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         "pushes": run.configuration.pushes.model_dump(
             mode="json", include={"phases", "force", "cycles"}
@@ -146,24 +184,26 @@ def learning_values(run: Run) -> dict[str, Any]:
 
 
 def hand_on(
-    tasks: "Sequence[WalkingTask]",
-    start: "Policy | None",
-    trained: "Policy",
-    run: Run,
-    folder: str,
+    run: Run, tasks: "Sequence[WalkingTask]", start: "Policy | None", trained_in: str, target: str
 ) -> None:
-    """Store the better of start and trained policy, and what the training gave."""
+    """Store the better of start and trained policy, and what the training gave.
+
+    Parameters
+    ----------
+    trained_in, target : folders of the trained policy and for the one that is handed on.
+    """
     from gaitval.metrics.learning_gain import handed_on, learning_gain
     from gaitval.model.parameters import nominal_parameters
     from gaitval.policy.storage import save_policy
 
+    trained = stored_policy(run, run.folder / trained_in)
     found = tasks[0].reference_mu
     mu = nominal_parameters() if found is None else found
     samples = int(trained.about["samples"])
     gain = learning_gain(tasks, start, trained, mu, samples=samples)
     run.observer.say(gain.in_words())
-    write_json(run.folder / folder / GAIN, gain.as_dict())
-    save_policy(handed_on(gain, start, trained), run.folder / folder)
+    write_json(run.folder / target / GAIN, gain.as_dict())
+    save_policy(handed_on(gain, start, trained), run.folder / target)
 
 
 def identify_stage(run: Run, round_number: int) -> Stage:
@@ -312,7 +352,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         source = run.folder / f"rounds/{best}"
         copy_files(source / "policy", run.folder / "policy", (*POLICY_FILES, GAIN))
         _join_logs(
-            [run.folder / f"rounds/{number}/policy/training.csv" for number in range(1, best + 1)],
+            [run.folder / f"rounds/{number}/trained/training.csv" for number in range(1, best + 1)],
             run.folder / "policy" / "training.csv",
         )
         searched = read_json(source / "identification" / "identification.json")
@@ -348,7 +388,8 @@ def choose_stage(run: Run, rounds: int) -> Stage:
                 f"rounds/{number}/{name}"
                 for number in numbers
                 for name in (
-                    *(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
+                    *(f"policy/{name}" for name in (*POLICY_FILES, GAIN)),
+                    "trained/training.csv",
                     "identification/identification.json",
                     f"identification/{IDENTIFIED}",
                     "epsilon.json",

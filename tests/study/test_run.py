@@ -318,7 +318,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
         monkeypatch.setattr(study, name, stage)
 
-    for name in (*STAGES, "evaluate", "repeat"):
+    for name in (*STAGES, "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
     monkeypatch.setattr(study, "beside", at_once)
     monkeypatch.setattr(study, "general_policy", lambda: None)
@@ -349,9 +349,11 @@ def test_main_job_runs_every_stage_once_and_then_none(
         "reference",
         "train-1",
         "identify-1",
+        "keep-1",
         "evaluate-1",
         "train-2",
         "identify-2",
+        "keep-2",
         "evaluate-2",
         "choose",
         "correct",
@@ -437,7 +439,7 @@ def test_the_round_with_the_smallest_epsilon_is_chosen(
 ) -> None:
     run = opened("identification.rounds=3", "identification.kappa=0.1")
     run_subject(run)
-    assert "train-2" in (run.folder / "policy" / "policy.json").read_text()
+    assert "keep-2" in (run.folder / "policy" / "policy.json").read_text()
     identification = json.loads((run.folder / "identification.json").read_text())
     assert identification["chosen_round"] == 2
     assert identification["epsilon_identified"]["total"] == 2.0
@@ -469,17 +471,17 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     run_subject(opened("identification.rounds=1", "identification.kappa=0.1"))
     more = opened("identification.rounds=2", "identification.kappa=0.1")
     run_subject(more)
-    assert ran(more)[:3] == ["train-2", "identify-2", "evaluate-2"]
+    assert ran(more)[:3] == ["train-2", "identify-2", "keep-2"]
 
 
 @pytest.mark.parametrize(
     ("setting", "first"),
     [
-        ("validation.filter_frequency=12", "evaluate-1"),
+        ("validation.filter_frequency=12", "keep-1"),
         ("correction.rounds=2", "correct"),
-        ("validation.cycles=30", "evaluate-1"),
+        ("validation.cycles=30", "keep-1"),
         ("validation.consecutive_cycles=30", "simulate"),
-        ("pushes.force=200", "push"),
+        ("pushes.force=200", "keep-1"),
         ("identification.generations=3", "identify-1"),
         ("training.learning_rate=1e-4", "train-1"),
         ("contact.dissipation=1.0", "reference"),
