@@ -190,7 +190,15 @@ def print_verdict(metrics: Mapping[str, Any]) -> None:
     """How a command ends: the verdict in a sentence, and what failed, each limit once with its
     worst value and what to do: at most `VERDICT_ROWS` rows, acceptance before context.
     """
-    from gaitval.metrics.verdicts import failed_limits, limit_results, sentence, target_text
+    from gaitval.metrics.verdicts import (
+        close_text,
+        failed_limits,
+        limit_results,
+        sentence,
+        spread_text,
+        target_text,
+        value_text,
+    )
 
     plain(f"\n{sentence(metrics)}")
     failed = failed_limits(metrics)
@@ -204,6 +212,14 @@ def print_verdict(metrics: Mapping[str, Any]) -> None:
             + f", limit {each.limit_text()}, {said}"
             + ("" if each.passed else f". {each.remedy}")
         )
+    narrow = [row for each in limit_results(metrics, "acceptance") for row in each.close]
+    for row in narrow[: max(VERDICT_ROWS - len(shown), 0)]:
+        where = target_text(row["target"])
+        plain(
+            f"  {'narrow':<11}{row['title']}: {value_text(row)}"
+            + (f" ({where})" if where else "")
+            + f", {spread_text(row)}, {close_text(row)}"
+        )
     if len(shown) > VERDICT_ROWS:
         more = len(shown) - VERDICT_ROWS
         plain(f"  and {more} more, in the report and `gaitval validate SUBJECT --all`")
@@ -211,10 +227,21 @@ def print_verdict(metrics: Mapping[str, Any]) -> None:
 
 def print_tolerances(metrics: Mapping[str, Any]) -> None:
     """Every verdict of `metrics.json`, one row a limit and target, those that failed in red."""
-    from gaitval.metrics.verdicts import bound_text, target_text, value_text
+    from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(title=f"{metrics['subject']['identifier']}: every limit and value")
-    for name in ("limit", "of", "value", "limit is", "goal", "role", "status", "verdict"):
+    columns = (
+        "limit",
+        "of",
+        "value",
+        "in repeats",
+        "limit is",
+        "goal",
+        "role",
+        "status",
+        "verdict",
+    )
+    for name in columns:
         table.add_column(name)
     for row in metrics["tolerances"]:
         verdict = "goal" if row["reached"] else "pass" if row["passed"] else "[red]fail[/]"
@@ -222,6 +249,7 @@ def print_tolerances(metrics: Mapping[str, Any]) -> None:
             row["title"],
             target_text(row["target"]),
             value_text(row),
+            spread_text(row),
             bound_text(row, row["tolerance"]),
             bound_text(row, row["goal"]),
             row["role"],

@@ -67,6 +67,13 @@ class LimitResult:
         sign = -1.0 if self.first["limit"] == "at_least" else 1.0
         return max(self.rows, key=lambda row: sign * row["value"])
 
+    @property
+    def close(self) -> list[Json]:
+        """The rows that keep the limit, but would not in every repeat."""
+        return [
+            row for row in self.rows if row["passed"] and (row.get("spread") or {}).get("close")
+        ]
+
     def value_text(self) -> str:
         """The worst value with its unit."""
         return value_text(self.worst)
@@ -105,6 +112,28 @@ def failed_limits(metrics: Json) -> list[LimitResult]:
         for each in limit_results(metrics, role)
         if not each.passed
     ]
+
+
+def spread_text(row: Json) -> str:
+    """A row's value in repeats: "0.87-1.12° in 8 of 8 walks"; nothing where none were made."""
+    spread = row.get("spread")
+    if spread is None:
+        return ""
+    pushes = row["measure"] == "push_survival"
+    count = f"{spread['kept']} of {spread['repeats']} {'pushes' if pushes else 'walks'}"
+    if spread["low"] is None:
+        return count
+    interval = f"{spread['low']:.3g}–{spread['high']:.3g}{unit_text(row['unit'])}"
+    return f"{interval}, {count}"
+
+
+def close_text(row: Json) -> str:
+    """Why a row that keeps its limit may not keep it again."""
+    if row["measure"] == "push_survival":
+        return "passes, but one push less survived would fail it"
+    if row["spread"]["kept"] < row["spread"]["repeats"]:
+        return "passes, but not in every repeated walk"
+    return "passes, but one more walk may fail it"
 
 
 def unit_text(unit: str) -> str:
@@ -151,7 +180,11 @@ def sentence(metrics: Json) -> str:
             else f"{failed} of {len(some)} {role} limits failed"
         )
     first, second = counts
-    return f"{first[0].upper()}{first[1:]}; {second}.{unjudged_text(metrics)}"
+    close = sum(len(each.close) for each in every if each.first["role"] == "acceptance")
+    narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
+    return (
+        f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}{unjudged_text(metrics)}"
+    )
 
 
 def unjudged_text(metrics: Json) -> str:

@@ -15,10 +15,17 @@ from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import is_recorded_at_all, not_judged
 from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import check_metrics
-from gaitval.metrics.verdicts import limit_results, unjudged_text
+from gaitval.metrics.verdicts import (
+    close_text,
+    limit_results,
+    spread_text,
+    unjudged_text,
+    value_text,
+)
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
@@ -90,6 +97,16 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
             "count_reached": sum(bool(row["reached"]) for row in found.rows),
             "worst": found.value_text(),
             "worst_target": _target(found.worst["target"]),
+            "repeats": spread_text(found.worst),
+            "close": [
+                {
+                    "target": _target(row["target"]),
+                    "value": value_text(row),
+                    "repeats": spread_text(row),
+                    "why": close_text(row),
+                }
+                for row in found.close
+            ],
             "failed": _failed_text(found.rows),
             "remedy": found.remedy,
         }
@@ -351,6 +368,7 @@ def _context(folder: Path) -> dict[str, Any]:
         ],
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
+        "learned": metrics["training"] and LearningGain.from_dict(metrics["training"]).in_words(),
         "picture": walk_pictures(folder, metrics),
         "provenance": credibility.provenance_before(folder),
         "credibility": credibility.sections(folder, metrics),

@@ -14,7 +14,7 @@ from gaitval.artefacts import file_hash, read_json, value_hash, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.folder_lock import held
-from gaitval.study.inputs import POLICY_FILES, copy_files, start_kind
+from gaitval.study.inputs import GAIN, POLICY_FILES, copy_files, start_kind
 from gaitval.study.seal import changes, check_seal, read_seal, seal
 from gaitval.study.sources import code_of
 from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
@@ -36,7 +36,7 @@ TEMPORARY = "gaitval-check-"
 STORED_FILES = (
     "subject.toml",
     "configuration.toml",
-    *(f"policy/{name}" for name in POLICY_FILES),
+    *(f"policy/{name}" for name in (*POLICY_FILES, GAIN)),
     "identification.json",
     "correction.json",
     METRICS,

@@ -343,6 +343,7 @@ def compare_stage(run: Run) -> Stage:
             correction=read_json(run.folder / "correction.json"),
             centring=went["centring"],
             repeats=read_json(run.folder / REPEATS),
+            training=read_json(run.folder / f"policy/{GAIN}"),
         )
         write_json(run.folder / "metrics.json", metrics)
 
@@ -356,6 +357,7 @@ def compare_stage(run: Run) -> Stage:
             ROLLOUTS["nominal"],
             WALKS,
             REPEATS,
+            f"policy/{GAIN}",
         ),
         outputs=("metrics.json",),
         values={

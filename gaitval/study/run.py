@@ -62,7 +62,7 @@ IN_WORKERS = (
     "gaitval.identification.identify",
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
-    "gaitval.metrics.learning_gain",
+    "gaitval.metrics.policy_comparison",
     "gaitval.metrics.push_recovery",
     "gaitval.metrics.repeats",
     "gaitval.metrics.rollouts",

@@ -192,7 +192,7 @@ def hand_on(
     ----------
     trained_in, target : folders of the trained policy and for the one that is handed on.
     """
-    from gaitval.metrics.learning_gain import handed_on, learning_gain
+    from gaitval.metrics.policy_comparison import handed_on, learning_gain
     from gaitval.model.parameters import nominal_parameters
     from gaitval.policy.storage import save_policy
 
@@ -685,6 +685,7 @@ def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
         torque_shares=starts["torque_shares"],
         witness=rollouts(WITNESS, [starts["witness"]]) if starts["witness"] else None,
         repeats=read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else (),
+        training=read_json(run.folder / f"policy/{GAIN}"),
     )
 
 
@@ -709,6 +710,7 @@ def validate_stage(run: Run) -> Stage:
             WALKS,
             REPEATS,
             "push.json",
+            f"policy/{GAIN}",
         ),
         outputs=("metrics.json",),
         values={

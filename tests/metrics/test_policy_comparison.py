@@ -1,0 +1,69 @@
+"""Start and trained policy on walks that were not used for learning."""
+
+import math
+
+import numpy as np
+import pytest
+from simulation_fixtures import changed, random_policy
+
+from gaitval.metrics.policy_comparison import between, handed_on, learning_gain, standing_of
+from gaitval.model.parameters import nominal_parameters
+from gaitval.study.run import general_walker
+
+MU = nominal_parameters()
+
+
+def test_pushes_of_the_comparison_are_not_those_of_the_validation():
+    assert between((0.0, 0.25, 0.5, 0.75)) == (0.125, 0.375, 0.625, 0.875)
+    assert between((0.5,)) == (0.0,)
+    np.testing.assert_allclose(between((0.1, 0.4)), (0.25, 0.75))
+    assert not set(between((0.0, 0.3, 0.35))) & {0.0, 0.3, 0.35}
+
+
+@pytest.fixture(scope="module")
+def short(task):
+    """A task whose walks and pushes take a second."""
+    return changed(
+        task,
+        validation={
+            "start_phases": (0.0, 0.5),
+            "cycles": 3,
+            "settling_cycles": 1,
+            "consecutive_cycles": 4,
+        },
+        pushes={"phases": (0.0,), "cycles": 1.0},
+        training={"workers": 1},
+    )
+
+
+@pytest.fixture(scope="module")
+def walking(short):
+    """A policy that walks."""
+    return general_walker(short.configuration.environment)
+
+
+def test_a_policy_that_makes_the_walker_fall_is_not_handed_on(short, walking):
+    worse = random_policy(short, scale=30.0)
+    gain = learning_gain([short], walking, worse, MU, samples=1000)
+    assert gain.start is not None
+    assert gain.start.epsilon is not None
+    assert gain.start.falls == 0
+    assert gain.trained.falls == gain.trained.walks == 2
+    kept = handed_on(gain, walking, worse)
+    assert kept.key == walking.key
+    assert kept.about["samples"] == 0
+    assert kept.about["model_hash"] == worse.about["model_hash"]
+    better = learning_gain([short], worse, walking, MU, samples=1000)
+    assert handed_on(better, worse, walking) is walking
+
+
+def test_the_result_does_not_depend_on_the_number_of_workers(short, walking):
+    two = changed(short, training={"workers": 2})
+    assert standing_of([short], walking, MU) == standing_of([two], walking, MU)
+
+
+def test_several_tasks_count_together(short, walking):
+    one, both = standing_of([short], walking, MU), standing_of([short, short], walking, MU)
+    assert (both.walks, both.pushes) == (2 * one.walks, 2 * one.pushes)
+    assert both.survived == 2 * one.survived
+    assert math.isclose(both.epsilon, one.epsilon)
