@@ -1,5 +1,6 @@
-"""What a training gave: the trained policy beside the one that it started from, and which of them is
-handed on (`metrics.policy_comparison` walks them).
+"""What a training gave: the trained policy beside its start, and which of them is handed on.
+
+`metrics.policy_comparison` walks them.
 """
 
 import math

@@ -26,10 +26,7 @@ from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import FootContact, foot_contacts
 from gaitval.metrics.joint_power import JointPower, joint_power, power_measures
 from gaitval.metrics.origin import (
-    SKILLS,
     Origins,
-    is_judged,
-    measure_origin,
     record_origins,
 )
 from gaitval.metrics.recorded import (
@@ -42,19 +39,21 @@ from gaitval.metrics.recorded import (
 from gaitval.metrics.results import SCHEMA_VERSION, metrics_from
 from gaitval.metrics.rollouts import Endurance, Rollouts
 from gaitval.metrics.spread import (
-    Repeated,
-    Spread,
     repeated_values,
-    spread_of,
-    spread_of_falls,
-    spread_of_pushes,
 )
-from gaitval.metrics.told_measures import status, uses
-from gaitval.metrics.tolerances import UNITS, Measure, Verdict, evaluate
+from gaitval.metrics.told_measures import uses
+from gaitval.metrics.tolerances import UNITS, Measure
 from gaitval.metrics.torque_shares import Shares
 from gaitval.metrics.typed import tidy
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.unseen import unseen
+from gaitval.metrics.verdict_rows import (
+    judged,
+    measure_rows,
+    spread_in_repeats,
+    summary,
+    verdict_row,
+)
 from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
 from gaitval.metrics.whole_body import (
     walked_centre_of_mass,
@@ -337,77 +336,6 @@ def push_measures(pushes: Mapping[str, Any] | None) -> list[Measure]:
     ]
 
 
-def _spread(
-    verdict: Verdict,
-    repeated: Repeated,
-    pushes: Mapping[str, Any] | None,
-    starts: Sequence[Endurance],
-) -> Spread | None:
-    """A verdict in repeats: of walks, of pushes, of starts."""
-    measure, target = verdict.tolerance.measure, verdict.target
-    if measure == "push_survival" and pushes is not None:
-        phases = [f"phase {phase:g}" for phase in pushes["phases"]]
-        survived = pushes["survived"][phases.index(target)]
-        return spread_of_pushes(verdict, sum(survived), len(survived))
-    if measure == "falls":
-        return spread_of_falls(sum(start.fell for start in starts), len(starts))
-    if measure == "consecutive_cycles":
-        return spread_of(verdict, [float(start.cycles["right"]) for start in starts])
-    return spread_of(verdict, repeated.get((measure, target), ()))
-
-
-def _verdict_row(verdict: Verdict, spread: Spread | None) -> Json:
-    return {
-        **verdict.tolerance.model_dump(exclude={"applies_to", "value"}),
-        "target": verdict.target,
-        "value": verdict.value,
-        "tolerance": verdict.tolerance.value,
-        "passed": verdict.passed,
-        "reached": verdict.reached,
-        "spread": None if spread is None else spread.as_dict(),
-    }
-
-
-def _judged(measures: Sequence[Measure], origins: Origins) -> list[Verdict]:
-    """The verdicts on what is compared with a record, or needs none."""
-    return evaluate(
-        [each for each in measures if is_judged(measure_origin(each.measure, each.target, origins))]
-    )
-
-
-def _measure_rows(
-    measures: Sequence[Measure], told: Mapping[str, Sequence[str]], origins: Origins
-) -> list[Json]:
-    """Measures with their unit, whether what they are compared with was told, and where that comes
-    from. Skill against a guess is only told where there is a record to be near to.
-    """
-    known = [quantity for quantity, read_by in told.items() if read_by]
-    return [
-        {
-            **asdict(each),
-            "unit": UNITS[each.measure],
-            "comparison": status(each.measure, known),
-            "origin": origin,
-        }
-        for each in measures
-        if is_judged(origin := measure_origin(each.measure, each.target, origins))
-        or each.measure not in SKILLS
-    ]
-
-
-def _summary(verdicts: Sequence[Verdict]) -> Json:
-    """How many rows of role acceptance passed, and how many of their goals are reached."""
-    deciding = [verdict for verdict in verdicts if verdict.tolerance.role == "acceptance"]
-    accepted = [verdict.passed for verdict in deciding]
-    goals = [verdict.reached for verdict in deciding if verdict.reached is not None]
-    return {
-        "accepted": sum(accepted),
-        "refused": len(accepted) - sum(accepted),
-        "goals": len(goals),
-        "goals_reached": sum(goals),
-    }
-
-
 def _method(
     record: GaitRecord, model: BodyModel, configuration: Configuration, centring: float | None
 ) -> Json:
@@ -433,8 +361,8 @@ def _method(
 def _witness(walks: Rollouts, measures: Sequence[Measure], origins: Origins) -> Json:
     """What a walk in the second engine says about the walk that is validated."""
     (start,) = walks.starts
-    verdicts = _judged([each for each in measures if each.measure not in ENDURANCE], origins)
-    counted = _summary(verdicts)
+    verdicts = judged([each for each in measures if each.measure not in ENDURANCE], origins)
+    counted = summary(verdicts)
     return {
         "engine": f"MuJoCo {version('mujoco')}",
         "fell": start.fell,
@@ -515,7 +443,7 @@ def validate(
             shared = (record, recorded, guesses, model, subject.leg_length_m, configuration)
             walks[which], measures = _walk(each, *shared)
     measures += push_measures(pushes)
-    verdicts = _judged(measures, origins)
+    verdicts = judged(measures, origins)
     repeated, starts = repeated_values(repeats), (identified or nominal).starts
     metrics: Json = tidy(
         {
@@ -536,12 +464,12 @@ def validate(
             "prediction_errors": prediction_errors,
             "walks": walks,
             "final": final,
-            "measures": _measure_rows(measures, told, origins),
+            "measures": measure_rows(measures, told, origins),
             "tolerances": [
-                _verdict_row(verdict, _spread(verdict, repeated, pushes, starts))
+                verdict_row(verdict, spread_in_repeats(verdict, repeated, pushes, starts))
                 for verdict in verdicts
             ],
-            "summary": _summary(verdicts),
+            "summary": summary(verdicts),
             "push_recovery": pushes,
             "torque_shares": torque_shares,
             "curve_statistics": _statistics(
