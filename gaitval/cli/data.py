@@ -15,14 +15,15 @@ from rich.progress import (
 )
 
 from gaitval.cli import display
-from gaitval.cli.app import app
+from gaitval.cli.app import Command, Group, app, panel_of
 
 data_app = typer.Typer(
+    cls=Group,
     no_args_is_help=True,
     rich_markup_mode="rich",
     help="List and download published data sets; copy the sample recording.",
 )
-app.add_typer(data_app, name="data")
+app.add_typer(data_app, name="data", rich_help_panel=panel_of("data"))
 
 FolderOption = Annotated[
     Path | None,
@@ -34,6 +35,7 @@ FolderOption = Annotated[
 
 @data_app.command(
     "list",
+    cls=Command,
     help="List the data sets that can be fetched, and which parts are on this machine."
     "\n\n\b\nExamples:\n  gaitval data list",
 )
@@ -55,6 +57,7 @@ def data_list(folder: FolderOption = None) -> None:
 
 @data_app.command(
     "fetch",
+    cls=Command,
     help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
     "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
 )
@@ -104,8 +107,9 @@ def import_line(folder: Path, mass_kg: float, height_m: float, sex: str) -> str:
 
 @data_app.command(
     "sample",
-    help="Copy the sample recording: markers and force plates of a virtual person, as C3D, with the "
-    "true angles and moments beside them. It comes with gaitval; nothing is downloaded."
+    cls=Command,
+    help="Copy the sample recording: markers and force plates of a virtual person, as C3D, with "
+    "the true angles and moments beside them. It comes with gaitval; nothing is downloaded."
     "\n\n\b\nExamples:\n  gaitval data sample\n  gaitval data sample recordings/sample",
 )
 def data_sample(

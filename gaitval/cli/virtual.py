@@ -10,6 +10,7 @@ from gaitval.cli.app import ConfigOption, SetOption, command
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
+    from gaitval.virtual.person import VirtualPerson
     from gaitval.virtual.recording import RecordedPerson
 
 
@@ -58,10 +59,8 @@ def virtual(
     plates, to be imported; only the lengths of foot, shank and thigh are drawn then. About half a
     minute.
     """
-    from gaitval.artefacts import write_json, write_text
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.model.parameters import PARAMETERS
     from gaitval.study.run import general_walker
     from gaitval.virtual.person import virtual_person
 
@@ -83,7 +82,14 @@ def virtual(
         made = recorded_person(number, seed, person, policy, configuration)
         _write_recording(out / f"V{seed}_{number:03d}", made)
         return
-    found = virtual_person(number, seed, person, policy, configuration)
+    _write_person(out, virtual_person(number, seed, person, policy, configuration))
+
+
+def _write_person(out: Path, found: "VirtualPerson") -> None:
+    """The subject file and the truth, and how to go on."""
+    from gaitval.artefacts import write_json, write_text
+    from gaitval.model.parameters import PARAMETERS
+
     made_of = found.subject
     path = out / f"{made_of.identifier}.toml"
     write_text(path, made_of.to_toml())
@@ -118,10 +124,10 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     }
     write_json(folder / "truth.json", about)
     trial = made.walking
+    seconds = len(trial.markers) / trial.marker_rate
     display.plain(
-        f"Recording: {folder} (standing.c3d; walking.c3d, {len(trial.markers) / trial.marker_rate:g}"
-        f" s, {len(trial.names)} markers at {trial.marker_rate:g} Hz, {len(trial.plates)} force "
-        f"plates at {trial.force_rate:g} Hz); truth: truth.csv (angles and moments of "
-        f"{len(rows) - 1} frames), truth.json"
+        f"Recording: {folder} (standing.c3d; walking.c3d, {seconds:g} s, {len(trial.names)} markers "
+        f"at {trial.marker_rate:g} Hz, {len(trial.plates)} force plates at {trial.force_rate:g} Hz)"
+        f"; truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
     display.plain(f"Import it: {import_line(folder, person.mass_kg, person.height_m, person.sex)}")

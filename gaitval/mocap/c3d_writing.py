@@ -67,10 +67,7 @@ def _add_plates(file: Any, recording: Recording) -> None:
     parameters, count = file["parameters"], len(plates)
     parameters["ANALOG"]["RATE"]["value"] = [recording.force_rate]
     parameters["ANALOG"]["LABELS"]["value"] = [
-        f"{kind}{axis}{number}"
-        for number in range(1, count + 1)
-        for kind in "FM"
-        for axis in "xyz"
+        f"{kind}{axis}{number}" for number in range(1, count + 1) for kind in "FM" for axis in "xyz"
     ]
     parameters["ANALOG"]["UNITS"]["value"] = (["N"] * 3 + ["Nmm"] * 3) * count
     file["data"]["analogs"] = np.column_stack([_channels(plate) for plate in plates]).T[None]

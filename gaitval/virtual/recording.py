@@ -2,9 +2,9 @@
 
 The person has a built-in subject's body with other lengths of foot, shank and thigh, and walks with
 the general policy on a treadmill with a plate under each foot. The markers (those of the ISB's
-recommendation) lie on its landmarks and move with its bones; cameras and plates have noise. Soft tissue does not move, and
-the landmarks are palpated without an error, so an import can find the lengths, angles and forces
-that are known here.
+recommendation) lie on its landmarks and move with its bones; cameras and plates have noise. Soft
+tissue does not move, and the landmarks are palpated without an error, so an import can find the
+lengths, angles and forces that are known here.
 """
 
 from dataclasses import dataclass, replace

@@ -513,7 +513,11 @@ def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.S
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(None, "no such file"), ("", "cannot be read as JSON"), ("[1", "cannot be read as JSON")],
+    [
+        (None, "no stored baseline"),
+        ("", "cannot be read as JSON"),
+        ("[1", "cannot be read as JSON"),
+    ],
 )
 def test_check_refuses_a_missing_or_damaged_file(
     tmp_path: Path, content: str | None, words: str, plain_messages: io.StringIO

@@ -31,9 +31,7 @@ def test_what_goes_out_comes_in_equal(tmp_path: Path, turn: np.ndarray) -> None:
         np.testing.assert_allclose(read.corners, plate.corners, atol=1e-6)
         np.testing.assert_allclose(read.force, plate.force, atol=1e-3)
         np.testing.assert_allclose(read.moment, plate.moment, atol=1e-3)
-        np.testing.assert_allclose(
-            read.centre_of_pressure, plate.centre_of_pressure, atol=1e-5
-        )
+        np.testing.assert_allclose(read.centre_of_pressure, plate.centre_of_pressure, atol=1e-5)
 
 
 def test_standing_without_plates(tmp_path: Path) -> None:
