@@ -16,7 +16,7 @@ WORTH_A_WORD: Final = 3.0
 """s of compiling after which it is said also if other functions were compiled earlier."""
 
 
-class Announcer(event.Listener):  # type: ignore[misc]
+class Announcer(event.Listener):
     """Hears of every compilation, and says it once.
 
     Parameters
@@ -66,4 +66,4 @@ def announce(cache: Path) -> None:
     if not _heard:
         empty = not cache.is_dir() or not any(cache.iterdir())
         _heard.append(Announcer(cache if empty else None))
-        event.register("numba:compile", _heard[0])
+        event.register("numba:compile", _heard[0])  # type: ignore[no-untyped-call]

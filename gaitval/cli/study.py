@@ -152,10 +152,12 @@ def identify(
     force: ForceOption = False,
     round_number: RoundOption = 1,
 ) -> None:
-    """Identify the 14 body parameters mu (CMA-ES): identification.json.
+    """Identify the 14 body parameters mu from the record (CMA-ES): identification.json.
 
-    Rolls the policy out at fixed mu, and looks for the joint damping, friction, lengths and
-    joint locations at which it walks most like the record.
+    Looks for the lengths and joint locations of the body with which the recorded motion, moments
+    and forces agree best, and says of each parameter whether the record determines it. Nothing
+    walks for it, and no policy is used; parameters that the record does not determine stay as
+    scaled.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 

@@ -124,10 +124,10 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     }
     write_json(folder / "truth.json", about)
     trial = made.walking
-    seconds = len(trial.markers) / trial.marker_rate
+    seconds, plates = len(trial.markers) / trial.marker_rate, len(trial.plates)
     display.plain(
-        f"Recording: {folder} (standing.c3d; walking.c3d, {seconds:g} s, {len(trial.names)} markers "
-        f"at {trial.marker_rate:g} Hz, {len(trial.plates)} force plates at {trial.force_rate:g} Hz)"
-        f"; truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
+        f"Recording: {folder} (standing.c3d; walking.c3d, {seconds:g} s, {len(trial.names)} "
+        f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
+        f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
     display.plain(f"Import it: {import_line(folder, person.mass_kg, person.height_m, person.sex)}")
