@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.artefacts import replacing
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import plate_axes
@@ -34,7 +34,7 @@ def write_c3d(path: Path, recording: Recording) -> None:
     import ezc3d
 
     file = ezc3d.c3d()
-    seen = np.isfinite(recording.markers).all(axis=2)
+    seen: Flags = np.asarray(np.isfinite(recording.markers).all(axis=2))
     points = np.ones((4, len(recording.names), len(recording.markers)))
     markers = np.where(seen[..., None], recording.markers, 0.0)
     points[:3] = _MILLIMETRES * markers.transpose(2, 1, 0)
