@@ -95,6 +95,26 @@ def why_unwritable(error: Exception) -> str | None:
     return None
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, unless it is there.
+
+    Raises
+    ------
+    ArtefactError : it cannot be made; the message says why.
+    """
+    try:
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ArtefactError(
+            f"{folder}: is a file, or lies below one. Give a folder with --out."
+        ) from None
+    except OSError as error:  # such as below /proc, or a name that is too long
+        raise ArtefactError(
+            f"{folder}: cannot be made ({error.strerror}). Give a folder on a disk with --out."
+        ) from None
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces it when the block ends without an error.
@@ -108,7 +128,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     path = Path(path)
     with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         handle, name = tempfile.mkstemp(
             dir=path.parent, prefix=f"{PARTIAL}{path.stem}-", suffix=path.suffix
         )
@@ -135,7 +155,7 @@ def scratch(folder: Path) -> Iterator[Path]:
     """
     folder = Path(folder)
     with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name:
             yield Path(name)
 

@@ -12,6 +12,8 @@ from typing import Any
 
 import numba
 
+from gaitval.compiling import announce
+
 SOURCES = (
     "compiled.py",
     "constants.py",
@@ -56,6 +58,7 @@ def _compiled(function: Any, **options: Any) -> Any:
     settings: Any = numba.config
     before = settings.CACHE_DIR  # NUMBA_CACHE_DIR of the user, if set
     settings.CACHE_DIR = before or str(_cache_folder())
+    announce(Path(settings.CACHE_DIR))
     try:
         return numba.njit(cache=True, error_model="numpy", **options)(function)
     finally:

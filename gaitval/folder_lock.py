@@ -8,7 +8,7 @@ from pathlib import Path
 
 import filelock
 
-from gaitval.artefacts import remove_partial, write_text, writing
+from gaitval.artefacts import make_folder, remove_partial, write_text, writing
 from gaitval.errors import ArtefactError
 
 
@@ -22,13 +22,7 @@ def held(folder: Path) -> Iterator[None]:
     ------
     ArtefactError : another process works in it, or it cannot be written to.
     """
-    try:
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        raise ArtefactError(
-            f"{folder}: is a file, or lies below one. Give a folder with --out."
-        ) from None
+    make_folder(folder)
     # The process is named in a separate file, because Windows lets nobody read a locked file.
     lock, holder = filelock.FileLock(folder / ".lock"), folder / ".process"
     try:

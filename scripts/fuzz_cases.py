@@ -10,12 +10,11 @@ import re
 import shutil
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-import ezc3d
 import fuzz_mutators as m
 import numpy as np
 from made_up_session import MadeUpSession, made_up_session
@@ -24,6 +23,7 @@ from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import identification_from
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.model.urdf import read_urdf, write_urdf
@@ -89,41 +89,17 @@ class Kind:
 
 def _walking_c3d(path: Path, trial: Recording) -> None:
     """A trial whose plates are two strips of floor, right and left, as type 2, in N and Nmm."""
-    file = ezc3d.c3d()
-    points = np.ones((4, len(trial.names), len(trial.markers)))
-    points[:3] = 1e3 * np.nan_to_num(trial.markers.transpose(2, 1, 0))
-    parameters = file["parameters"]
-    parameters["POINT"]["RATE"]["value"] = [trial.marker_rate]
-    parameters["POINT"]["LABELS"]["value"] = list(trial.names)
-    parameters["POINT"]["UNITS"]["value"] = ["mm"]
-    file["data"]["points"] = points
-    corners, channels = [], []
+    plates = []
     for plate in trial.plates:
         side = float(np.sign(np.nanmedian(plate.centre_of_pressure[:, 2])))
         outer, back, front = side, -1.0, 6.0
         right, left = max(outer, 0.0), min(outer, 0.0)
         # x forward, z to the right, so the plate's third axis points down
         at = np.array([[front, 0, right], [back, 0, right], [back, 0, left], [front, 0, left]])
-        axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
-        arm = np.nan_to_num(plate.centre_of_pressure - at.mean(axis=0))
-        moment = np.cross(arm, plate.force) + plate.free_moment
+        moment = np.cross(np.nan_to_num(plate.centre_of_pressure), plate.force) + plate.free_moment
         moment[np.isnan(plate.centre_of_pressure).any(axis=1)] = 0.0
-        corners.append(1e3 * at.T)
-        channels += [plate.force @ axes, 1e3 * moment @ axes]
-    analogs = np.column_stack(channels)
-    count = len(trial.plates)
-    parameters["ANALOG"]["RATE"]["value"] = [trial.force_rate]
-    parameters["ANALOG"]["LABELS"]["value"] = [f"C{i}" for i in range(6 * count)]
-    parameters["ANALOG"]["UNITS"]["value"] = (["N"] * 3 + ["Nmm"] * 3) * count
-    file["data"]["analogs"] = analogs.T[None]
-    declared = parameters["FORCE_PLATFORM"]
-    declared["USED"]["value"] = np.array([count])
-    declared["TYPE"]["value"] = np.array([2] * count)
-    declared["ZERO"]["value"] = np.array([0, 0])
-    declared["CHANNEL"]["value"] = np.arange(1, 6 * count + 1).reshape(count, 6).T
-    file.add_parameter("FORCE_PLATFORM", "CORNERS", np.stack(corners, axis=2))
-    file.add_parameter("FORCE_PLATFORM", "ORIGIN", np.zeros((3, count)))
-    file.write(str(path))
+        plates.append(replace(plate, corners=at, moment=moment))
+    write_c3d(path, replace(trial, plates=tuple(plates)))
 
 
 def _tabbed(path: Path, header: list[str], values: np.ndarray) -> None:

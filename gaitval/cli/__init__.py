@@ -3,6 +3,7 @@
 from gaitval.cli import (
     cohort,
     compare,
+    curves,
     data,
     history,
     imports,
@@ -17,6 +18,7 @@ from gaitval.cli.app import main
 __all__ = [
     "cohort",
     "compare",
+    "curves",
     "data",
     "history",
     "imports",

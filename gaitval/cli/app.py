@@ -4,13 +4,15 @@ import os
 import shlex
 import signal
 import sys
+import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from gaitval import __version__
 from gaitval.artefacts import why_unwritable
@@ -39,8 +41,78 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 """
 
 
-class _Commands(TyperGroup):
-    """Turns errors that a user can fix into a message and an exit code."""
+PANELS = {
+    "Main jobs": ("subject", "import", "predict", "judge", "check", "compare", "report"),
+    "More ways in, and many people": (
+        *("curves", "subjects", "data", "imports", "cohort", "virtual", "screen"),
+    ),
+    "Stored accuracy": ("baseline", "history"),
+    "Single stages of a run": (
+        *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),
+    ),
+}
+"""Commands in the order in which the help shows them, by heading."""
+
+_YES_OR_NO = ("true", "false", "yes", "no", "on", "off")
+
+
+def panel_of(name: str) -> str:
+    """The heading of a command in the help."""
+    return next(panel for panel, names in PANELS.items() if name in names)
+
+
+def _no_type(ctx: Any) -> None:
+    """A flag's column for its type is empty."""
+
+
+def _plain_flags(parameters: Iterable[Any]) -> None:
+    """Show flags as such: typer writes `<bool>` behind them, as if they took a value."""
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.display_type_rich = _no_type
+
+
+class Command(TyperCommand):
+    """A command whose flags look and behave as flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options, flags without a type."""
+        found: list[Any] = super().get_params(ctx)
+        _plain_flags(found)
+        return found
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse a value behind a flag in words that help."""
+        flags = {
+            name
+            for parameter in self.get_params(ctx)
+            if getattr(parameter, "is_flag", False)
+            for name in parameter.opts
+        }
+        for flag, value in pairwise(args):
+            if flag in flags and value.lower() in _YES_OR_NO:
+                ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
+        rest: list[str] = super().parse_args(ctx, args)
+        return rest
+
+
+class Group(TyperGroup):
+    """Commands of one word, whose help shows flags as flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options, flags without a type."""
+        found: list[Any] = super().get_params(ctx)
+        _plain_flags(found)
+        return found
+
+
+class _Commands(Group):
+    """Orders the commands, and turns errors that a user can fix into a message and an exit code."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        order = [name for names in PANELS.values() for name in names]
+        self.commands = dict(sorted(self.commands.items(), key=lambda each: order.index(each[0])))
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -68,8 +140,7 @@ class _Commands(TyperGroup):
             )  # fmt: skip
             raise typer.Exit(GaitvalError.exit_code) from None
         except KeyboardInterrupt:
-            display.messages.print("interrupted; the same command resumes", style="yellow")
-            raise typer.Exit(STOPPED) from None
+            raise typer.Exit(_interrupted()) from None
 
 
 app = typer.Typer(
@@ -200,7 +271,12 @@ def command(
         shown = "\n".join(f"  {example}" for example in examples)
         text = _paragraphs(function.__doc__ or "")
         # \b keeps the lines of the examples.
-        app.command(name, help=f"{text}\n\n\b\nExamples:\n{shown}")(function)
+        app.command(
+            name,
+            cls=Command,
+            help=f"{text}\n\n\b\nExamples:\n{shown}",
+            rich_help_panel=panel_of(name or function.__name__),
+        )(function)
         return function
 
     return register
@@ -221,19 +297,47 @@ def _root(
     """Options of `gaitval` itself."""
 
 
+_signal: int | None = None
+"""The signal that asked this process to end."""
+
+
 def _end_in_order() -> None:
     """Let a signal that ends the process end it as Ctrl-C does, so that nothing is left behind:
     processes, half-written files, folders of temporary files.
+
+    Python drops what is raised while it calls back into a library, for instance in a weak
+    reference's function during an import; the signal is then sent once more.
     """
 
     def end(number: int, _: object) -> None:
-        display.messages.print("ended from outside; the same command resumes", style="yellow")
+        global _signal
+        first = _signal is None
+        _signal = number
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        if first:
+            display.messages.print("ended from outside; the same command resumes", style="yellow")
         raise SystemExit(128 + number)
 
-    for name in ("SIGTERM", "SIGHUP"):
+    for name, default in (
+        ("SIGTERM", signal.SIG_DFL),
+        ("SIGHUP", signal.SIG_DFL),
+        ("SIGINT", signal.default_int_handler),
+    ):
         kind = getattr(signal, name, None)
-        if kind is not None and signal.getsignal(kind) == signal.SIG_DFL:
+        if kind is not None and signal.getsignal(kind) == default:
             signal.signal(kind, end)
+    shown = sys.unraisablehook
+
+    def dropped(unraisable: Any) -> None:
+        if _signal is None or not issubclass(unraisable.exc_type, (KeyboardInterrupt, SystemExit)):
+            shown(unraisable)
+            return
+        again = threading.Timer(0.05, os.kill, (os.getpid(), _signal))
+        again.daemon = True
+        again.start()
+
+    sys.unraisablehook = dropped
 
 
 def main() -> None:
@@ -243,7 +347,11 @@ def main() -> None:
     _end_in_order()
     try:
         app()
+    except KeyboardInterrupt:
+        sys.exit(_interrupted())
     except Exception as error:
+        if _signal is not None:  # a library has made an error of its own out of the interruption
+            sys.exit(_interrupted() if _signal == signal.SIGINT else 128 + _signal)
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.messages.print(
@@ -257,3 +365,9 @@ def main() -> None:
             soft_wrap=True,
         )
         sys.exit(INTERNAL)
+
+
+def _interrupted() -> int:
+    """Say that Ctrl-C ended the command; returns the exit code."""
+    display.messages.print("interrupted; the same command resumes", style="yellow")
+    return STOPPED

@@ -15,14 +15,15 @@ from rich.progress import (
 )
 
 from gaitval.cli import display
-from gaitval.cli.app import app
+from gaitval.cli.app import Command, Group, app, panel_of
 
 data_app = typer.Typer(
+    cls=Group,
     no_args_is_help=True,
     rich_markup_mode="rich",
-    help="List and download published data sets.",
+    help="List and download published data sets; copy the sample recording.",
 )
-app.add_typer(data_app, name="data")
+app.add_typer(data_app, name="data", rich_help_panel=panel_of("data"))
 
 FolderOption = Annotated[
     Path | None,
@@ -34,6 +35,7 @@ FolderOption = Annotated[
 
 @data_app.command(
     "list",
+    cls=Command,
     help="List the data sets that can be fetched, and which parts are on this machine."
     "\n\n\b\nExamples:\n  gaitval data list",
 )
@@ -55,6 +57,7 @@ def data_list(folder: FolderOption = None) -> None:
 
 @data_app.command(
     "fetch",
+    cls=Command,
     help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
     "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
 )
@@ -91,3 +94,36 @@ def data_fetch(
             highlight=False,
             soft_wrap=True,
         )
+
+
+def import_line(folder: Path, mass_kg: float, height_m: float, sex: str) -> str:
+    """The command that imports a recording of `gaitval virtual --c3d`."""
+    out = Path("reports") / "sample"
+    files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
+    return (
+        f"gaitval import {files} --mass {mass_kg:g} --height {height_m:g} --sex {sex} --out {out}"
+    )
+
+
+@data_app.command(
+    "sample",
+    cls=Command,
+    help="Copy the sample recording: markers and force plates of a virtual person, as C3D, with "
+    "the true angles and moments beside them. It comes with gaitval; nothing is downloaded."
+    "\n\n\b\nExamples:\n  gaitval data sample\n  gaitval data sample recordings/sample",
+)
+def data_sample(
+    folder: Annotated[
+        Path, typer.Argument(metavar="[FOLDER]", help="Where to copy it.", show_default=False)
+    ] = Path("sample"),
+) -> None:
+    """Copy the sample recording."""
+    from gaitval.artefacts import read_json
+    from gaitval.datasets.sample import copy_sample
+
+    files = copy_sample(folder)
+    size = sum(file.stat().st_size for file in files)
+    about = read_json(folder / "truth.json")
+    display.plain(f"{folder}: {', '.join(file.name for file in files)} ({size / 1e3:.0f} kB)")
+    line = import_line(folder, about["mass_kg"], about["height_m"], about["sex"])
+    display.plain(f"Import it: {line}")

@@ -23,6 +23,7 @@ from rich.table import Table
 
 from gaitval.errors import ToleranceError
 from gaitval.study.stage import INTERRUPTED, Observer
+from gaitval.study.watching import BESIDE
 
 if TYPE_CHECKING:
     from gaitval.metrics.regression import Row
@@ -66,7 +67,10 @@ class Live(Observer):
         self.stage = stage
         self._begun = self._last_line = monotonic()
         self._first_done = -1.0
-        self.say(f"{stage}: {'resumes' if reason == INTERRUPTED else 'starts'} ({reason})")
+        how = {INTERRUPTED: "resumes", BESIDE: "goes on"}.get(reason, "starts")
+        self.say(f"{stage}: {how} ({reason})")
+        if self.console.is_terminal:
+            self._show_clock()
 
     def progress(self, values: Mapping[str, float]) -> None:
         """Show the progress of a stage.
@@ -86,6 +90,7 @@ class Live(Observer):
         )
         if self._first_done < 0:
             self._first_done = done
+            self.close()  # the clock, now that it is known how much there is to do
         if self.console.is_terminal:
             self._show_bar(unit, done, total, rest)
         elif monotonic() - self._last_line >= PLAIN_SECONDS:
@@ -105,6 +110,19 @@ class Live(Observer):
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
+
+    def _show_clock(self) -> None:
+        """A moving bar with the time, for a stage that does not say how far it is."""
+        self.close()
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TimeElapsedColumn(),
+            console=self.console,
+            transient=True,
+        )
+        self._bar.add_task(self.stage, total=None)
+        self._bar.start()
 
     def _show_bar(self, unit: str, done: float, total: float, rest: str) -> None:
         if self._bar is None:

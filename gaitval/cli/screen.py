@@ -23,7 +23,7 @@ def screen(
     One after the other is moved by a standard deviation of what is known of it, from six random
     bodies, and the general policy walks: the table has the mean change of the curves. SD, after /
     before: what is left of the uncertainty when all are looked for together
-    (identification.parameters=extended). About a minute.
+    (identification.parameters=extended). Two to three minutes.
     """
     from gaitval.artefacts import write_text
     from gaitval.configuration import load_configuration
@@ -50,14 +50,32 @@ def screen(
     rows = table(found)
     if out is not None:
         write_text(out, "".join(",".join(row) + "\n" for row in rows))
-    joined = [
-        [row[0].replace("_", " "), row[1], *(_joined(row[i : i + 2]) for i in (2, 4, 6)), row[-1]]
-        for row in rows
-    ]
-    display.print_rows(joined, f"{person.identifier}: what a parameter does to the walk")
+    display.print_rows(
+        [_shown(row) for row in rows], f"{person.identifier}: what a parameter does to the walk"
+    )
+    display.output.print(
+        "Step: a standard deviation of what is known of the parameter (no unit: a factor, "
+        "coefficient or logarithm). Mean ± SD over the bodies that could walk before and after "
+        "the step (column walks; without an SD there was only one).",
+        highlight=False,
+    )
+    if out is not None:
+        display.plain(f"Table: {out}")
+
+
+def _shown(row: list[str]) -> list[str]:
+    """A row of the table for a terminal: step with its unit, means with their SD."""
+    name, step, unit, walks, *effects, ratio = row
+    with_unit = step if unit in ("unit", "1") else f"{step} {unit}"
+    pairs = [_joined(effects[i : i + 2]) for i in range(0, len(effects), 2)]
+    return [name.replace("_", " "), with_unit, walks, *pairs, ratio]
 
 
 def _joined(cells: list[str]) -> str:
     """A mean and its SD; of the header, the mean's name."""
     mean, spread = cells
-    return mean if spread.endswith("SD") else f"{float(mean):.2g} ± {float(spread):.2g}"
+    if spread.endswith("SD"):
+        return mean
+    if mean == "nan":
+        return "falls"
+    return f"{float(mean):.2g}" + ("" if spread == "nan" else f" ± {float(spread):.2g}")

@@ -152,10 +152,12 @@ def identify(
     force: ForceOption = False,
     round_number: RoundOption = 1,
 ) -> None:
-    """Identify the 14 body parameters mu (CMA-ES): identification.json.
+    """Identify the 14 body parameters mu from the record (CMA-ES): identification.json.
 
-    Rolls the policy out at fixed mu, and looks for the joint damping, friction, lengths and
-    joint locations at which it walks most like the record.
+    Looks for the lengths and joint locations of the body with which the recorded motion, moments
+    and forces agree best, and says of each parameter whether the record determines it. Nothing
+    walks for it, and no policy is used; parameters that the record does not determine stay as
+    scaled.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 
@@ -430,17 +432,18 @@ def baseline(
 
 
 @command(
-    "gaitval check --baseline reports/S05/baseline",
-    "gaitval check --baseline reports/S05/baseline --junit accuracy.xml",
-    "gaitval check --baseline reports/S05/baseline --quick --history accuracy.db",
+    "gaitval check --baseline S05     # the one that comes with gaitval",
+    "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
+    "gaitval check --baseline S05 --quick --history accuracy.db",
 )
 def check(
     baseline: Annotated[
-        Path,
+        str,
         typer.Option(
             "--baseline",
-            metavar="FOLDER",
-            help="Folder of a stored baseline, or the metrics.json in it.",
+            metavar="FOLDER|SUBJECT",
+            help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
+            "(S05), whose baseline comes with gaitval.",
             show_default=False,
         ),
     ],
@@ -450,7 +453,9 @@ def check(
     ] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Compare the curves only: seconds; no long walks, no pushes."),
+        typer.Option(
+            "--quick", help="Compare the curves only: about a minute; no long walks, no pushes."
+        ),
     ] = False,
     fewer: Annotated[
         str | None,
@@ -473,24 +478,25 @@ def check(
     """
     from gaitval.metrics import history as histories
     from gaitval.metrics.regression import LONG_MEASURES, check_same_measures, compare, write_junit
-    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
+    from gaitval.study.baseline import METRICS, changed_inputs, stored_metrics, walk_again
+    from gaitval.study.seal import inputs_in_words
+    from gaitval.study.stored_baselines import find_baseline
 
-    if baseline.is_dir():
-        baseline /= "metrics.json"
-    stored = stored_metrics(baseline, fewer=fewer is not None)
+    folder = find_baseline(baseline)
+    stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
+    display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
     if history is not None:
         histories.prepare(history)  # before minutes of walking
     with display.live_view() as live:
-        now = walk_again(baseline.parent, live, quick=quick)
+        now = walk_again(folder, live, quick=quick)
     rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
     if fewer is None:
         check_same_measures(rows)
-    changed = changed_inputs(baseline.parent, now)
-    inputs = "; ".join(changed) or "the same as when the baseline was stored"
+    inputs = inputs_in_words(changed_inputs(folder, now))
     if history is not None:
         histories.add(history, histories.of_rows(rows, now["subject"]["identifier"]))
     if junit is not None:
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)
-    display.plain(f"Inputs: {'changed: ' if changed else ''}{inputs}")
-    display.judge_moved(rows, baseline)
+    display.plain(f"Inputs: {inputs}")
+    display.judge_moved(rows, folder)

@@ -1,7 +1,7 @@
 """The command that makes virtual people."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,11 +9,16 @@ from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, command
 from gaitval.errors import ConfigurationError
 
+if TYPE_CHECKING:
+    from gaitval.virtual.person import VirtualPerson
+    from gaitval.virtual.recording import RecordedPerson
+
 
 @command(
     "gaitval virtual --number 3 --out runs/virtual",
     "gaitval virtual --around 8 --by stature --seed 7 --out runs/virtual",
-    "gaitval identify runs/virtual/V7_000.toml",
+    "gaitval subject runs/virtual/V7_000.toml     # identify it, and walk as it does",
+    "gaitval virtual --c3d --out runs/recorded",
 )
 def virtual(
     out: Annotated[
@@ -35,6 +40,14 @@ def virtual(
             help="How the body was measured: markers, or stature alone, which knows it worse.",
         ),
     ] = "markers",
+    c3d: Annotated[
+        bool,
+        typer.Option(
+            "--c3d",
+            help="Instead of a subject file, write what a laboratory records: standing.c3d, "
+            "walking.c3d, and the true angles and moments.",
+        ),
+    ] = False,
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -42,12 +55,12 @@ def virtual(
 
     A body is drawn from what is uncertain about a person's scaling, walks with the general policy,
     and is measured with a laboratory's errors (`noise` in the configuration). Identify it like
-    anyone else, and compare with NAME-truth.json.
+    anyone else, and compare with NAME-truth.json. With --c3d it is recorded by markers and force
+    plates, to be imported; only the lengths of foot, shank and thigh are drawn then. About half a
+    minute.
     """
-    from gaitval.artefacts import write_json, write_text
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.model.parameters import PARAMETERS
     from gaitval.study.run import general_walker
     from gaitval.virtual.person import virtual_person
 
@@ -58,9 +71,63 @@ def virtual(
     if by == "stature":
         person = person.by_stature()
     policy = general_walker(configuration.environment)
-    found = virtual_person(number, seed, person, policy, configuration)
-    path = out / f"{found.subject.identifier}.toml"
-    write_text(path, found.subject.to_toml())
+    display.messages.print(
+        f"Walking: virtual person {number} of seed {seed}, drawn around {person.identifier} "
+        f"({person.source}).",
+        highlight=False,
+    )
+    if c3d:
+        from gaitval.virtual.recording import recorded_person
+
+        made = recorded_person(number, seed, person, policy, configuration)
+        _write_recording(out / f"V{seed}_{number:03d}", made)
+        return
+    _write_person(out, virtual_person(number, seed, person, policy, configuration))
+
+
+def _write_person(out: Path, found: "VirtualPerson") -> None:
+    """The subject file and the truth, and how to go on."""
+    from gaitval.artefacts import write_json, write_text
+    from gaitval.model.parameters import PARAMETERS
+
+    made_of = found.subject
+    path = out / f"{made_of.identifier}.toml"
+    write_text(path, made_of.to_toml())
     truth = {name: float(each) for name, each in zip(PARAMETERS, found.truth, strict=True)}
-    write_json(out / f"{found.subject.identifier}-truth.json", truth)
-    display.output.print(f"{path}: a virtual person; the truth is beside it.", highlight=False)
+    beside = out / f"{made_of.identifier}-truth.json"
+    write_json(beside, truth)
+    display.plain(
+        f"Subject: {path} ({made_of.mass_kg:g} kg, {made_of.height_m:g} m, walks at "
+        f"{made_of.walking_speed_m_s:.2f} m/s); truth: {beside} (the {len(truth)} body "
+        f"parameters); go on with: gaitval subject {path}"
+    )
+
+
+def _write_recording(folder: Path, made: "RecordedPerson") -> None:
+    """The files of a recorded virtual person, and how to go on."""
+    from gaitval.artefacts import write_json, write_text
+    from gaitval.cli.data import import_line
+    from gaitval.mocap.c3d_writing import write_c3d
+    from gaitval.model.parameters import PARAMETERS
+
+    write_c3d(folder / "standing.c3d", made.standing)
+    write_c3d(folder / "walking.c3d", made.walking)
+    rows = made.truth()
+    write_text(folder / "truth.csv", "".join(",".join(row) + "\n" for row in rows))
+    person = made.subject
+    about = {
+        "mu": {name: float(each) for name, each in zip(PARAMETERS, made.mu, strict=True)},
+        "lengths": made.lengths(),
+        "mass_kg": person.mass_kg,
+        "height_m": person.height_m,
+        "sex": person.sex,
+    }
+    write_json(folder / "truth.json", about)
+    trial = made.walking
+    seconds, plates = len(trial.markers) / trial.marker_rate, len(trial.plates)
+    display.plain(
+        f"Recording: {folder} (standing.c3d; walking.c3d, {seconds:g} s, {len(trial.names)} "
+        f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
+        f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
+    )
+    display.plain(f"Import it: {import_line(folder, person.mass_kg, person.height_m, person.sex)}")

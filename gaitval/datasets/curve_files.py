@@ -7,8 +7,10 @@ the table that an import writes. Other columns are left alone.
 """
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -47,6 +49,7 @@ _PHASE: Final = np.arange(SAMPLES) / (SAMPLES - 1)
 _JUMP: Final = {"angle": 5.0, "moment": 0.3, "force": 0.3}
 """Degrees, Nm/kg, body weights between neighbouring rows, which no mean curve changes by."""
 
+_NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx")
 
 PELVIS_MISMATCH: Final = float(np.radians(2.0))
 """rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
@@ -62,12 +65,26 @@ class MeanCurves:
     moments : Nm/kg; empty if none were given.
     forces : body weights, (101, 3) of each side; empty likewise.
     seam : rows whose moments are not to be trusted.
+    left_out : names of the columns that are no curves.
     """
 
     angles: Mapping[str, Array]
     moments: Mapping[str, Array]
     forces: Mapping[Side, Array]
     seam: tuple[int, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    def in_words(self) -> str:
+        """What was read, and what was left out."""
+        sides = sorted({name[-1] for name in self.angles}, reverse=True)
+        both = " and ".join({"r": "right", "l": "left"}[side] for side in sides)
+        kinds = [f"{len(self.angles)} angles"]
+        kinds.append(f"{len(self.moments)} moments (Nm/kg)" if self.moments else "no moments")
+        forces = 3 * len(self.forces)
+        kinds.append(f"{forces} forces (body weights)" if forces else "no forces")
+        shown = [*self.left_out[:6], *(["…"] if len(self.left_out) > 6 else [])]
+        rest = f"; left out: {', '.join(shown)}" if shown else ""
+        return f"{both}, {', '.join(kinds)}{rest}"
 
 
 def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") -> MeanCurves:
@@ -80,8 +97,11 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
     if any(_is_wbds(path) for path in paths):
         return _from_wbds(paths)
     columns: dict[str, tuple[Path, Array]] = {}
+    left_out: list[str] = []
     for path in paths:
-        for name, values in _table(path).items():
+        curves, others = _table(path)
+        left_out += others
+        for name, values in curves.items():
             if name in columns:
                 raise RecordError(
                     f"{path}: column {name} is in {columns[name][0]} too. Give each curve once."
@@ -108,6 +128,7 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
             for side in SIDES
             if forces
         },
+        left_out=tuple(dict.fromkeys(left_out)),
     )
 
 
@@ -223,26 +244,37 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
-def _table(path: Path) -> dict[str, Array]:
-    """Columns of curves in a file, without `_mean`."""
+def _notes(path: Path) -> int:
+    """Number of lines at the top of a CSV file that start with `#`, such as a template's."""
+    with path.open(encoding="utf-8-sig") as file:
+        return sum(1 for _ in takewhile(lambda line: line.startswith("#"), file))
+
+
+def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
+    """Columns of curves in a file, without `_mean`, and the names of the others."""
+    if path.suffix.lower() in _NO_TABLES:
+        raise RecordError(
+            f"{path}: a {path.suffix} file is no table of mean curves. Give CSV or Parquet, or "
+            "WBDS's ang.txt and knt.txt; `gaitval curves --template` writes a CSV to fill in."
+        )
     try:
         if path.suffix.lower() in (".parquet", ".pq"):
             table = pd.read_parquet(path)
         else:
-            table = pd.read_csv(path, sep=None, engine="python", encoding="utf-8")
+            table = pd.read_csv(
+                path, sep=None, engine="python", encoding="utf-8", skiprows=_notes(path)
+            )
     except FileNotFoundError:
         raise RecordError(f"{path}: no such file. Check the path.") from None
     except IsADirectoryError:
         raise RecordError(f"{path}: is a folder. Give a file of mean curves.") from None
     except Exception as error:  # the readers have no common error
-        raise RecordError(
-            f"{path}: cannot be read as {'Parquet' if 'p' in path.suffix[1:2] else 'CSV'} "
-            f"({type(error).__name__}: {str(error)[:100]}). Export it again, with a header."
-        ) from None
-    found = {}
+        raise RecordError(f"{path}: {_unread(path, error)}") from None
+    found, others = {}, []
     for name in map(str, table.columns):
         plain = name.strip().removesuffix("_mean")
         if not plain.startswith(("angle_", "moment_", "force_")) or plain.endswith("_sd"):
+            others.append(name.strip())
             continue
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
         if len(values) != SAMPLES:
@@ -255,9 +287,24 @@ def _table(path: Path) -> dict[str, Array]:
         seen = ", ".join(map(str, list(table.columns)[:6]))
         raise RecordError(
             f"{path}: no column of a curve; its columns are {seen}. Name them by kind and "
-            "coordinate: angle_hip_flexion_r, moment_knee_angle_l, force_up_r."
+            "coordinate: angle_hip_flexion_r, moment_knee_angle_l, force_up_r. `gaitval curves "
+            "--template` writes a file with all of them."
         )
-    return found
+    return found, others
+
+
+def _unread(path: Path, error: Exception) -> str:
+    """Why a file is no table of curves, for whoever exported it."""
+    if path.suffix.lower() in (".parquet", ".pq"):
+        return "cannot be read as Parquet; it is damaged, or something else. Export it again."
+    if isinstance(error, UnicodeDecodeError):
+        return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
+    if widths := re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error)):
+        return (
+            f"cannot be read as CSV: line {widths[2]} has {widths[3]} values, but the header has "
+            f"{widths[1]}. Export it with one header and a value for each column in every row."
+        )
+    return "cannot be read as CSV. Export it again, with a header and the same columns in each row."
 
 
 def _of_kind(

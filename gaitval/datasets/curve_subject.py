@@ -1,7 +1,7 @@
 """Subject files from mean curves: a new person, or a further trial of a known one."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
@@ -106,19 +106,27 @@ def _of_trial(
     stride_time: float,
     stance: float | None,
     angle_unit: str,
+    tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Values of the subject that the trial gives; speed m/s, stride time s, stance of the cycle."""
+    """Values of the subject that the trial gives; speed m/s, stride time s, stance of the cycle.
+    `tell` is called with a sentence on what was read.
+    """
     del name
     unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit), None)
     if unit is None:
         raise ConfigurationError(f"--angle-unit {angle_unit}: give deg or rad.")
     where = ", ".join(str(path) for path in files)
     curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
-    return {
-        "walking_speed_m_s": speed,
-        "stride_time_s": stride_time,
-        **gait_values(curves, where, stance),
-    }
+    values = gait_values(curves, where, stance)
+    if tell is not None:
+        read = {"deg": "degrees", "rad": "radians"}[unit]
+        stances = values["stance_fraction"]
+        tell(
+            f"Read {where}: {curves.in_words()}; angles in {read}. The left foot strikes at "
+            f"{100 * values['left_phase']:.0f} % of the right cycle, stance lasts "
+            f"{100 * stances.right:.0f} % (right) and {100 * stances.left:.0f} % (left) of it."
+        )
+    return {"walking_speed_m_s": speed, "stride_time_s": stride_time, **values}
 
 
 def _check_target(out: Path) -> None:

@@ -27,6 +27,13 @@ from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
 NAMES: Final = (*PARAMETERS, *(each.name for each in EXTENDED))
+UNITS: Final = {
+    **dict.fromkeys(PARAMETERS, "m"),
+    "damping": "Nms/rad",
+    **{name: "1" for name in PARAMETERS if name == "friction" or name.endswith("_length")},
+    **{each.name: each.unit for each in EXTENDED},
+}
+"""Of the parameters; "1" of a factor, a coefficient or a logarithm."""
 KINDS: Final = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}
 """Factor from each kind's curves to degrees, Nm/kg and % of body weight."""
 
@@ -59,8 +66,13 @@ class Screened:
 
     @property
     def spread(self) -> Array:
-        """(3,) standard deviation of the effects."""
-        return np.asarray(self.effects.std(axis=0)) if len(self.effects) else np.full(3, np.nan)
+        """(3,) standard deviation of the effects; NaN of fewer than two."""
+        return np.asarray(self.effects.std(axis=0)) if len(self.effects) > 1 else np.full(3, np.nan)
+
+    @property
+    def unit(self) -> str:
+        """Of the step."""
+        return UNITS[self.name]
 
 
 def effects_of(
@@ -161,13 +173,20 @@ def screened(
 
 
 def table(parameters: Sequence[Screened]) -> list[list[str]]:
-    """Header and a row for each parameter: step, mean and SD of its effects, SD after / before."""
+    """Header and a row for each parameter: step and its unit, number of pairs of walks, mean and SD
+    of its effects, SD after / before. What cannot be worked out is "nan".
+    """
     units = ("deg", "Nm/kg", "% BW")
     effects = [f"{kind} ({unit}){of}" for kind, unit in zip(KINDS, units, strict=True)
                for of in ("", " SD")]  # fmt: skip
-    rows = [["parameter", "step", *effects, "SD after / before"]]
+    rows = [["parameter", "step", "unit", "walks", *effects, "SD after / before"]]
     for each in parameters:
         both = np.column_stack([each.mean, each.spread]).ravel()
-        numbers = [each.prior_sd, *both.tolist(), each.contraction]
-        rows.append([each.name, *(f"{number:.3g}" for number in numbers)])
+        numbers = [*both.tolist(), each.contraction]
+        rows.append(
+            [
+                *(each.name, f"{each.prior_sd:.3g}", each.unit, str(len(each.effects))),
+                *(f"{number:.3g}" for number in numbers),
+            ]
+        )
     return rows

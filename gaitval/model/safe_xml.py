@@ -35,7 +35,11 @@ def read_xml(path: Path, *, largest: int, usual: str, mend: str) -> bytes:
         size = path.stat().st_size
         content = path.read_bytes() if size <= largest else b""
     except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror}).") from None
+        if isinstance(error, FileNotFoundError):
+            raise ModelError(f"{path}: no such file. Check the path.") from None
+        raise ModelError(
+            f"{path}: cannot be read ({error.strerror}). Give a file that you may read."
+        ) from None
     if size > largest:
         raise ModelError(f"{path}: {size} bytes, but {usual}. {mend}")
     return content

@@ -114,13 +114,23 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     ScalingError : the markers cannot be used (see `joint_centres.measure`), or give an implausible
         body; all implausible lengths are listed.
     """
+    return build_body(subject, measurements_of(subject))
+
+
+def measurements_of(subject: Person | MeasuredPerson) -> Measurements:
+    """The lengths that `scale_subject` builds a person's body from.
+
+    Raises
+    ------
+    ScalingError : the markers or lengths cannot be used.
+    """
     stored = getattr(subject, "measurements", None)
     if stored:
-        return build_body(subject, Measurements.from_dict(stored))
+        return Measurements.from_dict(stored)
     if subject.markers:
-        return build_body(subject, measure(subject.markers))
+        return measure(subject.markers)
     by_tape: Mapping[str, float] = getattr(subject, "tape", {})
-    return build_body(subject, measure_by_tape(height_m=subject.height_m, **by_tape))
+    return measure_by_tape(height_m=subject.height_m, **by_tape)
 
 
 def build_body(subject: Individual, measured: Measurements) -> ScaledBody:

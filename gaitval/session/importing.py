@@ -8,7 +8,7 @@ from typing import TypedDict, Unpack
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.errors import GaitvalError
+from gaitval.errors import GaitvalError, RecordError
 from gaitval.folder_lock import held
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves, halves_of
@@ -115,8 +115,20 @@ def import_files(
     progress = Progress()
     stood = Path(trials[0] if static is None else static)
     request = _request(stood, trials, out, (mass, height, sex), options, progress.noting(tell))
+    _check_there(request)  # a typing error leaves no folder behind
     with held(Path(out)):
         return _import(Path(out), request, configuration, tell, progress, options)
+
+
+def _check_there(request: Request) -> None:
+    """Raise RecordError, which names all files of a request that are missing."""
+    given = (request.static, *request.trials, *request.forces, *request.functional)
+    missing = [str(path) for path in dict.fromkeys(given) if not path.exists()]
+    if missing:
+        raise RecordError(
+            f"{', '.join(missing)}: no such file{'s' if len(missing) > 1 else ''}. Check the "
+            f"{'paths' if len(missing) > 1 else 'path'}."
+        )
 
 
 def _import(

@@ -49,6 +49,7 @@ from gaitval.study.stages import (
     validate_stage,
 )
 from gaitval.study.unread import say_unread
+from gaitval.study.watching import BESIDE, generations_shown
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -57,6 +58,9 @@ if TYPE_CHECKING:
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
+
+STATE = "identification_state.json"
+"""What an identification that runs has found, beside its results (`identification.identify`)."""
 
 IN_WORKERS = (
     "gaitval.identification.identify",
@@ -318,9 +322,12 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
     begun = begin_stage(identify, run.folder, force=force)
     assert begun is not None
     with beside(_identify, run.folder, run.subject, run.configuration) as identified:
+        run.observer.say(f"{identify.name}: runs beside the training ({begun.reason})")
         run_stage(train, run.folder, force=force, observer=run.observer)
-        run.observer.started(identify.name, f"{begun.reason}; since the training began")
-        seconds = identified()
+        run.observer.started(identify.name, BESIDE)
+        state = run.folder / f"rounds/{round_number}/identification" / STATE
+        with generations_shown(run.observer, state, run.configuration.identification.generations):
+            seconds = identified()
     end_stage(begun, seconds)
     run.observer.finished(identify.name, seconds)
 

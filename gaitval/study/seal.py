@@ -18,6 +18,9 @@ from gaitval.metrics.typed import Result, Sha256
 SEAL: Final = "seal.json"
 VERSION: Final = 1
 
+UNKNOWN_CODE: Final = "the baseline does not say which code it was made with"
+"""Of a baseline that was sealed by hand, or that an earlier gaitval stored."""
+
 _WITHOUT_MEASURES: Final = ("measures", "tolerances")
 
 
@@ -192,10 +195,20 @@ def changes(
     if before["provenance"]["record"] != now["provenance"]["record"]:
         told.append("the record as it is read now")
     if found.code is None:
-        told.append("perhaps the code: the baseline does not say which code it is of")
+        told.append(UNKNOWN_CODE)
     else:
         told += _changed_code(found.code, code)
     return told
+
+
+def inputs_in_words(changed: Sequence[str]) -> str:
+    """One sentence on what `changes` found. Code that nobody noted is not a change."""
+    known = [each for each in changed if each != UNKNOWN_CODE]
+    if known:
+        return f"changed: {'; '.join(changed)}"
+    if changed:
+        return f"the same as when the baseline was stored, as far as is known: {UNKNOWN_CODE}"
+    return "the same as when the baseline was stored"
 
 
 def _changed_code(then: Mapping[str, str], now: Mapping[str, str]) -> Sequence[str]:

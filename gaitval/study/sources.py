@@ -234,7 +234,10 @@ def _string_parts(values: list[ast.expr]) -> Iterator[str]:
 
 
 def _name(path: Path, package: Path) -> str:
-    return path.relative_to(package.parent).as_posix()
+    """A file's name, the same in a checkout and in a wheel, which has the body model inside."""
+    inside = package / "models"
+    start = package if path.is_relative_to(inside) else package.parent
+    return path.relative_to(start).as_posix()
 
 
 def _hash(text: bytes) -> str:

@@ -1,7 +1,7 @@
 """pytest plug-in: tests that a stored walk still reaches its accuracy.
 
     def test_knee(gaitval_check):
-        gaitval_check("reports/S05/baseline", quantities=["knee_angle"])
+        gaitval_check("S05", quantities=["knee_angle"])
 
 Installing gaitval installs it. The stored policy walks again with the installed code and libraries,
 once for each baseline however many tests ask for it (also over the workers of pytest-xdist), and
@@ -60,20 +60,25 @@ def gaitval_check(
 ) -> Check:
     """A function that fails the test if a stored walk has lost accuracy.
 
-    Its parameters: `baseline`, the folder (relative to pytest's root); `quantities`, measures
+    Its parameters: `baseline`, the folder (relative to pytest's root) or a built-in subject
+    ("S05"), whose baseline comes with gaitval; `quantities`, measures
     ("angle_rmse") or their targets, with or without the side ("knee_angle", "knee_angle_r"), all
     of them if left out. It returns the rows that were compared.
     """
     from gaitval.errors import GaitvalError
+    from gaitval.study.stored_baselines import find_baseline
 
     def check(baseline: str | Path, quantities: Sequence[str] | None = None) -> "list[Row]":
         __tracebackhide__ = True
-        folder = Path(request.config.rootpath, baseline).resolve()
+        refused = None
         try:
+            folder = find_baseline(baseline, request.config.rootpath).resolve()
             rows, inputs = _compared(request.config, folder, tmp_path_factory)
             chosen = _chosen(rows, quantities)
         except GaitvalError as error:
-            pytest.fail(f"{error}", pytrace=False)
+            refused = str(error)
+        if refused is not None:  # not inside `except`: pytest would show both errors
+            pytest.fail(refused, pytrace=False)
         request.node.user_properties.append(("inputs of the walk", inputs))
         worse = [row for row in chosen if row.change == "lost"]
         request.config.stash[_MOVED][str(baseline)] = [
@@ -111,8 +116,11 @@ def _compared(
     from gaitval.artefacts import value_hash, write_json
     from gaitval.metrics.regression import LONG_MEASURES, compare
     from gaitval.study.baseline import METRICS, changed_inputs, stored_metrics, walk_again
+    from gaitval.study.seal import inputs_in_words
     from gaitval.study.stage import Observer
 
+    if config.getoption("--gaitval-update"):
+        _check_own(folder)
     full = config.getoption("--gaitval-full") or config.getoption("--gaitval-update")
     stored = stored_metrics(folder / METRICS)
     # One folder for all workers of pytest-xdist, which are started side by side.
@@ -124,11 +132,23 @@ def _compared(
             write_json(walked, walk_again(folder, Observer(), quick=not full))
         now: dict[str, Any] = json.loads(walked.read_text(encoding="utf-8"))
     rows = compare(stored, now, leave_out=() if full else LONG_MEASURES)
-    inputs = "; ".join(changed_inputs(folder, now)) or "the same as when the baseline was stored"
+    inputs = inputs_in_words(changed_inputs(folder, now))
     if config.getoption("--gaitval-update"):
         _update(folder, now)
         rows = compare(now, now)
     return rows, inputs
+
+
+def _check_own(folder: Path) -> None:
+    """Raise ArtefactError for a baseline of the installed package."""
+    from gaitval.errors import ArtefactError
+    from gaitval.study.stored_baselines import is_installed
+
+    if is_installed(folder):
+        raise ArtefactError(
+            f"{folder}: comes with gaitval, and is not updated. Store a baseline of your own with "
+            "`gaitval baseline SUBJECT`, and give its folder."
+        )
 
 
 def _update(folder: Path, now: dict[str, Any]) -> None:

@@ -124,6 +124,28 @@ def virtual_person(
     """
     random = np.random.default_rng([seed, number])
     truth = drawn_parameters(prior_sd(person), random)
+    task, walk = walked(number, seed, person, truth, policy, configuration, random)
+    curves, values = _seen(walk, task, truth[0])
+    noisy = with_errors(curves, values["left_phase"], configuration.noise, random)
+    subject = _subject(number, seed, person, noisy, values)
+    return VirtualPerson(subject, truth)
+
+
+def walked(
+    number: int,
+    seed: int,
+    person: Subject,
+    truth: Array,
+    policy: Policy,
+    configuration: Configuration,
+    random: np.random.Generator,
+) -> tuple[WalkingTask, Rollout]:
+    """The walk of a body that is `truth` (14,) away from a person's, near a reference made for it.
+
+    Raises
+    ------
+    VirtualError : it falls.
+    """
     scaled = scale_subject(person).model
     body = apply_parameters(scaled, truth)
     record, contact = person.record(), configuration.contact
@@ -142,10 +164,7 @@ def virtual_person(
     )
     if walk.fell[0]:
         raise VirtualError(f"virtual person {number} of seed {seed} falls.")
-    curves, values = _seen(walk, task, truth[0])
-    noisy = with_errors(curves, values["left_phase"], configuration.noise, random)
-    subject = _subject(number, seed, person, noisy, values)
-    return VirtualPerson(subject, truth)
+    return task, walk
 
 
 def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict[str, Any]]:

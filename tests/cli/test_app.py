@@ -26,6 +26,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
 from gaitval.study.baseline import STORED_FILES
+from gaitval.study.watching import BESIDE
 
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),
@@ -513,7 +514,11 @@ def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.S
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(None, "no such file"), ("", "cannot be read as JSON"), ("[1", "cannot be read as JSON")],
+    [
+        (None, "no stored baseline"),
+        ("", "cannot be read as JSON"),
+        ("[1", "cannot be read as JSON"),
+    ],
 )
 def test_check_refuses_a_missing_or_damaged_file(
     tmp_path: Path, content: str | None, words: str, plain_messages: io.StringIO
@@ -531,6 +536,23 @@ def test_check_refuses_a_missing_or_damaged_file(
 def observed(*, terminal: bool) -> tuple[Any, io.StringIO]:
     text = io.StringIO()
     return display.Live(Console(file=text, force_terminal=terminal, width=160)), text
+
+
+def test_a_stage_that_does_not_say_how_far_it_is_shows_its_time() -> None:
+    live, text = observed(terminal=True)
+    live.started("reference", "not run yet")
+    live.close()
+    assert "reference: starts (not run yet)" in text.getvalue()
+    assert "0:00:00" in text.getvalue()
+    quiet, lines = observed(terminal=False)
+    quiet.started("reference", "not run yet")
+    assert lines.getvalue() == "reference: starts (not run yet)\n"
+
+
+def test_a_stage_that_another_process_began_goes_on() -> None:
+    live, text = observed(terminal=False)
+    live.started("identify-1", BESIDE)
+    assert text.getvalue() == "identify-1: goes on (started beside the training)\n"
 
 
 def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:

@@ -9,6 +9,7 @@ import pytest
 from gaitval.coordinates import SIDES
 from gaitval.datasets.curve_files import gait_values, read_mean_curves
 from gaitval.datasets.curve_subject import Person, add_trial, new_subject
+from gaitval.datasets.curve_template import curve_template
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError, RecordError, SubjectError
 
@@ -186,3 +187,48 @@ def test_the_files_of_wbds_are_read_as_they_are(gait_data, tmp_path):
     )
     with pytest.raises(RecordError, match=r"give one ang\.txt and at most one knt\.txt"):
         read_mean_curves([files[1]])
+
+
+def test_the_template_is_read_back_as_the_subject_that_it_is_of(tmp_path):
+    subject = load_subject("S05")
+    path = tmp_path / "means.csv"
+    path.write_text(curve_template(subject))
+    curves = read_mean_curves([path])
+    assert curves.left_out == ("percent",)
+    found = gait_values(curves, "here")
+    assert found["left_phase"] == pytest.approx(subject.left_phase, abs=1e-3)
+    for name, curve in found["gait"].angles.items():
+        expected = subject.gait.angles[name].periodic()(PHASE)
+        np.testing.assert_allclose(curve.periodic()(PHASE), expected, atol=0.006)
+    assert set(found["gait"].moments) == set(subject.gait.moments)
+
+
+def test_what_was_read_is_said(good, tmp_path):
+    said = []
+    more = good.assign(note=1.0, angle_knee_angle_r_sd=2.0)
+    files = [written(tmp_path, more)]
+    new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"tell": said.append})
+    (sentence,) = said
+    assert "right and left, 30 angles, 18 moments (Nm/kg), 6 forces (body weights)" in sentence
+    assert "left out: percent, note, angle_knee_angle_r_sd; angles in degrees" in sentence
+    kinematic = good[[name for name in good if not name.startswith(("moment", "force"))]]
+    assert (
+        "no moments, no forces"
+        in read_mean_curves([written(tmp_path, kinematic, "angles.csv")]).in_words()
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.toml", "[x]\ny = 1, 2\nz = [1, 2, 3]\n", "a .toml file is no table of mean curves"),
+        ("a.csv", "a,b\n1,2\n1,2,3\n", "line 3 has 3 values, but the header has 2"),
+        ("a.csv", "\udcff\udcfe", "not UTF-8 text"),
+    ],
+)
+def test_a_file_that_is_no_table_is_refused_in_plain_words(tmp_path, name, text, message):
+    path = tmp_path / name
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(RecordError, match=message) as refused:
+        read_mean_curves([path])
+    assert "Parser" not in str(refused.value)

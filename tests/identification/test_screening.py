@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitval.cli.screen import _shown
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit, Profile
 from gaitval.identification.identify import identify
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.screening import KINDS, NAMES, Screened, effects_of, table
+from gaitval.identification.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
@@ -142,7 +143,14 @@ def test_effects_of_a_walk(task):
 def test_the_table_has_a_row_for_each_parameter_and_says_when_all_fell():
     some = Screened("thigh_length", 0.04, np.array([[1.0, 0.1, 2.0], [3.0, 0.3, 4.0]]), 0.6)
     none = Screened("friction", 0.1, np.zeros((0, 3)), 1.0)
-    header, first, second = table([some, none])
-    assert len(header) == len(first) == 9
-    assert first == ["thigh_length", "0.04", "2", "1", "0.2", "0.1", "3", "1", "0.6"]
-    assert second[2:-1] == ["nan"] * 6
+    once = Screened("hip_x", 0.008, np.array([[1.0, 0.1, 2.0]]), 0.9)
+    header, first, second, third = table([some, none, once])
+    assert len(header) == len(first) == 11
+    assert first == ["thigh_length", "0.04", "1", "2", "2", "1", "0.2", "0.1", "3", "1", "0.6"]
+    assert second[3:-1] == ["0"] + ["nan"] * 6
+    assert third[1:4] == ["0.008", "m", "1"]
+    assert third[4:-1] == ["1", "nan", "0.1", "nan", "2", "nan"]  # no spread of one
+    assert _shown(third)[1:4] == ["0.008 m", "1", "1"]
+    assert _shown(first)[1:4] == ["0.04", "2", "2 ± 1"]
+    assert _shown(second)[3] == "falls"
+    assert set(UNITS) == set(NAMES)

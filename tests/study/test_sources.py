@@ -205,6 +205,7 @@ def test_the_templates_of_the_body_are_code_of_scale() -> None:
 NOT_READ_BY_A_STAGE = (
     "configurations/",  # the settings themselves are inputs
     "datasets/",  # likewise the subject
+    "samples/",  # a recording to import
     "metrics/metrics.schema.json",  # written from the models
     "session/import.schema.json",
     "identification/identification.schema.json",
@@ -296,3 +297,23 @@ def test_what_other_code_began_is_not_resumed(folder: Path, scale) -> None:
     with pytest.raises(FileNotFoundError):
         run_stage(scale("c"), folder)
     assert not (folder / "work" / "more.txt").exists()
+
+
+def test_a_wheel_has_the_names_of_a_checkout(tmp_path: Path) -> None:
+    """The body model lies inside the package there; its code is the same."""
+    checkout, wheel = tmp_path / "checkout" / "gaitval", tmp_path / "wheel" / "gaitval"
+    for package, models in (
+        (checkout, checkout.parent / "models" / "xacro"),
+        (wheel, wheel / "models" / "xacro"),
+    ):
+        (package / "model").mkdir(parents=True)
+        (package / "model" / "__init__.py").write_text("")
+        (package / "model" / "urdf.py").write_text("def read():\n    return 1\n")
+        models.mkdir(parents=True)
+        (models / "leg.xacro").write_text("<leg/>")
+
+    def read() -> None: ...
+
+    read.__module__, read.__qualname__ = "gaitval.model.urdf", "read"
+    assert code_of(read, wheel) == code_of(read, checkout)
+    assert "models/xacro/leg.xacro" in code_of(read, wheel)

@@ -17,7 +17,7 @@ from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.metrics.tolerances import load_registry
 from gaitval.study.baseline import remove_abandoned, seal_again, stored_metrics
-from gaitval.study.seal import SEAL, changes, read_seal, seal
+from gaitval.study.seal import SEAL, UNKNOWN_CODE, changes, inputs_in_words, read_seal, seal
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
@@ -264,7 +264,7 @@ def test_what_has_changed_since_is_told(folder: Path) -> None:
         "the code in gaitval/policy",
     ]
     seal(folder, code=None)
-    assert "does not say which code" in changes(read_seal(folder), before, before, code)[0]
+    assert changes(read_seal(folder), before, before, code) == [UNKNOWN_CODE]
 
 
 def _abandoned(where: Path, *, seconds: float) -> Path:
@@ -313,3 +313,12 @@ def test_a_part_that_is_missing_is_named(folder: Path) -> None:
     (folder / "correction.json").unlink()
     with pytest.raises(ArtefactError, match=r"correction\.json missing"):
         stored_metrics(folder / "metrics.json")
+
+
+def test_code_that_nobody_noted_is_no_change() -> None:
+    assert inputs_in_words([]) == "the same as when the baseline was stored"
+    line = inputs_in_words([UNKNOWN_CODE])
+    assert line.startswith("the same as when the baseline was stored, as far as is known: ")
+    assert inputs_in_words(["numpy 1, now 2", UNKNOWN_CODE]) == (
+        f"changed: numpy 1, now 2; {UNKNOWN_CODE}"
+    )

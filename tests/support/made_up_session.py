@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-import ezc3d
 import numpy as np
 from known_walk import KnownWalk, known_walk
 from scipy.spatial.transform import Rotation
 from standing_person import HEADING, PERSON, StandingPerson, standing_person
 
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc import write_trc
 from gaitval.model.markers import ModelMarker
@@ -105,7 +105,8 @@ def made_up_session(
     session = MadeUpSession(
         person, seen, folder / "stand.c3d", folder / "walk.trc", folder / "walk_forces.mot"
     )
-    _write_c3d(session.standing, tuple(places), stand @ TO_OPENSIM.T, rate)
+    standing = Recording("stand", "project", tuple(places), stand, rate)
+    write_c3d(session.standing, standing.turned(TO_OPENSIM))
     names = tuple(marker.name for marker in worn)
     trial = Recording("walk", "project", names, walking, rate)
     write_trc(session.walking, trial.turned(TO_OPENSIM))
@@ -162,14 +163,3 @@ def _forces(walk: KnownWalk, rate: float) -> FootForces:
         free_moment=np.where(loaded[..., None], free, 0.0),
         valid=np.ones(loaded.shape, dtype=bool),
     )
-
-
-def _write_c3d(path: Path, names: tuple[str, ...], markers: np.ndarray, rate: float) -> None:
-    file = ezc3d.c3d()
-    points = np.ones((4, markers.shape[1], len(markers)))
-    points[:3] = 1e3 * markers.transpose(2, 1, 0)
-    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
-    file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
-    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-    file["data"]["points"] = points
-    file.write(str(path))

@@ -89,6 +89,23 @@ def test_what_cannot_be_compared_is_said_in_words(project: Path) -> None:
     assert "Traceback" not in done.stdout
 
 
+def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project: Path) -> None:
+    (project / "test_gait.py").write_text(TEST.replace('"baseline"', '"nowhere"'))
+    done = run(project)
+    assert done.returncode == 1
+    assert "During handling" not in done.stdout
+    body = done.stdout.partition("short test summary")[0]
+    assert body.count("no stored baseline. Looked for") == 1
+    assert "S05" in body
+    (project / "test_gait.py").write_text(
+        "def test_find(gaitval_check):\n"
+        '    assert gaitval_check("S05", quantities=["knee_angle"])\n'
+        '    assert gaitval_check("reports/S05/baseline", quantities=["knee_angle"])\n'
+    )
+    done = run(project)
+    assert done.returncode == 0, done.stdout
+
+
 def test_the_plug_in_is_installed_with_the_package() -> None:
     text = (ROOT / "pyproject.toml").read_text()
     assert '[project.entry-points.pytest11]\ngaitval = "gaitval.testing.plugin"' in text

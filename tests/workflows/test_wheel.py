@@ -18,6 +18,7 @@ from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
 from gaitval.compiled import _cache_folder
+from gaitval.datasets.sample import SAMPLE
 
 ROOT = Path(__file__).parents[2]
 
@@ -54,6 +55,8 @@ def test_models_and_policies_are_inside(installed):
         assert (installed / "gaitval/baselines/S05" / name).is_file()
     assert (installed / "gaitval/baselines/general/policy.safetensors").is_file()
     assert (installed / "gaitval/configurations/paper.toml").is_file()
+    for name in SAMPLE:
+        assert (installed / "gaitval/samples" / name).is_file()
 
 
 def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):

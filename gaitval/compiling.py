@@ -1,0 +1,69 @@
+"""Says that numba compiles, which takes about a minute the first time and happens once a machine.
+
+From the command line and from Python alike it is one line on stderr; nothing is said while
+everything comes from the cache (`compiled`), and nothing by worker processes.
+"""
+
+import multiprocessing
+import sys
+from pathlib import Path
+from time import monotonic
+from typing import Any, Final
+
+from numba.core import event
+
+WORTH_A_WORD: Final = 3.0
+"""s of compiling after which it is said also if other functions were compiled earlier."""
+
+
+class Announcer(event.Listener):
+    """Hears of every compilation, and says it once.
+
+    Parameters
+    ----------
+    cache : folder of what was compiled, or None if there was something in it already.
+    """
+
+    def __init__(self, cache: Path | None) -> None:
+        self._cache = cache
+        self._told = False
+        self._depth = 0
+        self._since = self._spent = 0.0
+
+    def on_start(self, event: Any) -> None:
+        """A compilation starts, perhaps within another."""
+        if self._depth == 0:
+            self._since = monotonic()
+            if self._cache is not None:
+                self._tell("for the first time, once, about a minute")
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """It has ended, or failed."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._spent += monotonic() - self._since
+            if self._spent > WORTH_A_WORD:
+                self._tell("what was not used before, once, less than a minute")
+
+    def _tell(self, how: str) -> None:
+        if self._told or multiprocessing.parent_process() is not None:
+            return
+        self._told = True
+        print(f"gaitval: compiling {how} ...", file=sys.stderr, flush=True)
+
+
+_heard: list[Announcer] = []
+
+
+def announce(cache: Path) -> None:
+    """From now on say when something is compiled; a second call does nothing.
+
+    Parameters
+    ----------
+    cache : folder of what was compiled; if it is missing or empty, nothing was.
+    """
+    if not _heard:
+        empty = not cache.is_dir() or not any(cache.iterdir())
+        _heard.append(Announcer(cache if empty else None))
+        event.register("numba:compile", _heard[0])  # type: ignore[no-untyped-call]

@@ -1,0 +1,38 @@
+"""The sample recording that comes with gaitval: a virtual person whose motion is known.
+
+`gaitval/samples/README.md` says how it was made.
+"""
+
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from gaitval.artefacts import replacing
+from gaitval.errors import ArchiveError
+
+SAMPLE: Final = ("standing.c3d", "walking.c3d", "truth.csv", "truth.json", "README.md")
+"""Its files."""
+
+
+def copy_sample(folder: Path) -> list[Path]:
+    """Copy the sample into a folder; returns the files there.
+
+    Raises
+    ------
+    ArchiveError : a file of one of these names is there already and is another.
+    ArtefactError : the folder cannot be written to.
+    """
+    source = resources.files("gaitval") / "samples"
+    contents = {name: (source / name).read_bytes() for name in SAMPLE}
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise ArchiveError(f"{folder}: is a file. Give a folder.")
+    for name, content in contents.items():
+        if (folder / name).exists() and (folder / name).read_bytes() != content:
+            raise ArchiveError(
+                f"{folder / name}: is there already and is not the sample's. Give another folder."
+            )
+    for name, content in contents.items():
+        with replacing(folder / name) as temporary:
+            temporary.write_bytes(content)
+    return [folder / name for name in SAMPLE]

@@ -1,0 +1,96 @@
+"""Find a stored baseline by what a user calls it: a folder, a file in it, or a subject."""
+
+import re
+from pathlib import Path
+from typing import Final
+
+from gaitval.datasets.subject_file import BUILTIN
+from gaitval.errors import ArtefactError
+
+METRICS: Final = "metrics.json"
+_PACKAGE: Final = Path(__file__).parents[1]
+_USUAL: Final = re.compile(r"(?:\./)?reports/(S\d\d)/baseline(?:/metrics\.json)?/?")
+"""Where `gaitval baseline` stores those of the built-in subjects, and a checkout has them."""
+
+
+def installed_baselines() -> dict[str, Path]:
+    """The baselines that come with gaitval, by subject: the checkout's, or those in the package."""
+    found = {}
+    for identifier in BUILTIN:
+        for folder in (
+            _PACKAGE.parent / "reports" / identifier / "baseline",
+            _PACKAGE / "baselines" / identifier,
+        ):
+            if (folder / METRICS).is_file():
+                found[identifier] = folder
+                break
+    return found
+
+
+def is_installed(baseline: Path) -> bool:
+    """Whether a baseline lies in the installed package, and so is not a user's own."""
+    return baseline.resolve().is_relative_to((_PACKAGE / "baselines").resolve())
+
+
+def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
+    """The folder of a stored baseline.
+
+    Parameters
+    ----------
+    wanted : the folder, the `metrics.json` in it, a run folder that has one, or a built-in subject
+        (`S05`, `5`, `WBDS14`): then the one below `root` that `gaitval baseline` wrote, else the
+        one that comes with gaitval. `reports/S05/baseline` means the same as `S05`.
+    root : folder that paths are relative to; the current one if None.
+
+    Raises
+    ------
+    ArtefactError : there is none; the message says where it was looked for, and which there are.
+    """
+    base = Path() if root is None else root
+    path = base / wanted
+    looked = [path]
+    if path.name == METRICS and path.is_file():
+        return path.parent
+    for folder in (path, path / "baseline"):
+        # a folder with metrics.json may be a run, whose baseline is in it
+        if (folder / METRICS).is_file() and not (folder / "baseline" / METRICS).is_file():
+            return folder
+    if path.is_dir():
+        looked.append(path / "baseline")
+    identifier = _builtin(str(wanted))
+    if identifier is not None:
+        own = base / "reports" / identifier / "baseline"
+        if (own / METRICS).is_file():
+            return own
+        installed = installed_baselines()
+        if identifier in installed:
+            return installed[identifier]
+        looked += [own, _PACKAGE / "baselines" / identifier]
+    raise ArtefactError(_none(wanted, list(dict.fromkeys(looked))))
+
+
+def _builtin(wanted: str) -> str | None:
+    """The built-in subject that this names, or whose baseline is usually here; None for others."""
+    if usual := _USUAL.fullmatch(wanted.replace("\\", "/")):
+        return usual[1] if usual[1] in BUILTIN else None
+    if number := re.fullmatch(r"[Ss]?0*([1-9]\d*)", wanted):
+        identifier = f"S{int(number[1]):02d}"
+        return identifier if identifier in BUILTIN else None
+    if person := re.fullmatch(r"WBDS0*([1-9]\d*)", wanted.upper()):
+        name = f"WBDS{int(person[1]):02d} "
+        return next((key for key, source in BUILTIN.items() if source.startswith(name)), None)
+    return None
+
+
+def _none(wanted: str | Path, looked: list[Path]) -> str:
+    installed = installed_baselines()
+    names = ", ".join(installed) if installed else "none"
+    where = f" in {next(iter(installed.values())).parent}" if installed else ""
+    if installed and next(iter(installed.values())).name == "baseline":
+        where = f" in {next(iter(installed.values())).parents[1]}"
+    return (
+        f"{wanted}: no stored baseline. Looked for {METRICS} in "
+        f"{', '.join(str(folder) for folder in looked)}. `gaitval baseline SUBJECT` makes one of a "
+        "finished run. Those that come with gaitval may be given by their subject, such as "
+        f"--baseline S05: {names}{where}."
+    )

@@ -1,0 +1,51 @@
+"""How far a stage is that another process works on."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from gaitval.artefacts import read_json
+from gaitval.errors import ArtefactError
+from gaitval.study.stage import Observer
+
+BESIDE: Final = "started beside the training"
+"""The reason to wait for a stage that another process began earlier."""
+
+EVERY: Final = 2.0
+"""s between two looks."""
+
+
+@contextmanager
+def generations_shown(
+    observer: Observer, state: Path, total: int, every: float = EVERY
+) -> Iterator[None]:
+    """Within the block, report the generations that an identification in another process has done.
+
+    Parameters
+    ----------
+    state : its file, which holds the values of every generation.
+    total : the most generations that it may take.
+    """
+    ended = threading.Event()
+
+    def watch() -> None:
+        seen = 0
+        while not ended.wait(every):
+            try:
+                values = read_json(state)["values"]
+            except (ArtefactError, LookupError, TypeError):
+                continue  # not begun, or ended: then it is removed
+            if len(values) > seen:
+                seen = len(values)
+                done = {"generation": seen, "total": total, "value": float(min(values[-1]))}
+                observer.progress(done)
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()
