@@ -1,6 +1,6 @@
-"""Hooks of mkdocs for this site: generated pages, links into the repository, the
-weight of each page in the search, equations as MathML
-(which browsers display without scripts), and the check of the built links.
+"""Hooks of mkdocs for this site: generated pages, links into the repository, what a page
+counts in the search, equations as MathML (which browsers display without scripts), and the check of
+the built links.
 """
 
 import html

@@ -7,9 +7,9 @@
     python scripts/docs_pictures.py recording-failed runs/theirs # docs/recording-failed.png
     python scripts/docs_pictures.py check accuracy/summary.md    # docs/check.png
 
-A run is the folder of `gaitval subject`, of `gaitval import` for the recordings, and the summary is
-that of `scripts/action_check.py`. Each picture is the page as a reader sees it, with as many colours
-as keep it below `LARGEST`.
+A run is the folder of `gaitval subject`, or of `gaitval import` for the recordings; the summary is
+that of `scripts/action_check.py`. Each picture is the page as a reader sees it, with as many
+colours as keep it below `LARGEST`.
 """
 
 import argparse
