@@ -32,7 +32,7 @@ COUNTERPARTS = {
 
 GUIDES = 4.0
 """What a page that was written to be read counts in the search, against the reference's 1."""
-CODE = 0.1
+CODE = 0.01
 """What a page of docstrings counts: there are ten times as many of those as of guides."""
 
 
