@@ -1,5 +1,6 @@
-"""Hooks of mkdocs for this site: generated pages, links into the repository, equations as MathML
-(which browsers display without scripts), and the check of the built links.
+"""Hooks of mkdocs for this site: generated pages, links into the repository, what a page
+counts in the search, equations as MathML (which browsers display without scripts), and the check of
+the built links.
 """
 
 import html
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from docs_links import broken_links
-from docs_pages import BORROWED, COUNTERPARTS, ROOT, generated
+from docs_pages import BORROWED, COUNTERPARTS, ROOT, generated, weight
 from latex2mathml.converter import convert
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
@@ -27,9 +28,10 @@ def on_files(files: Files, config: Any) -> Files:
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Point links to files of the repository at the page that shows the file, or replace them by
-    the name.
+    the name; say what the page counts in the search.
     """
     path = page.file.src_uri
+    page.meta["search"] = {"boost": weight(path)}
     return with_links(markdown, path, BORROWED.get(path, f"docs/{path}"))
 
 

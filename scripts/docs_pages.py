@@ -30,6 +30,18 @@ COUNTERPARTS = {
 }
 """The page that shows a file of the repository: links to the file lead there."""
 
+GUIDES = 4.0
+"""What a page that was written to be read counts in the search, against the reference's 1."""
+CODE = 0.01
+"""What a page of docstrings counts: there are ten times as many of those as of guides."""
+
+
+def weight(page: str) -> float:
+    """What a page counts in the search."""
+    if page in {f"reference/{folder}.md" for folder in (*FOLDERS, "ground")}:
+        return CODE
+    return 1.0 if page.startswith("reference/") or page in BORROWED else GUIDES
+
 
 def generated() -> Iterator[tuple[str, str]]:
     """Path below docs/ and Markdown text of each generated page."""

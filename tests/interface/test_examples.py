@@ -1,7 +1,9 @@
 """The scripts of `examples/` are short, run, and write what they say."""
 
+import re
 import runpy
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,31 @@ WRITTEN = {
 
 ARGUMENTS = {"c3d_to_joint_moments.py": ("1",), "compare_walkers.py": ("5", "2")}
 """Before the folder; the C3D file comes first of all."""
+
+
+def example_of(page: str) -> tuple[str, str]:
+    """The Python of a page, the block that begins with our import, and the block after it."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)
+    blocks = [textwrap.dedent(block).strip() for block in blocks if block.strip()]
+    (at,) = (i for i, block in enumerate(blocks) if block.startswith("import gaitval as gv"))
+    return blocks[at], [*blocks, ""][at + 1]
+
+
+def test_the_example_of_the_page_on_python_prints_what_it_says(capsys):
+    code, printed = example_of("docs/python.md")
+    exec(code, {})
+    shown = [line.rstrip() for line in capsys.readouterr().out.strip().splitlines()]
+    assert shown == [line.rstrip() for line in printed.splitlines()]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("policy")
+def test_the_five_lines_of_the_readme_run(capsys):
+    code, _ = example_of("README.md")
+    assert len(code.splitlines()) == 5
+    exec(code, {})
+    assert "knee_angle" in capsys.readouterr().out
 
 
 def test_every_example_is_tested():

@@ -1,4 +1,4 @@
-"""The stages of a study, in the order of the README."""
+"""The stages of a study, in the order of `docs/commands.md`."""
 
 STAGES = (
     "scale",

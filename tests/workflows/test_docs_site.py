@@ -3,6 +3,7 @@ that is not there.
 """
 
 import importlib
+import json
 import os
 import re
 import shutil
@@ -12,8 +13,10 @@ from pathlib import Path
 
 import docs_links
 import docs_pages
+import docs_pictures
 import pytest
 import yaml
+from page_in_browser import chromium, opened
 from typer.main import get_command
 
 from gaitval import __version__
@@ -22,6 +25,10 @@ from gaitval.configuration import Configuration
 from gaitval.metrics.tolerances import load_registry
 
 ROOT = Path(__file__).parents[2]
+ELSEWHERE = {"speed.md", "learning.md", "method.md", "cohort.md", "decisions.md"}
+"""Pages that may say a time: the table, and those that report what an experiment took."""
+COMPILING = {"a minute"}
+"""Of the first walk, which README and installation say themselves."""
 NO_EXTRA = "the extra `docs` is not installed; `make docs` installs it"
 
 
@@ -62,6 +69,79 @@ def test_the_reference_shows_docstrings(site):
     page = (site / "reference" / "model.html").read_text(encoding="utf-8")
     assert "gaitval.model.parameters.apply_parameters" in page
     assert "The model with its leg lengths and joint positions changed by mu." in page
+
+
+def test_the_search_needs_no_server_and_no_network(site):
+    """The index is a script, and the stand-in for workers is ours (`docs_links` forbids others)."""
+    index = (site / "search" / "search_index.js").read_text(encoding="utf-8")
+    assert index.startswith("var __index = {")
+    for page in ("index.html", "how-to/predict.html"):
+        text = (site / page).read_text(encoding="utf-8")
+        assert re.search(r'<script src="(?:\.\./)*assets/iframe-worker\.js"', text), page
+
+
+def test_guides_come_before_code_in_the_search(site):
+    text = (site / "search" / "search_index.json").read_text(encoding="utf-8")
+    found = {entry["location"]: entry.get("boost", 1.0) for entry in json.loads(text)["docs"]}
+    assert found["how-to/predict.html"] == docs_pages.GUIDES
+    assert found["reference/model.html"] == docs_pages.CODE
+    assert found["reference/limits.html"] == found["changelog.html"] == 1.0
+    code = [place for place in found if found[place] == docs_pages.CODE]
+    assert len(code) > 0.5 * len(found)  # the reason: most of the index is code
+
+
+SEARCHES = {
+    "left leg shorter": "identification.html",
+    "residual": "",
+    "predict": "how-to/predict.html",
+    "limit failed": "how-to/limit-failed.html",
+    "baseline": "how-to/baselines.html",
+}
+"""What a reader types, and the page among the first three that answers it; none is code."""
+
+
+@pytest.mark.slow
+def test_a_search_finds_guides_without_a_server(site, request):
+    code = [f"reference/{folder}.html" for folder in docs_pages.FOLDERS]
+    with opened(chromium(request.config), site / "index.html", width=1280) as page:
+        for words, wanted in SEARCHES.items():
+            page.reload()
+            field = page.locator("input.md-search__input")
+            field.click()
+            page.get_by_text("Type to start searching").wait_for()
+            field.fill(words)
+            field.press("End")  # the theme listens to keys
+            page.locator(".md-search-result__link").first.wait_for()
+            shown = "[...document.querySelectorAll('.md-search-result__link')].map(e => e.href)"
+            first = [link.split("#")[0].split("?")[0] for link in page.evaluate(shown)][:3]
+            assert any(link.endswith(wanted) for link in first), (words, first)
+            assert not any(link.endswith(tuple(code)) for link in first), (words, first)
+
+
+def test_every_tutorial_has_a_picture_and_none_is_heavy():
+    for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
+        assert re.search(r"!\[[^\]]+\]\(\.\./[\w-]+\.png\)", page.read_text("utf-8")), page.name
+    pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs").glob("*.png")}
+    assert set(pictures) == set(docs_pictures.PICTURES)  # each can be drawn again
+    assert max(pictures.values()) <= docs_pictures.LARGEST
+
+
+def test_the_readme_is_read_in_five_minutes():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1200
+
+
+def test_times_are_in_one_place():
+    """How long a command takes is in docs/speed.md and nowhere else."""
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    duration = re.compile(
+        r"\b(?:half a|an?|one|two|three|four|five|ten|\d+(?:-\d+)?) (?:minutes?|min)\b",
+        re.IGNORECASE,
+    )
+    for page in pages:
+        if page.name in ELSEWHERE:
+            continue
+        found = [text for text in duration.findall(page.read_text(encoding="utf-8"))]
+        assert [each for each in found if each.lower() not in COMPILING] == [], page.name
 
 
 def test_every_folder_of_the_package_has_a_page():
