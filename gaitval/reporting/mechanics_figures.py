@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.metrics.joint_power import BURSTS, JOINTS
+from gaitval.metrics.joint_power import BURSTS, JOINTS, burst_places
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import COLOURS, PERCENT, RECORD_COLOUR, RECORD_SHADE, STYLES
@@ -27,6 +27,9 @@ def joint_power(metrics: Json) -> str:
     with new_figure(2.7) as figure:
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
+            places = burst_places(
+                {joint: np.array(recorded["power"][f"{joint}_{side[0]}"]) for joint in JOINTS}
+            )
             for column, (axes, joint) in enumerate(zip(grid[row], JOINTS, strict=True)):
                 link(axes, "cycle", side, column)
                 axes.set_xlim(0, 100)
@@ -43,10 +46,9 @@ def joint_power(metrics: Json) -> str:
                         linestyle=STYLES[side],
                         zorder=3,
                     )
-                for burst, each in BURSTS.items():
-                    if each.joint == joint:
-                        part = each.sign * power[each.first : each.last + 1]
-                        at = each.first + int(np.argmax(part))
+                for burst, at in places.items():
+                    each = BURSTS[burst]
+                    if each.joint == joint and at is not None:
                         place = (0, 5 if each.sign > 0 else -5)
                         axes.annotate(
                             burst,
