@@ -231,13 +231,14 @@ def _statistics(
     recorded: Json,
     model: BodyModel,
     configuration: Configuration,
+    age_years: float | None,
 ) -> Json | None:
     """Statistics of the whole curves of a walk."""
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
     filters = low_pass_of(record, configuration.validation.filter_frequency)
     curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
     feet = foot_progression(rollout, cycles, model)
-    return walk_statistics(curves, feet, record, recorded["curves"])
+    return walk_statistics(curves, feet, record, recorded["curves"], age_years=age_years)
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
@@ -464,7 +465,12 @@ def validate(
             "push_recovery": pushes,
             "torque_shares": torque_shares,
             "curve_statistics": _statistics(
-                (identified or nominal).compared, record, recorded, model, configuration
+                (identified or nominal).compared,
+                record,
+                recorded,
+                model,
+                configuration,
+                subject.age_years,
             ),
             "witness": witness and _witness(witness, _walk(witness, *shared)[1]),
             "identification": identification,
