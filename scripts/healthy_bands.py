@@ -19,7 +19,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-
 from gps_controls import strides
 
 from gaitval.artefacts import write_text

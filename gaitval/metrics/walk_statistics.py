@@ -263,9 +263,7 @@ def _profile(found: GaitProfile) -> dict[str, Any]:
     return {"scores": found.scores, **sides, "total": found.total}
 
 
-def _bands(
-    walked: Mapping[str, Any], recorded: Mapping[str, Any], bands: Bands
-) -> dict[str, Any]:
+def _bands(walked: Mapping[str, Any], recorded: Mapping[str, Any], bands: Bands) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for kind, each in bands.items():
         found[kind] = {}
