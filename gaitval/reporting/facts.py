@@ -32,8 +32,8 @@ class Fact:
 
     @property
     def link(self) -> str:
-        """Where the figure is, as the target of a link; nothing without a file that browsers show: a
-        page that was sent alone must not offer arrays beside it.
+        """Where the figure is, as the target of a link; nothing without a file that browsers show:
+        a page that was sent alone must not offer arrays beside it.
         """
         if not self.file.endswith((".json", ".toml")):
             return ""
