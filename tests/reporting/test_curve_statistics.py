@@ -87,11 +87,12 @@ def test_older_metrics_have_no_such_section(metrics):
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):
     """Hollow, not white: white is the page's colour and would be a dark dot on a dark page."""
     drawn = profile(metrics["curve_statistics"]["profiles"])
-    markers = re.findall(r'<path id="(profile-m\w+)" d="([^"]*)" style="([^"]*)"', drawn)
-    shapes = {shape for _, shape, _ in markers}
-    assert len(shapes) == 2
-    record = [style for _, _, style in markers if "#1a1a1a" in style]
-    assert len(record) == 2
-    assert all("fill-opacity: 0" in style or "fill: none" in style for style in record)
+    outlines = re.findall(r'<path id="(profile-m\w+)" d="([^"]*z\s*)"', drawn)
+    assert len(outlines) == 4  # right and left of record and walk
+    assert len({shape for _, shape in outlines}) == 2
+    used = re.findall(r'<use xlink:href="#(profile-m\w+)" [^>]*style="([^"]*)"', drawn)
+    record = [style for name, style in used if name in dict(outlines) and "#1a1a1a" in style]
+    assert len(record) >= 2 * len(metrics["curve_statistics"]["profiles"]["variables"])
+    assert all("fill-opacity: 0" in style for style in record)
     assert "#ffffff" not in drawn
     assert "#d9d9d9" in drawn  # which the style sheet has for dark pages
