@@ -16,7 +16,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import healthy_bands
 from gaitval.reporting.drawing import SETTINGS, WIDTH
-from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_SHADE
+from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
 from gaitval.reporting.stick_figures import stick_figure
 
 JOINTS = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
@@ -42,8 +42,9 @@ def _mean_band(axes: Axes, cycles: Array, colour: str, label: str) -> dict[str, 
 
 
 def _record(axes: Axes, curve: Sequence[float]) -> None:
-    axes.plot(PERCENT, curve, color=RECORD_SHADE, linewidth=4.0, zorder=0)
-    axes.plot(PERCENT, curve, color=RECORD_COLOUR, linewidth=0.9, label="record", zorder=1)
+    axes.plot(
+        PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, label="record", zorder=1
+    )  # fmt: skip
 
 
 def _long(rows: Mapping[tuple[str, ...], Array], names: Sequence[str]) -> pd.DataFrame:

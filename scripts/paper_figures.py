@@ -84,8 +84,8 @@ def figures(subject: str, simulated: paper_data.Simulated, data: Path | None) ->
         ),
         PaperFigure(
             "2", "figure2_errors", "RMSE of RL and of RL + identification",
-            f"{subject}, reports/identification/ablation.json (`make ablation`'s sibling "
-            "scripts/identification_ablation.py): six seeds, mean ± SD, each seed a dot",
+            f"{subject}, reports/identification/ablation.json, which "
+            "scripts/identification_ablation.py writes: six seeds, mean ± SD, each seed a dot",
             drawings.errors(errors), claims.errors(errors),
         ),
         PaperFigure(

@@ -10,6 +10,7 @@ latter). The healthy people are 42 adults at their own speed over ground (Fukuch
 
 import csv
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -37,6 +38,8 @@ transverse."""
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""
+
+_CONTROL: Final = re.compile(r"WBDS(\d\d)\b")
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,16 @@ def load_controls() -> Controls:
         total=scores["total"],
         people=round(by_label["people"][0]),
     )
+
+
+def is_control(source: str) -> bool:
+    """Whether a person is one of the controls, by the source of the record, such as "WBDS14 T05".
+
+    A curve of theirs is then in the mean that it is held against: with N controls, its distance
+    from the mean of the others is N / (N - 1) times as large.
+    """
+    found = _CONTROL.match(source)
+    return found is not None and 1 <= int(found[1]) <= load_controls().people
 
 
 def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> GaitProfile:

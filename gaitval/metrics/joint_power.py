@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from gaitval.arrays import Array
 from gaitval.metrics.comparison import Curves
@@ -25,9 +26,10 @@ class Burst(NamedTuple):
     joint : whose power it is.
     first, last : % of the gait cycle between which it is looked for; convention.
     sign : 1 if energy is generated, -1 if it is absorbed.
-    spread : W/kg, half the width of the published band around the mean of healthy people at their
-        own speed (Schwartz et al. 2008, J Biomech 41:1639, the curves that come with it), at the
-        peak of their mean curve.
+    spread : W/kg, standard deviation between typically developing children at their own speed
+        (Schwartz et al. 2008, J Biomech 41:1639, half the width of the bands that come with it), at
+        the peak of their mean curve. No such spread between adults may be shipped.
+    after : the burst of the same joint that it follows.
     """
 
     joint: str
@@ -35,6 +37,7 @@ class Burst(NamedTuple):
     last: int
     sign: float
     spread: float
+    after: str | None = None
 
 
 BURSTS: Final[Mapping[str, Burst]] = {
@@ -42,7 +45,7 @@ BURSTS: Final[Mapping[str, Burst]] = {
     "H2": Burst("hip_flexion", 20, 60, -1.0, 0.26),
     "H3": Burst("hip_flexion", 45, 85, 1.0, 0.41),
     "K1": Burst("knee_angle", 2, 20, -1.0, 0.46),
-    "K2": Burst("knee_angle", 8, 35, 1.0, 0.27),
+    "K2": Burst("knee_angle", 8, 35, 1.0, 0.27, after="K1"),
     "K3": Burst("knee_angle", 45, 75, -1.0, 0.42),
     "K4": Burst("knee_angle", 75, 99, -1.0, 0.40),
     "A1": Burst("ankle_angle", 5, 50, -1.0, 0.48),
@@ -57,12 +60,12 @@ class JointPower:
     Attributes
     ----------
     power : (101,) W/kg of each of `JOINTS`, mean over the cycles.
-    bursts : W/kg, the largest (smallest) power of each of `BURSTS` in its part of the cycle.
+    bursts : W/kg, power at each of `BURSTS`; None where the curve has no such burst.
     generated, absorbed : J/kg in a gait cycle of each joint.
     """
 
     power: dict[str, Array]
-    bursts: dict[str, float]
+    bursts: dict[str, float | None]
     generated: dict[str, float]
     absorbed: dict[str, float]
 
@@ -91,20 +94,53 @@ def joint_power(curves: Curves, stride_time: Mapping[str, float]) -> JointPower 
             found.power[name] = power
             found.generated[name] = float(np.clip(power[:-1], 0.0, None).mean() * time)
             found.absorbed[name] = float(np.clip(-power[:-1], 0.0, None).mean() * time)
-        for burst, each in BURSTS.items():
-            part = found.power[f"{each.joint}_{side}"][each.first : each.last + 1]
-            found.bursts[f"{burst}_{side}"] = float(each.sign * np.max(each.sign * part))
+        powers = {joint: found.power[f"{joint}_{side}"] for joint in JOINTS}
+        for burst, at in burst_places(powers).items():
+            value = None if at is None else float(powers[BURSTS[burst].joint][at])
+            found.bursts[f"{burst}_{side}"] = value
     return found
+
+
+def burst_places(powers: Mapping[str, Array]) -> dict[str, int | None]:
+    """Where the bursts of one side are.
+
+    A burst is the largest local extremum of its sign within its part of the cycle, after the burst
+    that it follows. The edge of the part is no extremum: there the curve only passes through, on
+    its way to or from another burst.
+
+    Parameters
+    ----------
+    powers : (101,) W/kg of each of `JOINTS`.
+
+    Returns
+    -------
+    places
+        % of the gait cycle, by name of `BURSTS`; None where there is no such extremum.
+    """
+    places: dict[str, int | None] = {}
+    for name, burst in BURSTS.items():
+        begin = max(burst.first, (places[burst.after] or 0) if burst.after else 0)
+        part = burst.sign * np.asarray(powers[burst.joint], dtype=float)[begin : burst.last + 1]
+        peaks, _ = find_peaks(part, height=0.0)
+        places[name] = begin + int(peaks[np.argmax(part[peaks])]) if len(peaks) else None
+    return places
 
 
 def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Measure]:
     """Differences of the bursts, in units of their spread between people, and of the work that
     each joint generates and absorbs, the larger of the two, J/kg.
+
+    A burst that the record does not show is not compared. One that only the walk lacks differs by
+    all of the recorded power: nothing is generated or absorbed in it.
     """
     measures = []
     for name, expected in recorded.bursts.items():
-        spread = BURSTS[name.split("_")[0]].spread
-        value = None if walked is None else abs(walked.bursts[name] - expected) / spread
+        if expected is None:
+            continue
+        value = None
+        if walked is not None:
+            spread = BURSTS[name.split("_")[0]].spread
+            value = abs((walked.bursts[name] or 0.0) - expected) / spread
         measures.append(Measure("power_burst_error", name, value))
     for name in recorded.power:
         error = None

@@ -107,7 +107,8 @@ class JointPowerResult(Result):
     """Power and work of hip, knee and ankle, see gaitval/metrics/joint_power.py; W/kg, J/kg."""
 
     power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
-    bursts: Annotated[dict[Annotated[str, _BURST], Number], *_BURST_NAMES]
+    bursts: Annotated[dict[Annotated[str, _BURST], Number | None], *_BURST_NAMES]
+    """Null where the curve has no such burst."""
     generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
     absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
 

@@ -268,13 +268,16 @@ def _statistics(
     model: BodyModel,
     configuration: Configuration,
     origins: Origins,
+    age_years: float | None,
 ) -> Json | None:
     """Statistics of the whole curves of a walk."""
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
     filters = low_pass_of(record, configuration.validation.filter_frequency)
     curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
     feet = foot_progression(rollout, cycles, model)
-    return walk_statistics(curves, feet, record, recorded["curves"], origins)
+    return walk_statistics(
+        curves, feet, record, recorded["curves"], origins, age_years=age_years
+    )
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
@@ -473,7 +476,13 @@ def validate(
             "push_recovery": pushes,
             "torque_shares": torque_shares,
             "curve_statistics": _statistics(
-                (identified or nominal).compared, record, recorded, model, configuration, origins
+                (identified or nominal).compared,
+                record,
+                recorded,
+                model,
+                configuration,
+                origins,
+                subject.age_years,
             ),
             "witness": witness and _witness(witness, _walk(witness, *shared)[1], origins),
             "identification": identification,

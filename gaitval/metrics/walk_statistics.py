@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -93,6 +93,21 @@ class ProfilesResult(Result):
     walk: ProfileResult
 
 
+People = Literal["adults", "children"]
+"""Whose band it is: 42 adults over ground (Fukuchi et al. 2018), or typically developing children
+(Schwartz et al. 2008)."""
+
+ADULT: Final = 18.0
+"""Years of age from which a person is held against adults, where there are any."""
+
+
+class BandPeople(Result):
+    """Whose bands they are, by kind of curve."""
+
+    angles: People = "children"
+    moments: People = "children"
+
+
 class BandShares(Result):
     """Shares of the cycle within `BAND` SD of healthy people's mean."""
 
@@ -110,12 +125,43 @@ class WalkStatistics(Result):
     profiles: ProfilesResult
     bands: dict[str, dict[str, BandShares]]
     """By kind and curve, of those that have a band."""
+    band_people: BandPeople = BandPeople()
+    """Files without it are from when all bands were those of children."""
+
+
+Bands = dict[str, dict[str, tuple[Array, Array]]]
+"""Mean and standard deviation, (101,) each, by kind and curve."""
 
 
 @cache
-def healthy_bands() -> dict[str, dict[str, tuple[Array, Array]]]:
-    """Mean and standard deviation, (101,) each, by kind and curve: `healthy_bands.csv`."""
-    text = resources.files("gaitval.metrics").joinpath("healthy_bands.csv").read_text("utf-8")
+def healthy_bands() -> Bands:
+    """Angles and moments of typically developing children: `healthy_bands.csv`."""
+    return _read_bands("healthy_bands.csv")
+
+
+@cache
+def adult_bands() -> Bands:
+    """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
+    return _read_bands("adult_bands.csv")
+
+
+def bands_beside(age_years: float | None) -> tuple[Bands, dict[str, People]]:
+    """The bands that a person is held against, and whose they are by kind of curve.
+
+    Parameters
+    ----------
+    age_years : a person of unknown age counts as an adult.
+    """
+    grown = age_years is None or age_years >= ADULT
+    bands = {**healthy_bands(), **(adult_bands() if grown else {})}
+    people: dict[str, People] = {
+        kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
+    }
+    return bands, people
+
+
+def _read_bands(name: str) -> Bands:
+    text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     table = np.array(rows[1:], dtype=float)
     at, found = np.arange(SAMPLES), dict[str, dict[str, tuple[Array, Array]]]()
@@ -143,6 +189,8 @@ def walk_statistics(
     record: GaitRecord,
     recorded: Mapping[str, Any],
     origins: Origins,
+    *,
+    age_years: float | None = None,
 ) -> dict[str, Any] | None:
     """The statistics of a walk's cycles, to be written as JSON; None with fewer than two cycles.
 
@@ -152,6 +200,7 @@ def walk_statistics(
     progression : of its feet, see `foot_progression`.
     recorded : curves of the record by kind and name, in their units.
     origins : where they come from; nothing is tested against what was not recorded.
+    age_years : of the person, who is held against adults or children (`bands_beside`).
     """
     cycles = by_kind(curves)
     if min(len(curve) for kind in cycles.values() for curve in kind.values()) < 2:
@@ -169,12 +218,14 @@ def walk_statistics(
         kind: {name: curve.mean(axis=0) for name, curve in each.items()}
         for kind, each in cycles.items()
     }
+    bands, people = bands_beside(age_years)
     return {
         "alpha": ALPHA,
         "permutations": PERMUTATIONS,
         "curves": found,
         "profiles": _profiles(walked["angles"], progression, record, origins),
-        "bands": _bands(walked, recorded, origins),
+        "bands": _bands(walked, recorded, origins, bands),
+        "band_people": people,
     }
 
 
@@ -238,12 +289,12 @@ def _profile(found: GaitProfile) -> dict[str, Any]:
 
 
 def _bands(
-    walked: Mapping[str, Any], recorded: Mapping[str, Any], origins: Origins
+    walked: Mapping[str, Any], recorded: Mapping[str, Any], origins: Origins, bands: Bands
 ) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for kind, bands in healthy_bands().items():
+    for kind, each in bands.items():
         found[kind] = {}
-        for name, (mean, spread) in bands.items():
+        for name, (mean, spread) in each.items():
             for side in "rl":
                 key = f"{name}_{side}"
                 shares = {

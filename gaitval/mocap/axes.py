@@ -379,8 +379,10 @@ def turn_to_walking_direction(
     _check_facing(turned, landmarks)
     by = np.degrees(turned_by) % 360
     by -= 360.0 * (by > 180.0)
+    # that of the strides, which is among the results, differs a little
     text = (
-        f"Walks {how} at {speed:.2f} m/s; turned by {by:.0f}° about the vertical to walk along +x"
+        f"Walks {how} at {speed:.2f} m/s by a first estimate; turned by {by:.0f}° about the "
+        "vertical to walk along +x"
     )
     return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
 

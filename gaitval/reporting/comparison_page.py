@@ -26,7 +26,7 @@ from gaitval.metrics.versions import StoredWalk, Versions, in_margins
 from gaitval.reporting.csv_text import csv_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.facts import compiled_walks
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, RECORD_SHADE
+from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import number, write_page
 
 CURVES: Final = (
@@ -329,9 +329,8 @@ def _panel(axis: Axes, walk: StoredWalk, kind: str, name: str, before: StoredWal
         key = f"{name}_{side[0]}"
         recorded = walk.metrics["record"]["curves"][kind][key]
         style = "-" if side == "right" else (0, (3, 1.5))
-        axis.plot(PERCENT, _array(recorded), color=RECORD_SHADE, linewidth=3.0, zorder=1)
         axis.plot(
-            PERCENT, _array(recorded), color=RECORD_COLOUR, linewidth=0.7, linestyle=style, zorder=2
+            PERCENT, _array(recorded), color=RECORD_COLOUR, linewidth=1.7, linestyle=style, zorder=2
         )
         if before is not None:
             earlier = _final(before)["curves"][kind][key]["mean"]

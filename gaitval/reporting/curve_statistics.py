@@ -7,12 +7,20 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
-from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
+from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
 from gaitval.metrics.walk_statistics import BAND
 from gaitval.reporting.drawing import Draw, new_figure, svg
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
+from gaitval.reporting.figures import (
+    BAND_COLOUR,
+    COLOURS,
+    NAMES,
+    PERCENT,
+    RECORD_COLOUR,
+    STYLES,
+    legend,
+)
 
 Json = Mapping[str, Any]
 
@@ -31,13 +39,15 @@ _SHORT: Final = {
     "hip_flexion": "hip\nflexion",
     "knee_angle": "knee\nflexion",
     "ankle_angle": "ankle\nflexion",
-    "pelvis_list": "pelvis\nlist",
+    "pelvis_list": "pelvis\nobliq.",
     "hip_adduction": "hip\nadduct.",
     "pelvis_rotation": "pelvis\nrotation",
     "hip_rotation": "hip\nrotation",
     "foot_progression": "foot\nprogr.",
     "total": "GPS",
 }
+_MARKERS: Final[Mapping[Side, str]] = {"right": ">", "left": "<"}
+"""Symbols that point to their side; those of the record are hollow."""
 
 
 def drawings(metrics: Json) -> dict[str, Draw]:
@@ -56,7 +66,7 @@ def differences(metrics: Json) -> str:
     scatter of the cycles.
     """
     walk = metrics["walks"][metrics["final"]]["curves"]
-    with new_figure(5.0) as figure:
+    with new_figure(5.4) as figure:
         grid = figure.subplots(len(_ROWS), 3, sharex=True)
         for panels, (kind, names) in zip(grid, _ROWS, strict=True):
             unit = metrics["units"][kind].replace("deg", "°")
@@ -67,9 +77,7 @@ def differences(metrics: Json) -> str:
             panels[0].set_ylabel(f"walk − record, {unit}")
         for axes in grid[-1]:
             axes.set_xlabel("% of gait cycle")
-        figure.legend(
-            *grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=len(SIDES)
-        )
+        legend(figure, grid[0, 0])
         return svg(figure, "differences")
 
 
@@ -80,7 +88,10 @@ def _difference(axes: Axes, metrics: Json, walk: Json, kind: str, name: str) -> 
         key = f"{name}_{side[0]}"
         recorded = _plain(metrics["record"]["curves"][kind][key])
         mean, spread = _plain(walk[key]["mean"]) - recorded, _plain(walk[key]["sd"])
-        axes.plot(PERCENT, mean, color=COLOURS[side], label=side, linewidth=1.0, zorder=3)
+        axes.plot(
+            PERCENT, mean, color=COLOURS[side], linestyle=STYLES[side], label=side, linewidth=1.0,
+            zorder=3,
+        )  # fmt: skip
         axes.fill_between(
             PERCENT, mean - spread, mean + spread, color=COLOURS[side], alpha=0.25, linewidth=0
         )
@@ -107,15 +118,15 @@ def profile(profiles: Json) -> str:
     healthy = {**controls.scores, "total": controls.total}
     at = np.arange(len(names), dtype=float)
     at[-1] += 0.5
-    with new_figure(2.4) as figure:
+    with new_figure(2.8) as figure:
         axes = figure.subplots()
         for x, name in zip(at, names, strict=True):
             mean, spread = healthy[name]
-            axes.bar(x, 2 * spread, 0.8, bottom=mean - spread, color="#e2e2e2", zorder=0)
-            axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#909090", linewidth=0.8, zorder=1)
-        axes.bar(0, 0, color="#e2e2e2", label=f"{controls.people} healthy adults, mean ± SD")
+            axes.bar(x, 2 * spread, 0.8, bottom=mean - spread, color=BAND_COLOUR, zorder=0)
+            axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
+        axes.bar(0, 0, color=BAND_COLOUR, label=f"{controls.people} healthy adults, mean ± SD")
         for offset, side in zip((0.18, -0.18), SIDES, strict=True):
-            for which, marker in (("record", "o"), ("walk", "D")):
+            for which in ("record", "walk"):
                 if profiles[which] is None:  # its angles were not recorded
                     continue
                 scores = [profiles[which]["scores"][f"{n}_{side[0]}"] for n in names[:-1]]
@@ -123,11 +134,12 @@ def profile(profiles: Json) -> str:
                 axes.plot(
                     at + offset,
                     [*scores, profiles[which][side]],
-                    marker,
+                    _MARKERS[side],
                     color=colour,
-                    markerfacecolor=colour if which == "walk" else "white",
-                    markersize=4.5,
-                    label=f"{which}, {side}" if which == "walk" else f"record, {side}",
+                    # hollow, so that they look alike on a band and in the legend, in both modes
+                    markerfacecolor=colour if which == "walk" else "none",
+                    markersize=5.0,
+                    label=f"{which}, {side}",
                 )
         axes.set_xticks(at, [_SHORT[name] for name in names], fontsize=7.5)
         axes.tick_params(axis="x", length=0)
@@ -156,6 +168,8 @@ def tables(metrics: Json) -> dict[str, Any] | None:
         "bands": [
             {
                 "name": NAMES[name] + (" moment" if kind == "moments" else ""),
+                "kind": kind,
+                "people": found.get("band_people", {}).get(kind, "children"),
                 "sides": [found["bands"][kind][f"{name}_{side}"] for side in "rl"],
             }
             for kind in found["bands"]
@@ -163,8 +177,45 @@ def tables(metrics: Json) -> dict[str, Any] | None:
         ],
         "band": BAND,
         "profiles": found["profiles"],
+        "sides": _profile_sides(found["profiles"]),
+        "furthest": _furthest(found["profiles"]),
         "controls": load_controls(),
+        "is_control": is_control(metrics["subject"]["source"]),
         "smallest": SMALLEST_DIFFERENCE,
+    }
+
+
+def _profile_sides(profiles: Json) -> list[dict[str, Any]]:
+    """The score of each side of record and walk, deg, the side that differs more first, and whether
+    the difference is one that matters clinically; none without a record.
+    """
+    if profiles["record"] is None:
+        return []
+    rows = [
+        {
+            "side": side,
+            "record": profiles["record"][side],
+            "walk": profiles["walk"][side],
+            "difference": (difference := profiles["walk"][side] - profiles["record"][side]),
+            "matters": abs(difference) >= SMALLEST_DIFFERENCE,
+        }
+        for side in SIDES
+    ]
+    return sorted(rows, key=lambda row: -abs(row["difference"]))
+
+
+def _furthest(profiles: Json) -> dict[str, Any] | None:
+    """The angle and side whose scores of walk and record differ most."""
+    if profiles["record"] is None:
+        return None
+    record, walk = profiles["record"]["scores"], profiles["walk"]["scores"]
+    key = max(record, key=lambda each: abs(walk[each] - record[each]))
+    side, name = split_side(key)
+    return {
+        "name": NAMES.get(name, name.replace("_", " ").capitalize()).lower(),
+        "side": side,
+        "record": record[key],
+        "walk": walk[key],
     }
 
 

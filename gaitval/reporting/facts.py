@@ -32,7 +32,11 @@ class Fact:
 
     @property
     def link(self) -> str:
-        """Where the figure is, as the target of a link; nothing without a file."""
+        """Where the figure is, as the target of a link; nothing without a file that browsers show:
+        a page that was sent alone must not offer arrays beside it.
+        """
+        if not self.file.endswith((".json", ".toml")):
+            return ""
         return quote(self.file) + (f"#{quote(self.pointer)}" if self.pointer else "")
 
 

@@ -2,7 +2,8 @@
 
 Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
 that ships with matplotlib. The right side is dark blue, the left one orange and dashed, the record
-black on grey: colour-blind readers and grey print tell them apart, by lightness and by dashes.
+a wider black line beneath them: colour-blind readers and grey print tell them apart, by lightness
+and by dashes. A band is always a standard deviation; what has none is a line alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,9 +13,11 @@ from typing import Any, Final
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
@@ -28,6 +31,11 @@ COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
 RECORD_COLOUR: Final = "#1a1a1a"
 RECORD_SHADE: Final = "#d4d4d4"
+BAND_COLOUR: Final = "#d9d9d9"
+"""Of a band between healthy people; dark on a dark page."""
+RECORD_WIDTH: Final = 2.0
+WALK_WIDTH: Final = 1.1
+"""Points. The walk lies on the record and is narrower, so that both are seen where they agree."""
 
 NAMES: Final = {
     "hip_flexion": "Hip flexion",
@@ -37,27 +45,45 @@ NAMES: Final = {
     "ankle_angle": "Ankle dorsiflexion",
     "subtalar_angle": "Subtalar inversion",
     "pelvis_tilt": "Pelvis anterior tilt",
-    "pelvis_list": "Pelvis own side up",
-    "pelvis_rotation": "Pelvis own side forward",
+    "pelvis_list": "Pelvis obliquity",
+    "pelvis_rotation": "Pelvis rotation",
     "forward": "Forward",
     "medial": "Medial",
     "vertical": "Vertical",
 }
-"""What a positive value of a curve means."""
+"""What a positive value of a curve means; obliquity: own side up, rotation: own side forward."""
 
 PERCENT = np.arange(101)
 
+_TITLE_PAD: Final = 13.0
+"""Points: a panel's title is above the line that has its RMSE."""
 
-def _legend(figure: Figure, axes: Axes, handles: Sequence[Any] | None = None) -> None:
-    lines, labels = axes.get_legend_handles_labels()
-    chosen = {label: line for line, label in zip(lines, labels, strict=True)}
-    for handle in handles or ():
-        chosen[str(handle.get_label())] = handle
-    if not chosen:
-        return
-    figure.legend(
-        chosen.values(), chosen.keys(), loc="outside upper center", ncols=len(chosen), fontsize=8.5
-    )
+
+def legend(figure: Figure, *panels: Axes) -> None:
+    """A legend above a figure with all that its panels show, each once, and the band if one has
+    any.
+    """
+    chosen: dict[str, Any] = {}
+    for axes in panels:
+        for line, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            chosen.setdefault(label, line)
+    if any(isinstance(each, PolyCollection) for axes in panels for each in axes.collections):
+        chosen["± SD"] = Patch(facecolor="#9a9a9a", alpha=0.35)
+    if chosen:
+        figure.legend(
+            chosen.values(),
+            chosen.keys(),
+            loc="outside upper center",
+            ncols=len(chosen),
+            fontsize=8.5,
+        )
+
+
+def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
+    """A recorded curve over `PERCENT`, to lie beneath the walk's."""
+    axes.plot(
+        PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
+    )  # fmt: skip
 
 
 def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) -> None:
@@ -66,8 +92,7 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     stance = metrics["record"]["spatiotemporal"][f"stance_fraction_{side}"]
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-    axes.plot(PERCENT, recorded, color=RECORD_SHADE, linewidth=4.0, zorder=1)
-    axes.plot(PERCENT, recorded, color=RECORD_COLOUR, linewidth=0.9, zorder=2, label="record")
+    draw_record(axes, recorded, label="record")
     walks = metrics["walks"]
     final = walks[metrics["final"]]
     if metrics["final"] == "identified":
@@ -89,17 +114,17 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     _band(axes, curve, side, f"simulated, {side}")
     error = final["errors"][kind][key]["rmse"]
     digits = 2 if kind == "moments" else 1
-    axes.text(
-        0.98,
-        0.97,
+    # above the axes, where no curve is
+    axes.annotate(
         f"RMSE {error:.{digits}f}" if error is not None else "RMSE not finite",
-        transform=axes.transAxes,
+        (1.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(0, 2),
+        textcoords="offset points",
         ha="right",
-        va="top",
+        va="bottom",
         fontsize=8.0,
         color="#404040",
-        zorder=5,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
     )
 
 
@@ -117,7 +142,7 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
     kind : "angles", "moments" or "forces".
     names : curves without side.
     """
-    with new_figure(2.4) as figure:
+    with new_figure(3.25) as figure:
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
         for row, side in enumerate(SIDES):
             for column, name in enumerate(names):
@@ -127,17 +152,11 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
                 axes.set_xlim(0, 100)
                 axes.margins(y=0.15)
                 if row == 0:
-                    axes.set_title(NAMES[name])
+                    axes.set_title(NAMES[name], pad=_TITLE_PAD)
                 else:
                     axes.set_xlabel("% of gait cycle")
             panels[row, 0].set_ylabel(f"{side}, {metrics['units'][kind].replace('deg', '°')}")
-        handles, labels = panels[1, 0].get_legend_handles_labels()
-        left = [
-            handle
-            for handle, label in zip(handles, labels, strict=True)
-            if label == "simulated, left"
-        ]
-        _legend(figure, panels[0, 0], left)
+        legend(figure, *panels[:, 0])
         return svg(figure, figure_name)
 
 
@@ -274,15 +293,17 @@ def pressure_path(metrics: Json) -> str:
         progress.set_ylim(0, 100)
         progress.set_xlabel("% of stance")
         progress.set_ylabel("% of foot length from the heel")
-        if progress.lines:
-            progress.legend(loc="lower right")
+        legend(figure, progress)
         return svg(figure, "pressure")
 
 
 def _band(axes: Axes, curve: Json, side: Side, label: str) -> None:
     """A mean curve with its standard deviation, over `PERCENT`."""
     mean, colour = _plain(curve["mean"]), COLOURS[side]
-    axes.plot(PERCENT, mean, color=colour, linestyle=STYLES[side], label=label, zorder=4)
+    axes.plot(
+        PERCENT, mean, color=colour, linestyle=STYLES[side], linewidth=WALK_WIDTH, label=label,
+        zorder=4,
+    )  # fmt: skip
     if curve["sd"] is not None:
         low, high = mean - _plain(curve["sd"]), mean + _plain(curve["sd"])
         axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=3)
@@ -432,5 +453,5 @@ def push_velocity(traces: Sequence[Json]) -> str:
             axes.set_title(title, loc="left")
             axes.margins(x=0.01)
         panels[-1].set_xlabel("gait cycles since the push")
-        _legend(figure, panels[0])
+        legend(figure, panels[0])
         return svg(figure, "velocity")

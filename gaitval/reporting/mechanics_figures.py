@@ -6,10 +6,17 @@ from typing import Any
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.metrics.joint_power import BURSTS, JOINTS
+from gaitval.metrics.joint_power import BURSTS, JOINTS, burst_places
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figures import COLOURS, PERCENT, RECORD_COLOUR, RECORD_SHADE, STYLES
+from gaitval.reporting.figures import (
+    COLOURS,
+    PERCENT,
+    STYLES,
+    WALK_WIDTH,
+    draw_record,
+    legend,
+)
 from gaitval.reporting.links import link
 
 Json = Mapping[str, Any]
@@ -24,33 +31,40 @@ def joint_power(metrics: Json) -> str:
     """
     recorded = metrics["record"]["joint_power"]
     walked = metrics["walks"][metrics["final"]]["joint_power"]
-    with new_figure(2.7) as figure:
+    with new_figure(3.2) as figure:
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
+            places = burst_places(
+                {joint: np.array(recorded["power"][f"{joint}_{side[0]}"]) for joint in JOINTS}
+            )
             for column, (axes, joint) in enumerate(zip(grid[row], JOINTS, strict=True)):
                 link(axes, "cycle", side, column)
                 axes.set_xlim(0, 100)
                 name = f"{joint}_{side[0]}"
                 power = np.array(recorded["power"][name])
                 axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-                axes.plot(PERCENT, power, color=RECORD_SHADE, linewidth=4.0, zorder=1)
-                axes.plot(PERCENT, power, color=RECORD_COLOUR, linewidth=0.9, zorder=2)
+                draw_record(axes, power, label="record")
                 if walked is not None:
                     axes.plot(
                         PERCENT,
                         walked["power"][name],
                         color=COLOURS[side],
                         linestyle=STYLES[side],
+                        linewidth=WALK_WIDTH,
                         zorder=3,
+                        label=f"simulated, {side}",
                     )
-                for burst, each in BURSTS.items():
-                    if each.joint == joint:
-                        part = each.sign * power[each.first : each.last + 1]
-                        at = each.first + int(np.argmax(part))
+                for burst, at in places.items():
+                    each = BURSTS[burst]
+                    if each.joint == joint and at is not None:
                         place = (0, 5 if each.sign > 0 else -5)
+                        near = slice(max(0, at - 4), at + 5)
+                        # beyond both curves, so that the name is on neither
+                        both = [power, power if walked is None else np.array(walked["power"][name])]
+                        top = each.sign * max((each.sign * curve[near]).max() for curve in both)
                         axes.annotate(
                             burst,
-                            (at, power[at]),
+                            (at, top),
                             xytext=place,
                             textcoords="offset points",
                             ha="center",
@@ -58,12 +72,13 @@ def joint_power(metrics: Json) -> str:
                             fontsize=7.5,
                             color="#404040",
                         )
-                axes.margins(y=0.18)
+                axes.margins(y=0.25)
                 if row == 0:
                     axes.set_title(f"{_TITLES[joint]} power, W/kg")
                 else:
                     axes.set_xlabel("% of gait cycle")
             grid[row][0].set_ylabel(side)
+        legend(figure, *grid[:, 0])
         return svg(figure, "power")
 
 
@@ -73,16 +88,19 @@ def centre_of_mass(metrics: Json) -> str:
     """
     recorded = 1e3 * np.array(metrics["record"]["centre_of_mass"])
     walked = metrics["walks"][metrics["final"]]["centre_of_mass"]
-    with new_figure(1.9) as figure:
+    with new_figure(2.3) as figure:
         for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
             link(axes, "cycle", "right", column)
             axes.set_xlim(0, 100)
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            axes.plot(PERCENT, recorded[:, column], color=RECORD_SHADE, linewidth=4.0, zorder=1)
-            axes.plot(PERCENT, recorded[:, column], color=RECORD_COLOUR, linewidth=0.9, zorder=2)
+            draw_record(axes, recorded[:, column], label="record")
             if walked is not None:
                 path = 1e3 * np.array(walked)[:, column]
-                axes.plot(PERCENT, path, color=COLOURS["right"], zorder=3)
+                axes.plot(
+                    PERCENT, path, color=COLOURS["right"], linewidth=WALK_WIDTH, zorder=3,
+                    label="simulated",
+                )  # fmt: skip
             axes.set_title(f"{_PATHS[axis]}, mm")
             axes.set_xlabel("% of right gait cycle")
+        legend(figure, axes)
         return svg(figure, "com")

@@ -19,6 +19,15 @@ for (const table of document.querySelectorAll("table")) {
   (table.closest(".scroll") ?? table).after(button);
 }
 
+// A frame that shows all of its content needs no stop of the tabulator key.
+const frames = new ResizeObserver((entries) => {
+  for (const { target } of entries) {
+    if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+    else target.removeAttribute("tabindex");
+  }
+});
+for (const frame of document.querySelectorAll(".scroll")) frames.observe(frame);
+
 async function copy(text) {
   if (navigator.clipboard !== undefined) {
     try {

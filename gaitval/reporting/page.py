@@ -24,6 +24,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting import filling
 from gaitval.reporting.catalogue import SOURCE, translations
+from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, blank, drawn
 from gaitval.reporting.figure_data import write_tables
 
@@ -158,7 +159,8 @@ def write_page(
         stretched = _drawings({each: draws[each] for each in higher}, higher)
         values["drawings"] = as_usual()
         write_tables(folder, values["data"])
-        write_text(folder / f"{name}.html", page.render(values, medium="screen"))
+        html = with_contents(page.render(values, medium="screen"))
+        write_text(folder / f"{name}.html", html)
         values["drawings"] |= stretched()
         document = lay_out(page.render(values, medium="print"))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
@@ -169,7 +171,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     page, values = _prepared(template, context, ReportSettings(), ())
     values["drawings"] = _drawings(context.get("drawings", {}), {})()
     path = folder / f"{name}.html"
-    write_text(path, page.render(values, medium="screen"))
+    write_text(path, with_contents(page.render(values, medium="screen")))
     return path
 
 

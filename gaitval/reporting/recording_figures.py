@@ -57,8 +57,8 @@ def cycle_curves(
         or "_l"; a name without a side is drawn in black.
     stance_fraction : toe-off of each side as a fraction of its gait cycle; NaN if not known.
     label : quantity and unit of the drawn values, which are those of `curves` times `factor`.
-    bands : lowest and highest (101,) of healthy people, by name as `curves`; drawn in grey, once
-        for both sides.
+    bands : mean - SD and mean + SD (101,) of typically developing children, by name as `curves`;
+        drawn in grey, once for both sides.
     """
     bands = bands or {}
     names = curve_names(curves)
@@ -87,7 +87,9 @@ def cycle_curves(
             Line2D([], [], color="#707070", linewidth=0.6, linestyle=(0, (2, 2)), label="toe-off")
         )
         if bands:
-            handles.append(Patch(facecolor=RECORD_SHADE, label="healthy ± SD"))
+            handles.append(
+                Patch(facecolor=RECORD_SHADE, label="typically developing children ± SD")
+            )
         figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
         return svg(figure, figure_name)
 

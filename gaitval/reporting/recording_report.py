@@ -125,7 +125,9 @@ class FunctionalRow(NamedTuple):
 
 
 class ScaledSegment(NamedTuple):
-    """A segment of the model: length m, mass kg, factor over the generic one, what gave it."""
+    """A segment of the model: length m, mass kg, factor over the population's mean for this
+    stature, what gave it.
+    """
 
     name: str
     length: float

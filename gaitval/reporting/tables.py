@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from gaitval.coordinates import ACTUATED, split_side
 from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.groups import group_curves, group_rows
-from gaitval.metrics.joint_power import BURSTS
+from gaitval.metrics.joint_power import BURSTS, burst_places
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.origin import curve_origin, is_recorded_at_all, origins_in
 from gaitval.metrics.validation import ENDURANCE
@@ -80,9 +82,12 @@ def as_measured(metrics: Json) -> list[dict[str, Any]] | None:
 
 
 def bursts(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of the bursts of power and of the work of the joints, by side."""
-    recorded = metrics["record"]["joint_power"]
+    """Rows of the bursts of power and of the work of the joints, by side; bursts as the curves show
+    them, also of a file that was written when they were looked for otherwise.
+    """
+    recorded = _with_bursts(metrics["record"]["joint_power"])
     walked = metrics["walks"][metrics["final"]]["joint_power"]
+    walked = None if walked is None else _with_bursts(walked)
 
     def row(name: str, unit: str, group: str, key: str, digits: int) -> dict[str, Any]:
         sides = {
@@ -102,6 +107,19 @@ def bursts(metrics: Json) -> list[dict[str, Any]]:
             for group, title in (("generated", "generated"), ("absorbed", "absorbed"))
         ),
     ]
+
+
+def _with_bursts(found: Json) -> dict[str, Any]:
+    bursts: dict[str, float | None] = {}
+    for side in "rl":
+        powers = {
+            joint: np.array(found["power"][f"{joint}_{side}"], dtype=float)
+            for joint in POWER_JOINTS
+        }
+        for name, at in burst_places(powers).items():
+            value = None if at is None else float(powers[BURSTS[name].joint][at])
+            bursts[f"{name}_{side}"] = value
+    return {**found, "bursts": bursts}
 
 
 def torque_shares(values: Json | None) -> list[dict[str, Any]] | None:

@@ -20,7 +20,7 @@ DATA: Final = {
     "gaitval.judging.moments": ("judging/schwartz2008.csv",),
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
-    "gaitval.metrics.walk_statistics": ("metrics/healthy_bands.csv",),
+    "gaitval.metrics.walk_statistics": ("metrics/*_bands.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.catalogue": ("reporting/languages/*.po",),
     "gaitval.reporting.credibility": ("reporting/evidence.toml",),

@@ -380,6 +380,7 @@ def test_the_files_follow_the_schema_and_the_page_says_the_verdict(sound, tmp_pa
     jsonschema.validate(stored, schema)
     page = (tmp_path / "judge.html").read_text()
     assert re.search(r"All \d+ limits kept", page)
+    assert re.search(r"<dt>File format</dt><dd>OpenSim \d\.\d+</dd>", page)  # not 40000
     assert (tmp_path / "judge.pdf").read_bytes().startswith(b"%PDF")
     assert "http://" not in page.replace("http://www.w3.org", "")
 

@@ -3,8 +3,13 @@ import healthy_bands
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.metrics.gait_profile import (
+    PROFILE_ANGLES,
+    gait_profile,
+    is_control,
+    load_controls,
+)
 
 WBDS = {"S01": "WBDS01", "S03": "WBDS12", "S05": "WBDS14"}
 """Built-in subjects whose overground strides are among the controls'."""
@@ -47,6 +52,7 @@ def test_variables_that_are_missing_are_left_out():
 def test_the_shipped_people_are_those_of_the_data(gait_data):
     assert gps_controls.controls_file(gait_data) == gps_controls.FILE.read_text("utf-8")
     assert healthy_bands.bands_file(gait_data) == healthy_bands.FILE.read_text("utf-8")
+    assert healthy_bands.adults_file(gait_data) == healthy_bands.ADULTS.read_text("utf-8")
 
 
 def test_groups_score_as_their_source_says(gait_data):
@@ -70,3 +76,11 @@ def test_signs_are_those_of_the_same_people_in_the_built_in_subjects(gait_data):
                 for side in "rl"
             ]
         assert np.mean(alike) > 0.6, name
+
+
+def test_the_built_in_people_are_among_the_controls_and_others_are_not():
+    assert all(is_control(subject.source) for subject in builtin_subjects())
+    for source in ("WBDS42 T05", "WBDS01"):
+        assert is_control(source)
+    for source in ("WBDS43 T05", "WBDS142", "my laboratory, WBDS14", "", "WBDS00 T05"):
+        assert not is_control(source)

@@ -1,5 +1,7 @@
 """Joint power of curves whose power is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
@@ -7,7 +9,7 @@ from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.comparison import Curves, low_pass_of, recorded_curves, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.joint_power import BURSTS, JOINTS, joint_power, power_measures
+from gaitval.metrics.joint_power import BURSTS, JOINTS, burst_places, joint_power, power_measures
 
 PERCENT = np.arange(101)
 NAMES = [f"{joint}_{side}" for joint in JOINTS for side in "rl"]
@@ -43,20 +45,78 @@ def test_cycles_are_averaged_after_the_product():
     np.testing.assert_allclose(found.power["ankle_angle_r"], 1.0, atol=1e-9)
 
 
+def powers_of(burst, curve):
+    """The power of a burst's joint; that of the others is zero."""
+    return {joint: curve if joint == burst.joint else np.zeros(101) for joint in JOINTS}
+
+
+def bump(at, size):
+    """A smooth peak of 4 % half width."""
+    return size * np.exp(-(((PERCENT - at) / 4.0) ** 2))
+
+
 @pytest.mark.parametrize("name", BURSTS)
-def test_each_burst_is_the_extremum_of_its_joint_in_its_part_of_the_cycle(name):
+def test_each_burst_is_the_largest_peak_of_its_joint_in_its_part_of_the_cycle(name):
     burst = BURSTS[name]
-    power = np.zeros(101)
-    power[burst.first : burst.last + 1] = 0.3 * burst.sign
-    power[burst.last] = burst.sign * 1.7
-    outside = [percent for percent in (0, 100) if not burst.first <= percent <= burst.last]
-    power[outside] = burst.sign * 9.0
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))]) * 0.01
-    found = joint_power(curves_of(angle, np.ones(101)), {"r": 1.0, "l": 1.0})
-    rate = np.gradient(angle, 0.01, edge_order=2)[burst.first : burst.last + 1]
-    expected = burst.sign * np.max(burst.sign * rate)
-    assert found.bursts[f"{name}_r"] == pytest.approx(expected)
-    assert np.sign(found.bursts[f"{name}_l"]) == burst.sign
+    middle = (burst.first + burst.last) // 2
+    curve = bump(middle, 1.7 * burst.sign)
+    assert burst_places(powers_of(burst, curve))[name] == middle
+    # a smaller peak beside it changes nothing
+    beside = curve + bump(middle + 8, 0.3 * burst.sign)
+    assert burst_places(powers_of(burst, beside))[name] == pytest.approx(middle, abs=1)
+
+
+@pytest.mark.parametrize("name", BURSTS)
+def test_a_peak_outside_its_part_is_no_burst_though_its_flank_is_inside(name):
+    """The edge of the part has the largest power then, and is not taken for a peak."""
+    burst = BURSTS[name]
+    flank = bump(burst.first - 2 if burst.first else burst.last + 2, 1.7 * burst.sign)
+    assert burst_places(powers_of(burst, flank))[name] is None
+    assert burst_places(powers_of(burst, -np.abs(flank) * burst.sign))[name] is None
+
+
+def test_knee_generation_is_looked_for_after_the_absorption_that_it_follows():
+    """K2 of a knee that generates at 9 % too, before K1 at 13 %: its windows overlap."""
+    knee = bump(9, 0.6) + bump(13, -1.2) + bump(22, 0.2)
+    places = burst_places(powers_of(BURSTS["K1"], knee))
+    assert places["K1"] == pytest.approx(14, abs=1)
+    assert places["K2"] == pytest.approx(22, abs=1)
+    assert knee[:13].max() > knee[places["K2"]]
+
+
+def test_no_burst_of_the_ten_records_is_at_the_edge_of_its_part():
+    """K2 was, in ten of forty of record and walk; it is a peak after K1, or not found."""
+    found = 0
+    for subject in builtin_subjects():
+        record = subject.record()
+        power = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
+        for side in "rl":
+            powers = {joint: power.power[f"{joint}_{side}"] for joint in JOINTS}
+            places = burst_places(powers)
+            for name, at in places.items():
+                burst = BURSTS[name]
+                value = power.bursts[f"{name}_{side}"]
+                if at is None:
+                    assert value is None
+                    continue
+                found += 1
+                assert burst.first < at < burst.last, (subject.identifier, side, name)
+                curve = burst.sign * powers[burst.joint]
+                assert curve[at] > max(curve[at - 1], curve[at + 1], 0.0)
+                assert value == powers[burst.joint][at]
+            if None not in (places["K1"], places["K2"]):
+                assert places["K1"] < places["K2"]
+    assert found == 178  # S07 has no K2 on the left, S10 no H2
+
+
+def test_a_burst_that_the_record_lacks_is_not_compared_and_one_that_the_walk_lacks_is_zero():
+    record = synthetic_record()
+    full = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
+    full.bursts["A2_r"] = 2.5
+    lacks = replace(full, bursts={**full.bursts, "A2_r": None})
+    assert "A2_r" not in {each.target for each in power_measures(full, lacks)}
+    (walk_lacks,) = (each for each in power_measures(lacks, full) if each.target == "A2_r")
+    assert walk_lacks.value == pytest.approx(2.5 / BURSTS["A2"].spread)
 
 
 def test_people_have_the_bursts_that_gait_analysis_names():
@@ -88,5 +148,7 @@ def test_without_a_cycle_nothing_is_measured():
     record = synthetic_record()
     recorded = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
     measures = power_measures(None, recorded)
-    assert len(measures) == 2 * len(BURSTS) + 2 * len(JOINTS)
+    shown = [name for name, value in recorded.bursts.items() if value is not None]
+    assert shown
+    assert len(measures) == len(shown) + 2 * len(JOINTS)
     assert {each.value for each in measures} == {None}

@@ -11,6 +11,9 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.walk_statistics import (
+    WalkStatistics,
+    adult_bands,
+    bands_beside,
     foot_progression,
     healthy_bands,
     walk_statistics,
@@ -38,8 +41,9 @@ def _feet() -> dict[str, np.ndarray]:
     return {f"foot_progression_{side}": np.zeros((CYCLES, 101)) for side in "rl"}
 
 
-def _statistics(curves: Curves, record: GaitRecord = RECORD):
-    return walk_statistics(curves, _feet(), record, by_kind(recorded_curves(record)), RECORDED)
+def _statistics(curves: Curves, record: GaitRecord = RECORD, age_years: float | None = None):
+    recorded = by_kind(recorded_curves(record))
+    return walk_statistics(curves, _feet(), record, recorded, RECORDED, age_years=age_years)
 
 
 def test_a_walk_about_the_record_differs_nowhere():
@@ -75,13 +79,36 @@ def test_record_and_walk_are_scored_from_the_same_angles():
     assert changed == {"knee_angle_r"}
 
 
-def test_shares_within_the_bands_are_counted():
-    bands, curves = healthy_bands(), _scattered()
+@pytest.mark.parametrize(("age", "bands"), [(31, adult_bands()), (9, healthy_bands())])
+def test_shares_within_the_bands_are_counted(age, bands):
+    curves = _scattered()
     mean, spread = bands["angles"]["knee_angle"]
     inside = np.where(np.arange(101) < 50, 1.9, 2.1) * spread
     curves.angles["knee_angle_l"] = np.radians(np.tile(mean + inside, (CYCLES, 1)))
-    found = _statistics(curves)["bands"]["angles"]["knee_angle_l"]
+    found = _statistics(curves, age_years=age)["bands"]["angles"]["knee_angle_l"]
     assert found["walk"] == pytest.approx(50 / 101)
+
+
+def test_adults_are_held_against_adults_where_there_are_any():
+    """The children's bands are 5 degrees off at an adult's hip and knee."""
+    for age in (31.0, 18.0, None):
+        bands, people = bands_beside(age)
+        assert people == {"angles": "adults", "moments": "children"}
+        assert bands["angles"] is adult_bands()["angles"]
+        assert bands["moments"] is healthy_bands()["moments"]
+    bands, people = bands_beside(17.0)
+    assert people == {"angles": "children", "moments": "children"}
+    assert bands == healthy_bands()
+    apart = adult_bands()["angles"]["knee_angle"][0] - healthy_bands()["angles"]["knee_angle"][0]
+    assert np.sqrt(np.mean(apart**2)) > 4.0
+
+
+def test_a_stored_file_that_does_not_say_whose_bands_had_the_childrens():
+    found = _statistics(_scattered())
+    assert found["band_people"] == {"angles": "adults", "moments": "children"}
+    del found["band_people"]
+    read = WalkStatistics.model_validate(found)
+    assert (read.band_people.angles, read.band_people.moments) == ("children", "children")
 
 
 def test_one_cycle_has_no_statistics():

@@ -234,7 +234,7 @@ class TestWalkingDirection:
         found, text = turn_to_walking_direction(turned(straight, quarter), LANDMARKS)
         np.testing.assert_allclose(found.markers, straight.markers, atol=1e-12)
         assert ("treadmill" if belt else "overground") in text
-        assert "1.2" in text
+        assert "at 1.20 m/s by a first estimate" in text
 
     @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
     def test_a_path_across_the_axes(self, belt):

@@ -1,6 +1,7 @@
 """The section on whole curves: its tables and figures say what metrics.json says."""
 
 import copy
+import re
 
 import pytest
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
@@ -31,7 +32,27 @@ def test_rows_are_those_of_the_metrics(metrics):
         points = sum(each["last"] - each["first"] + 1 for each in stored["regions"])
         assert side["share"] == pytest.approx(100.0 * points / 101.0)
     assert [row["name"] for row in found["bands"]][0::3] == ["Hip flexion", "Hip flexion moment"]
+    assert [row["people"] for row in found["bands"]] == ["adults"] * 3 + ["children"] * 3
     assert found["controls"] is load_controls()
+    assert found["is_control"]
+
+
+def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters(metrics):
+    """A mean of both sides would be under 1.6 degrees."""
+    changed = copy.deepcopy(metrics)
+    profiles = changed["curve_statistics"]["profiles"]
+    profiles["record"] |= {"right": 5.0, "left": 5.1, "total": 5.1}
+    profiles["walk"] |= {"right": 5.1, "left": 7.0, "total": 6.1}
+    profiles["walk"]["scores"]["hip_flexion_l"] = profiles["record"]["scores"]["hip_flexion_l"] + 9
+    found = tables(changed)
+    assert [(row["side"], row["matters"]) for row in found["sides"]] == [
+        ("left", True),
+        ("right", False),
+    ]
+    assert found["sides"][0]["difference"] == pytest.approx(1.9)
+    assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip flexion", "left")
+    profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
+    assert tables(changed)["sides"][0]["matters"]
 
 
 def test_regions_are_drawn(metrics):
@@ -61,3 +82,17 @@ def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
     assert tables(older) is None
     assert drawings(older) == {}
+
+
+def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):
+    """Hollow, not white: white is the page's colour and would be a dark dot on a dark page."""
+    drawn = profile(metrics["curve_statistics"]["profiles"])
+    outlines = re.findall(r'<path id="(profile-m\w+)" d="([^"]*z\s*)"', drawn)
+    assert len(outlines) == 4  # right and left of record and walk
+    assert len({shape for _, shape in outlines}) == 2
+    used = re.findall(r'<use xlink:href="#(profile-m\w+)" [^>]*style="([^"]*)"', drawn)
+    record = [style for name, style in used if name in dict(outlines) and "#1a1a1a" in style]
+    assert len(record) >= 2 * len(metrics["curve_statistics"]["profiles"]["variables"])
+    assert all("fill-opacity: 0" in style for style in record)
+    assert "#ffffff" not in drawn
+    assert "#d9d9d9" in drawn  # which the style sheet has for dark pages

@@ -195,6 +195,48 @@ def test_axe_finds_nothing_serious(folder: Path, browser: str, dark: bool) -> No
         assert overflow(page) == 0
 
 
+def test_on_a_phone_value_and_verdict_stay_in_sight_and_figures_can_be_read(
+    folder: Path, browser: str
+) -> None:
+    with opened(browser, folder / "recording.html", width=360) as page:
+        cells = page.evaluate(
+            "Array.from(document.querySelectorAll('.criteria tbody td:is(.value, :last-child)'),"
+            " (cell) => [cell.getBoundingClientRect().left, cell.getBoundingClientRect().right])"
+        )
+        widths = page.evaluate(
+            "Array.from(document.querySelectorAll('.drawing > svg'),"
+            " (svg) => svg.getBoundingClientRect().width)"
+        )
+    assert len(cells) >= 2 * len(sample().gates)
+    assert all(left >= 0 and right <= 360 for left, right in cells)
+    drawn = re.findall(
+        r'<div class="scroll drawing".*?</svg>',
+        (folder / "recording.html").read_text(encoding="utf-8"),
+        re.DOTALL,
+    )
+    assert len(drawn) == len(widths) >= 4
+    for figure, width in zip(drawn, widths, strict=True):
+        points = float(re.search(r'width="([\d.]+)pt"', figure)[1])
+        sizes = re.findall(r'<text [^>]*font-size="([\d.]+)"', _with_letters(figure))
+        assert min(map(float, sizes)) * width / points >= 9.0
+
+
+def test_the_first_key_leads_past_the_contents_and_only_frames_that_scroll_are_stops(
+    folder: Path, browser: str
+) -> None:
+    with opened(browser, folder / "recording.html", width=1600) as page:
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.className") == "skip"
+        page.keyboard.press("Enter")
+        page.wait_for_function("document.activeElement.id === 'content'")
+        assert page.locator(".scroll[tabindex]").count() == 0  # all is in sight
+        page.locator("summary", has_text="Contents").click()
+        page.get_by_role("link", name="Marker errors").click()
+        assert page.evaluate("location.hash") == "#marker-errors"
+    with opened(browser, folder / "recording.html", width=360) as page:
+        page.wait_for_function("document.querySelector('.drawing').tabIndex === 0")
+
+
 def test_axe_finds_what_is_wrong(tmp_path: Path, browser: str) -> None:
     bad = tmp_path / "bad.html"
     bad.write_text('<p style="color: #ccc; background: #fff">pale</p><img src="data:,">')

@@ -123,7 +123,7 @@ def test_a_page_in_portuguese(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     write_recording_report(tmp_path, sample(), ReportSettings(language="pt"))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
     assert '<html lang="pt">' in html
-    assert "<h2>Ângulos articulares</h2>" in html
+    assert '<h2 id="angulos-articulares">Ângulos articulares</h2>' in html
     assert "Joint angles</h2>" not in html
 
 

@@ -300,3 +300,16 @@ def test_arrays_of_another_shape_are_refused(tmp_path: Path, change: dict, messa
     with pytest.raises(ValueError, match=message):
         write_recording_report(tmp_path, sample(**change))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_column_that_is_empty_is_left_out_and_the_factor_is_the_population_s(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    row = SpatiotemporalRow("Cadence", "steps/min", (92.0, 1.2), (92.3, 1.1), digits=1)
+    write_recording_report(tmp_path, sample(spatiotemporal=[row]))
+    page = page_of(tmp_path)
+    assert "Parameter Right Left Unit" in re.sub(r"(?<=[a-z])(?=[A-Z])", " ", page.text)
+    assert "length in the model over the population’s mean for this stature" in page.text
+    write_recording_report(tmp_path, sample())
+    assert "Left Both Unit" in re.sub(r"(?<=[a-z])(?=[A-Z])", " ", page_of(tmp_path).text)

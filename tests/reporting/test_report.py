@@ -1,3 +1,4 @@
+import copy
 import json
 import re
 import shutil
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 import weasyprint
 from html_page import Page, an_hour_later, only_html
+from matplotlib.figure import Figure
 from report_run import build_run
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
@@ -17,7 +19,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.validation import validate
 from gaitval.policy.processes import keeping_workers
-from gaitval.reporting import figures, stick_figures
+from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import number
 from gaitval.reporting.report import write_report
 from gaitval.scaling.scaling import scale_subject
@@ -104,6 +106,81 @@ def test_failures_come_first_and_are_named(page, metrics):
     verdicts = verdicts[verdicts.index("FAILED") :]
     assert verdicts == sorted(verdicts)  # capitals sort first
     assert "acceptance criteria failed" in page.text
+
+
+def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(page, metrics):
+    text = " ".join(page.text.split())
+    profiles = metrics["curve_statistics"]["profiles"]
+    by_side = {side: profiles["walk"][side] - profiles["record"][side] for side in SIDES}
+    worse = max(by_side, key=lambda side: abs(by_side[side]))
+    record, walk = (number(profiles[which][worse], 1) for which in ("record", "walk"))
+    assert f"The {worse} side differs more: record {record}°, walk {walk}°." in text
+    assert ("is far enough from the record to matter" in text) == (abs(by_side[worse]) >= 1.6)
+    assert "does not matter clinically" not in text
+    assert "This person is one of the 42 and is not left out of their mean" in text
+    assert "Angles: 42 healthy adults at their own speed" in text
+    assert "Moments: typically developing children at free speed" in text
+
+
+def test_bursts_that_a_curve_lacks_are_not_found(page, metrics):
+    """Also where a stored file has a number from the edge of the part."""
+    rows = tables.bursts(metrics)
+    power = metrics["walks"]["identified"]["joint_power"]
+    shown = {row["name"]: row["sides"] for row in rows if row["unit"] == "W/kg"}
+    for name, sides in shown.items():
+        for side, values in sides.items():
+            assert values["walked"] == power["bursts"][f"{name}_{side[0]}"]
+    flat = copy.deepcopy(metrics)
+    flat["walks"]["identified"]["joint_power"]["power"]["knee_angle_r"] = list(range(101))
+    lacking = {row["name"]: row["sides"]["right"]["walked"] for row in tables.bursts(flat)}
+    assert [lacking[name] for name in ("K1", "K2", "K3", "K4")] == [None] * 4
+
+
+def test_the_record_has_no_band(metrics):
+    """A wide grey line behind it reads as a standard deviation."""
+    names = ("hip_flexion", "knee_angle", "ankle_angle")
+    drawn = [
+        figures.curves(metrics, "angles", names, figure_name="one"),
+        mechanics_figures.joint_power(metrics),
+        mechanics_figures.centre_of_mass(metrics),
+    ]
+    for each in drawn:
+        widths = [float(width) for width in re.findall(r"stroke-width: ([\d.]+)", each)]
+        assert max(widths) <= figures.RECORD_WIDTH
+        assert figures.RECORD_SHADE not in each
+    assert "± SD" in drawn[0]  # the walk's band, which is one
+    assert all("± SD" not in each for each in drawn[1:])
+
+
+def test_rmse_is_written_above_the_axes(metrics):
+    """At the peak of the curve it would cover it."""
+    axes = Figure().subplots()
+    figures._curve_panel(axes, metrics, "angles", "knee_angle", "right")
+    (label,) = (text for text in axes.texts if text.get_text().startswith("RMSE"))
+    assert label.xy == (1.0, 1.0)
+    assert label.get_va() == "bottom"
+    assert label.xyann[1] > 0
+
+
+def test_sentences_are_apart_and_no_test_of_the_project_is_named_in_the_verdict(page):
+    text = " ".join(page.text.split())
+    assert "are compared above. The first walk is in DART" in text
+    verdict = text[text.index("The verdict is on") :][:200]
+    assert "no external force is applied to the body, by construction)" in verdict
+    assert "tests/" not in verdict
+
+
+def test_a_page_that_is_sent_alone_links_to_no_arrays(page):
+    assert not [link for link in page.links if link and ".npz" in link]
+    assert "rollouts/identified.npz" in page.text
+
+
+def test_the_contents_and_the_way_past_them_are_the_first_links(page):
+    first, *others = (link for link in page.links if link.startswith("#"))
+    assert first == "#content"
+    assert "#joint-angles" in others
+    assert "#credibility" in others
+    assert page.tags.index("nav") < page.tags.index("main")
 
 
 def test_the_numbers_are_those_of_the_metrics(page, metrics):

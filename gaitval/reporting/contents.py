@@ -1,0 +1,65 @@
+"""The contents of a page: a list of its headings, each with a link."""
+
+import re
+import unicodedata
+from typing import Final
+
+_PLACE: Final = re.compile(r"<!-- contents: (.*?) -->")
+"""In a template: where the list goes, and what it is called."""
+FEWEST: Final = 4
+"""Headings below which a page needs no list."""
+
+_HEADING: Final = re.compile(r"<h2(?P<attributes>[^>]*)>(?P<text>.*?)</h2>", re.DOTALL)
+_IDENTIFIER: Final = re.compile(r'\bid="([^"]*)"')
+
+
+def with_contents(page: str) -> str:
+    """A page whose second-level headings have identifiers, and a list of them where a
+    comment `<!-- contents: LABEL -->` is.
+
+    The list is closed until it is wanted, so that it is one stop of the tabulator key and does not
+    push the result down. A heading keeps the identifier that it has.
+
+    Parameters
+    ----------
+    page : HTML. With fewer than `FEWEST` headings it gets no list.
+    """
+    taken = set(_IDENTIFIER.findall(page))
+    entries: list[str] = []
+
+    def named(found: re.Match[str]) -> str:
+        attributes, text = found["attributes"], found["text"]
+        plain = re.sub(r"<[^>]*>", "", text).strip()
+        own = _IDENTIFIER.search(attributes)
+        identifier = own[1] if own else _free(_slug(plain), taken)
+        taken.add(identifier)
+        entries.append(f'<li><a href="#{identifier}">{plain}</a></li>')
+        added = "" if own else f' id="{identifier}"'
+        return f"<h2{attributes}{added}>{text}</h2>"
+
+    changed = _HEADING.sub(named, page)
+    if len(entries) < FEWEST:
+        return _PLACE.sub("", page)
+    listed = "\n".join(entries)
+    return _PLACE.sub(
+        lambda place: (
+            f'<nav class="contents" aria-label="{place[1]}">'
+            f"<details><summary>{place[1]}</summary>\n<ol>\n{listed}\n</ol></details></nav>"
+        ),
+        changed,
+        count=1,
+    )
+
+
+def _slug(text: str) -> str:
+    """A heading as an identifier: small letters without accents, and hyphens."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
+    return re.sub(r"[^a-z0-9]+", "-", plain.lower()).strip("-") or "part"
+
+
+def _free(wanted: str, taken: set[str]) -> str:
+    number, name = 1, wanted
+    while name in taken:
+        number += 1
+        name = f"{wanted}-{number}"
+    return name
