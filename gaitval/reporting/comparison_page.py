@@ -11,12 +11,14 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
+from gaitval.artefacts import versions as versions_of_here
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.versions import StoredWalk, Versions, in_margins
+from gaitval.origin import now, source_commit
 from gaitval.reporting.csv_text import csv_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.facts import compiled_walks
@@ -60,6 +62,9 @@ def write_comparison(
         "comparison.html.j2",
         {
             "name": name,
+            "software": versions_of_here(),
+            "commit": source_commit(),
+            "written": now(),
             "walks": [_overview(walk, label) for walk, label in zip(walks, labels, strict=True)],
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],

@@ -26,6 +26,7 @@ from gaitval.reporting import (
     figure_data,
     figures,
     mechanics_figures,
+    provenance,
     tables,
 )
 from gaitval.reporting.drawing import Draw
@@ -346,6 +347,7 @@ def _context(folder: Path) -> dict[str, Any]:
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")
     walk = metrics["walks"][metrics["final"]]
+    before = credibility.provenance_before(folder)
     return {
         "subject": subject,
         "metrics": metrics,
@@ -376,7 +378,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
         "picture": walk_pictures(folder, metrics),
-        "provenance": credibility.provenance_before(folder),
+        "provenance": before,
+        "dates": provenance.dates(before),
+        "hashes": provenance.hashes(folder),
         "credibility": credibility.sections(folder, metrics),
         "unknown": UNKNOWN,
         "pushes": metrics["push_recovery"],
