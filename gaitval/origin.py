@@ -19,7 +19,7 @@ _WAIT: Final = 10.0
 
 
 def now() -> str:
-    """The present minute, UTC, as `2026-11-23 02:14 UTC`; that of `SOURCE_DATE_EPOCH` where it is set."""
+    """The present minute as `2026-11-23 02:14 UTC`; that of `SOURCE_DATE_EPOCH` where it is set."""
     given = os.environ.get(BUILD_DATE)
     with suppress(ValueError, OverflowError, OSError):
         if given is not None:
