@@ -27,8 +27,8 @@ SOURCE = LANGUAGES[0]
 
 _PLACE: Final = re.compile(r"%\((\w+)\)s")
 _NEUTRAL: Final = re.compile(
-    r"[^A-Za-z]*|[HKA]\d|[LR]|[0-9a-f]{64}"
-    r"|[^A-Za-z]*(deg|m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|SD|MAP)"
+    r"[^A-Za-z]*|[HKA]\d(_[rl])?|[LR]|[0-9a-f]{64}"
+    r"|[^A-Za-z]*(m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|SD|MAP)"
 )
 """Numbers, units and symbols: the same in all languages but for the decimal mark."""
 _DECIMAL: Final = re.compile(r"(?<![\w.])(\d+)\.(\d+)(?![\w/]*\.?[\w/])")
@@ -123,17 +123,17 @@ class Words:
         return None
 
     def _by_parts(self, text: str) -> str | None:
-        if text.endswith(".") and text[:-1] in self._plain:
-            return f"{self._plain[text[:-1]]}."
         sentences = _SENTENCES.split(text)
         if len(sentences) > 1:
             return self._joined(sentences, " ")
+        if text.endswith("."):
+            found = self.of(text[:-1])
+            return None if found is None else f"{found}."
         for joint in _JOINTS:
-            if joint in text.rstrip("."):
-                end = "." * text.endswith(".")
-                found = self._joined(text.removesuffix(".").split(joint), joint)
+            if joint in text:
+                found = self._joined(text.split(joint), joint)
                 if found is not None:
-                    return found + end
+                    return found
         return None
 
     def _joined(self, parts: Sequence[str], joint: str) -> str | None:
@@ -161,6 +161,8 @@ def _pattern(text: str) -> re.Pattern[str]:
         if index % 2 == 0:
             written += re.escape(_percent(piece))
         else:
-            written += f"(?P={piece})" if piece in seen else f"(?P<{piece}>.+?)"
+            # a part from outside may be anything; others end where the next one begins
+            anything = "." if piece.startswith("name") else "[^;:]"
+            written += f"(?P={piece})" if piece in seen else f"(?P<{piece}>{anything}+?)"
             seen.add(piece)
     return re.compile(written, re.DOTALL)

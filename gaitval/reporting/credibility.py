@@ -396,13 +396,16 @@ def _scatter(metrics: Json) -> Iterator[Fact]:
 
 def _sensitive(metrics: Json) -> Iterator[Fact]:
     found = metrics["identification"]
-    for which in ("nominal", "identified"):
+    for which, what in (
+        ("nominal", "Error ε with the nominal body parameters"),
+        ("identified", "Error ε with the identified body parameters"),
+    ):
         walk = metrics["walks"][which]
         if walk is not None and walk["epsilon"] is not None:
             yield read_fact(
                 metrics,
                 f"/walks/{which}/epsilon/total",
-                f"Error ε with the {which} body parameters",
+                what,
             )
     if found is not None and found["deviance_identified"] is not None:
         pairs = np.abs(np.tril(np.array(found["correlation"], dtype=float), -1))
