@@ -130,7 +130,8 @@ PaperOption = Annotated[
     typer.Option(
         "--paper",
         metavar="a4|letter",
-        help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set report.paper=letter.",
+        help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set "
+        "report.paper=letter.",
         show_default=False,
     ),
 ]

@@ -22,7 +22,7 @@ from babel.numbers import format_decimal, get_decimal_symbol
 
 from gaitval.configuration import LANGUAGES
 
-SOURCE = LANGUAGES[0]
+SOURCE: Final[str] = LANGUAGES[0]
 """The language that the templates are written in."""
 
 _PLACE: Final = re.compile(r"%\((\w+)\)s")

@@ -339,7 +339,7 @@ def _panels(
 
 
 def _width(walks: int) -> float:
-    """Inches of a drawing with a panel for each walk. The curves of one walk stand three abreast."""
+    """Inches of a drawing with a panel for each walk; those of one walk stand three abreast."""
     return WIDTH / 3 if walks == 1 else WIDTH
 
 
