@@ -131,10 +131,14 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
         return words(language).figures(number(value, digits))
 
     def plain(text: str) -> str:
+        if isinstance(text, Markup):  # of a template, which has said it already
+            return text
         found = words(language).of(str(text))
         return str(text) if found is None else found
 
     def said(text: str) -> str:
+        if isinstance(text, Markup):
+            return text
         found = words(language).of(str(text))
         return Markup('<span lang="en">{}</span>').format(text) if found is None else found
 
