@@ -509,8 +509,8 @@ class ReportSettings(Section):
     """How the pages look; no number on them depends on it."""
 
     language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
-    """Language of the pages' texts. Numbers, figures, captions and the run's own messages are in
-    English in all of them."""
+    """Language of the pages. Citations, licences, rows that quote the project's evidence, and what
+    an import decided and found are in English in all of them."""
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
 

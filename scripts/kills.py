@@ -100,7 +100,12 @@ class Job:
         """Start it, in a session of its own, in which its workers can be found."""
         return subprocess.Popen(
             [sys.executable, "-c", SEVERAL, json.dumps(self.commands)],
-            env={**os.environ, "TMPDIR": str(temporary), "OMP_NUM_THREADS": "1"},
+            env={
+                **os.environ,
+                "TMPDIR": str(temporary),
+                "OMP_NUM_THREADS": "1",
+                "SOURCE_DATE_EPOCH": "0",  # the date on a page, else that of the clock
+            },
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -1,7 +1,11 @@
-"""The texts of the pages' templates, for translation.
+"""The texts of the pages, for translation: of the templates, and what comes with the results.
 
 `python scripts/messages.py` brings every catalogue in `gaitval/reporting/languages` up to date: new
-texts are added without a translation, those that no template has any more are removed. A new
+texts are added without a translation, those that no page has any more are removed. Texts that come
+with the results (labels of figures, credibility) are listed in `gaitval/reporting/texts.txt`, where
+`%(name)s` stands for a part that is translated in its turn; `tests/reporting/test_languages.py`
+writes a report and names those that are missing. Titles and notes of limits are read from
+`tolerances.toml`. A new
 language begins with `python scripts/messages.py --new fr`.
 """
 
@@ -15,6 +19,9 @@ from babel.messages.catalog import Catalog
 from babel.messages.extract import extract
 from babel.messages.pofile import read_po, write_po
 
+from gaitval.metrics.tolerances import WALK_UNITS, load_registry
+
+TEXTS: Final = "texts.txt"
 TEMPLATES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "reporting"
 LANGUAGES: Final = TEMPLATES / "languages"
 _AS_THE_PAGES: Final = {"trimmed": "true", "newstyle_gettext": "true", "silent": "false"}
@@ -28,6 +35,32 @@ def template_texts() -> Catalog:
         with path.open("rb") as file:
             for _, text, comments, _ in extract("jinja2", file, options=_AS_THE_PAGES):
                 found.add(text, locations=[(path.name, 0)], auto_comments=comments)
+    return found
+
+
+def result_texts() -> Catalog:
+    """Every text that comes with the results, with the file that it is in."""
+    found = Catalog(charset="utf-8")
+    lines = (TEMPLATES / TEXTS).read_text(encoding="utf-8").splitlines()
+    for line in lines:
+        if line and not line.startswith("#"):
+            found.add(line.replace("\\n", "\n"), locations=[(TEXTS, 0)])
+    for tolerance in load_registry().tolerance:
+        texts = [tolerance.title]
+        if tolerance.measure in WALK_UNITS:  # the report prints their notes
+            texts.append(tolerance.note)
+        for text in texts:
+            if text:
+                found.add(text.replace("%", "%%"), locations=[("tolerances.toml", 0)])
+    return found
+
+
+def all_texts() -> Catalog:
+    """What every catalogue has to have."""
+    found = template_texts()
+    for message in result_texts():
+        if message.id:
+            found.add(message.id, locations=message.locations)
     return found
 
 
@@ -85,7 +118,7 @@ def main() -> None:
     parser.add_argument("--new", metavar="CODE", help="begin the catalogue of a language")
     new = parser.parse_args().new
     paths = sorted(LANGUAGES.glob("*.po")) + ([LANGUAGES / f"{new}.po"] if new else [])
-    texts = template_texts()
+    texts = all_texts()
     for path in paths:
         update(path, texts)
         missing = sum(not message.string for message in catalogue(path) if message.id)

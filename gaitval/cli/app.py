@@ -191,8 +191,8 @@ LanguageOption = Annotated[
     typer.Option(
         "--language",
         metavar="CODE",
-        help="Language of the pages' texts, such as de or pt; numbers and captions stay English. "
-        "Short for --set report.language=CODE.",
+        help="Language of the pages, such as de or pt; citations, and what an import found, stay "
+        "English. Kept by later runs in the same folder. Short for --set report.language=CODE.",
         show_default=False,
     ),
 ]
@@ -201,7 +201,8 @@ PaperOption = Annotated[
     typer.Option(
         "--paper",
         metavar="a4|letter",
-        help="Sheets of the PDF. Short for --set report.paper=letter.",
+        help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set "
+        "report.paper=letter.",
         show_default=False,
     ),
 ]

@@ -225,7 +225,10 @@ def outcome_line(state: "State") -> str:
     """What has just become of a study, and how far the cohort is."""
     each = state.outcome
     if each is None:
-        return f"{state.found} of {state.total} studies are finished already"
+        finished = state.found - state.refused
+        known = [f"{finished} of {state.total} studies are finished already"] if finished else []
+        known += [f"{state.refused} of {state.total} are refused"] if state.refused else []
+        return "; ".join(known)
     what = (
         f"{display.duration(each['seconds'])}, {each['peak_memory'] / 1e6:.0f} MB"
         if each["status"] == "finished"

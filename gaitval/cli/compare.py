@@ -1,13 +1,16 @@
 """`gaitval compare`: many walks in one report, and what changed between two versions."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import command
 from gaitval.errors import ConfigurationError, ToleranceError
+
+if TYPE_CHECKING:
+    from gaitval.metrics.versions import Flip
 
 
 @command(
@@ -66,6 +69,8 @@ def compare(
     display.plain(f"{len(walks)} walks. Report: {out / 'comparison.html'}, .pdf and .csv")
     if versions is None:
         return
+    for subject, flip in versions.flipped():
+        display.plain(_flip_line(subject, flip))
     lost, improved = versions.lost(), versions.improved()
     display.print_moved([row for _, row in (*lost, *improved)])
     missing = versions.only_before
@@ -77,3 +82,14 @@ def compare(
             "baseline of the new version."
         )
     display.plain(told)
+
+
+def _flip_line(subject: str, flip: "Flip") -> str:
+    """A limit that is no longer kept, or is kept again."""
+    kind = "limit" if flip.decides else "limit for context"
+    verdict = f"{kind} {'is kept now' if flip.kept else 'is no longer kept'}"
+    before, now = ("–" if value is None else f"{value:.4g}" for value in (flip.before, flip.now))
+    of = "" if flip.target == "walk" else f", {flip.target}"
+    limit = f"{flip.limit.replace('_', ' ')} {flip.tolerance:g}"
+    unit = "" if flip.unit == "1" else f" {flip.unit}"
+    return f"{subject}: {verdict}: {flip.title}{of}: {before} → {now}{unit} ({limit})"

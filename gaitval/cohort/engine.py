@@ -35,6 +35,8 @@ class State:
 
     Attributes
     ----------
+    found : studies of which it was known before the first began what becomes of them.
+    refused : of `found`, those whose input cannot be used; the others were finished already.
     dashboard : address of Dask's page; empty if there is none.
     outcome : what has just become of a study; None otherwise.
     workers : there now.
@@ -48,6 +50,7 @@ class State:
     dashboard: str
     seconds: float
     outcome: Json | None = None
+    refused: int = 0
 
     @property
     def left(self) -> float | None:
@@ -108,6 +111,7 @@ def run_cohort(
     store.check()
     outcomes, orders = _known_and_ordered(studies, store, function, threads)
     began, earlier = time.monotonic(), len(outcomes)
+    refused = sum(each["status"] != "finished" for each in outcomes.values())
 
     def say(outcome: Json | None, client: "Client | None") -> None:
         if tell is None:
@@ -123,6 +127,7 @@ def run_cohort(
                 dashboard=client.dashboard_link if client else "",
                 seconds=time.monotonic() - began,
                 outcome=outcome,
+                refused=refused,
             )
         )
 

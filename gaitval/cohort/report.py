@@ -11,6 +11,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from gaitval import __version__
+from gaitval.artefacts import versions
 from gaitval.cohort.results import (
     PROFILE_SCORES,
     mean_of_measure,
@@ -18,8 +19,15 @@ from gaitval.cohort.results import (
     with_people,
     write_tables,
 )
-from gaitval.cohort.statistics import FAR, mixed_model, outliers
+from gaitval.cohort.statistics import (
+    FAR,
+    FEWEST_FOR_OUTLIERS,
+    FEWEST_PEOPLE,
+    mixed_model,
+    outliers,
+)
 from gaitval.cohort.store import LOG, Store
+from gaitval.origin import now, source_commit
 from gaitval.reporting.cohort_figures import by_speed_age_sex, parameter_distributions
 from gaitval.reporting.page import write_html
 
@@ -48,8 +56,11 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
     skills = list(dict.fromkeys(values.loc[values["kind"] == "skill", "name"]))
     links = {name: _link(folder, store, name, "report.html") for name in done["study"]}
     return {
-        "title": folder.resolve().name,
+        "title": _title(folder.resolve().name),
         "version": __version__,
+        "software": versions(),
+        "commit": source_commit(),
+        "written": now(),
         "total": len(studies),
         "finished": len(done),
         "people": done["person"].nunique(),
@@ -60,13 +71,15 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         "memory": _range(done["peak_memory"].nlargest(1) / 1e6, 0, "MB"),
         "failures": _failures(folder, store, studies),
         "distributions": _distributions(values),
-        "errors": Markup(by_speed_age_sex(values, errors, figure_name="errors")) if errors else "",
-        "skills": Markup(by_speed_age_sex(values, skills, figure_name="skill")) if skills else "",
+        "errors": _against(values, errors, "errors"),
+        "skills": _against(values, skills, "skill"),
+        "fewest_people": FEWEST_PEOPLE,
         "models": [
             mixed_model(values[values["name"] == name], name, _unit(values, name))
             for name in errors
         ],
         "far": FAR,
+        "fewest_for_outliers": FEWEST_FOR_OUTLIERS,
         "outliers": [
             {**row, "report": links[row["study"]], "digits": _digits(row["unit"])}
             for row in outliers(values).to_dict("records")
@@ -95,6 +108,20 @@ def values_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     found = pd.concat(parts) if parts else pd.DataFrame(columns=columns)
     found["value"] = found["value"].astype(float)
     return with_people(found, tables["studies"])
+
+
+def _title(name: str) -> str:
+    """The name of the folder, unless it only says what the page says anyway."""
+    return "" if name.lower() == "cohort" else name
+
+
+def _against(values: pd.DataFrame, names: Sequence[str], figure_name: str) -> Markup | str:
+    """Values against speed, age and sex; nothing for fewer people than a model needs, with whom a
+    panel shows no more than the table does.
+    """
+    if not names or values["person"].nunique() < FEWEST_PEOPLE:
+        return ""
+    return Markup(by_speed_age_sex(values, names, figure_name=figure_name))
 
 
 def _link(folder: Path, store: Store, name: str, file: str) -> str:

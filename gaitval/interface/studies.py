@@ -183,8 +183,8 @@ def write_report(
     ----------
     folder : a run folder, or a copy of a baseline.
     force : write the report though it is up to date.
-    language : of the texts, such as "de"; numbers and captions stay English. None: as the run was
-        asked for, "en" if it was not.
+    language : of the pages, such as "de"; citations stay English. None: as the run was asked for,
+        "en" if it was not.
     paper : sheets of the PDF, "a4" or "letter". None: likewise.
 
     Returns

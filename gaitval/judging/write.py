@@ -18,6 +18,7 @@ from gaitval.judging.moments import speed_group
 from gaitval.judging.results import JUDGE_VERSION, JudgeResult
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.typed import tidy
+from gaitval.origin import now, source_commit
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.page import write_page
 
@@ -50,7 +51,7 @@ GROUPS: Final = {
 def write_judgement(found: Judgement, folder: Path) -> JudgeResult:
     """Write `judge.json`, `judge.html` and `judge.pdf` into a folder; returns what is in the first.
 
-    Equal inputs give equal bytes of JSON and HTML.
+    Equal inputs give equal bytes of JSON and, but for the minute on the page, of HTML.
     """
     result = result_of(found)
     write_json(folder / f"{NAME}.json", result.as_dict())
@@ -198,6 +199,8 @@ def _context(found: Judgement, result: JudgeResult) -> dict[str, Any]:
         else [],
         "panels": _drawings(found),
         "reduced": found.request.reduced,
+        "commit": source_commit(),
+        "written": now(),
     }
 
 

@@ -489,7 +489,10 @@ class HeldOutErrors(Result):
 
 
 class Provenance(Result):
-    """Versions, and hashes of the compared files."""
+    """Versions, and hashes of what was compared: of contents, not of files, so that none of them is
+    what `sha256sum` prints. `configuration` leaves out how pages look, `record` is in no file of
+    its own. The report prints the hashes of the files.
+    """
 
     versions: dict[str, str]
     configuration: Sha256

@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
+from gaitval.artefacts import versions as versions_of_here
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
@@ -22,7 +23,8 @@ from gaitval.metrics.origin import (
 )
 from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
-from gaitval.metrics.versions import StoredWalk, Versions, in_margins
+from gaitval.metrics.versions import Flip, StoredWalk, Versions, in_margins
+from gaitval.origin import now, source_commit
 from gaitval.reporting.csv_text import csv_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.facts import compiled_walks
@@ -37,6 +39,8 @@ CURVES: Final = (
 COLUMNS: Final = 5
 SUBJECTS: Final = 10
 """Most columns of a table, so that it fits on a printed page, and panels of a drawing."""
+_HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
+"""Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
 CLIP: Final = 4.0
@@ -66,13 +70,18 @@ def write_comparison(
         "comparison.html.j2",
         {
             "name": name,
+            "software": versions_of_here(),
+            "commit": source_commit(),
+            "written": now(),
             "walks": [_overview(walk, label) for walk, label in zip(walks, labels, strict=True)],
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
             "groups": groups,
-            "means": _means(groups),
+            "means": _means(groups, [walk.subject for walk in walks]),
+            "people": len({walk.subject for walk in walks}),
             "measures": _measure_tables(walks, labels),
             "small_multiples": _drawings(walks, before),
+            "three_abreast": len(walks) == 1,
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
         },
@@ -135,12 +144,22 @@ def _groups(walks: Sequence[StoredWalk], labels: Sequence[str]) -> Iterator[dict
         yield {"label": label, "cells": cells}
 
 
-def _means(groups: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Mean and SD over the walks, of each column; none where a walk was too short."""
+def _means(groups: Sequence[Mapping[str, Any]], people: Sequence[str]) -> list[dict[str, Any]]:
+    """Mean and SD over the people, of each column; none where a walk was too short. Who walked more
+    than once counts once, with the mean of those walks: they are not independent.
+
+    Parameters
+    ----------
+    people : who walked, a name a row.
+    """
     found = []
     for cells in zip(*(row["cells"] for row in groups), strict=True):
-        errors = [cell["rmse"] for cell in cells]
-        whole = None not in errors and len(errors) > 1
+        walked: dict[str, list[float | None]] = {}
+        for person, cell in zip(people, cells, strict=True):
+            walked.setdefault(person, []).append(cell["rmse"])
+        known = None not in [each for values in walked.values() for each in values]
+        errors = [float(np.mean([e for e in v if e is not None])) for v in walked.values() if known]
+        whole = len(errors) > 1
         found.append(
             {
                 "mean": float(np.mean(errors)) if whole else None,
@@ -214,6 +233,7 @@ def _versions(versions: Versions) -> dict[str, Any]:
         "count": len(rows),
         "only_before": versions.only_before,
         "only_now": versions.only_now,
+        "flips": [_flip(subject, flip) for subject, flip in versions.flipped()],
         "drawing": _strips(versions),
     }
 
@@ -230,6 +250,21 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
         "margin": f"{row.margin:g}",
         "grown": "" if grown is None or math.isinf(grown) else number(grown, 1),
         "lost": row.change == "lost",
+    }
+
+
+def _flip(subject: str, flip: Flip) -> dict[str, Any]:
+    sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[flip.limit]
+    return {
+        "subject": subject,
+        "title": flip.title,
+        "target": "" if flip.target == "walk" else flip.target.replace("_", " "),
+        "decides": flip.decides,
+        "before": _value(flip.before),
+        "now": _value(flip.now),
+        "limit": f"{sign} {flip.tolerance:g}",
+        "unit": "" if flip.unit == "1" else flip.unit,
+        "kept": flip.kept,
     }
 
 
@@ -284,7 +319,6 @@ def _drawings(
                 + {"angles": "", "moments": " moment", "forces": " force"}[kind],
                 "unit": unit.replace("deg", "°"),
                 "parts": parts,
-                "width": f"{100 * _width(len(walks)) / WIDTH:.0f}%",
             }
         )
     return found
@@ -299,7 +333,7 @@ def _panels(
 ) -> Markup:
     rows = -(-len(walks) // COLUMNS)
     columns = min(COLUMNS, len(walks))
-    with new_figure(1.25 * rows + 0.2, width=_width(len(walks))) as figure:
+    with new_figure(_HEIGHTS.get(columns, 1.25) * rows + 0.2, width=_width(len(walks))) as figure:
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for index, (axis, walk) in enumerate(zip(axes, walks, strict=False)):
             # a number and not the name, which comes from outside and may be long
@@ -313,8 +347,8 @@ def _panels(
 
 
 def _width(walks: int) -> float:
-    """Inches of a drawing with a panel for each walk: panels are of the same size everywhere."""
-    return WIDTH if walks >= COLUMNS else 1.35 * walks + 0.35
+    """Inches of a drawing with a panel for each walk; those of one walk stand three abreast."""
+    return WIDTH / 3 if walks == 1 else WIDTH
 
 
 def _short(name: str) -> str:

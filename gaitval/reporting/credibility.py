@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import read_json
+from gaitval.artefacts import file_hash, read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import EVERY, momentum_residual
 from gaitval.metrics.origin import is_recorded_at_all
@@ -75,7 +75,7 @@ def sections(folder: Path, metrics: Json) -> list[Section]:
         Section(
             "What the walk was told",
             "V&V 40: model inputs, equivalency of inputs. NASA: data pedigree, input pedigree.",
-            tuple(_told(metrics)),
+            tuple(_told(folder, metrics)),
         ),
         Section(
             "Verification: are the equations solved right?",
@@ -129,7 +129,7 @@ def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
             )
 
 
-def _told(metrics: Json) -> Iterator[Fact]:
+def _told(folder: Path, metrics: Json) -> Iterator[Fact]:
     yield read_fact(metrics, "/subject/source", "Record")
     yield read_fact(metrics, "/subject/licence", "Licence")
     read = [name for name, by in metrics["told"].items() if by]
@@ -152,11 +152,14 @@ def _told(metrics: Json) -> Iterator[Fact]:
         len(metrics["unseen"]),
         note=_list([row["trial"] for row in metrics["unseen"]]),
     )
-    yield read_fact(
-        metrics,
-        "/provenance/record",
-        "SHA-256 of the record as it was read",
-    )
+    yield _hash(folder, "subject.toml", "SHA-256 of the person and the record as they were read")
+
+
+def _hash(folder: Path, file: str, what: str) -> Fact:
+    """As `sha256sum` prints it, so that a reader can compare."""
+    if not (folder / file).is_file():
+        return Fact(what, UNKNOWN, note=f"{file} is not here.")
+    return Fact(what, file_hash(folder / file), file)
 
 
 def _list(names: Sequence[str]) -> str:
@@ -398,13 +401,16 @@ def _scatter(metrics: Json) -> Iterator[Fact]:
 
 def _sensitive(metrics: Json) -> Iterator[Fact]:
     found = metrics["identification"]
-    for which in ("nominal", "identified"):
+    for which, what in (
+        ("nominal", "Error ε with the nominal body parameters"),
+        ("identified", "Error ε with the identified body parameters"),
+    ):
         walk = metrics["walks"][which]
         if walk is not None and walk["epsilon"] is not None:
             yield read_fact(
                 metrics,
                 f"/walks/{which}/epsilon/total",
-                f"Error ε with the {which} body parameters",
+                what,
             )
     if found is not None and found["deviance_identified"] is not None:
         pairs = np.abs(np.tril(np.array(found["correlation"], dtype=float), -1))
@@ -451,7 +457,7 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
     for name in ("gaitval", "python", "dartpy"):
         if name in metrics["provenance"]["versions"]:
             yield read_fact(metrics, f"/provenance/versions/{name}", f"Version of {name}")
-    yield read_fact(metrics, "/provenance/configuration", "SHA-256 of the settings")
+    yield _hash(folder, "configuration.toml", "SHA-256 of the settings")
     provenance = provenance_before(folder)
     stages = provenance.get("stages") if provenance else None
     if isinstance(stages, dict) and stages:

@@ -8,7 +8,12 @@ from contextvars import ContextVar
 from typing import Any, Final
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.ticker import Formatter
+
+from gaitval.reporting.catalogue import SOURCE, words
 
 SETTINGS: Final[Any] = {
     "svg.hashsalt": "gaitval",
@@ -37,6 +42,7 @@ Draw = Callable[[], str]
 """Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
 
 _stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
+_language: ContextVar[str] = ContextVar("language", default=SOURCE)
 _size_alone: ContextVar[bool] = ContextVar("size_alone", default=False)
 
 
@@ -64,13 +70,16 @@ def new_figure(
         yield Figure(figsize=(width, height * _stretch.get()), layout="constrained")
 
 
-def drawn(draw: Draw, factor: float) -> str:
-    """A figure this much higher, with texts and lines of the same size, to fill a page."""
-    before = _stretch.set(factor)
+def drawn(draw: Draw, factor: float, language: str = SOURCE) -> str:
+    """A figure this much higher, with texts and lines of the same size, to fill a page; its words
+    in a language of the pages (`svg`).
+    """
+    before, spoken = _stretch.set(factor), _language.set(language)
     try:
         return draw()
     finally:
         _stretch.reset(before)
+        _language.reset(spoken)
 
 
 def blank(draw: Draw) -> str:
@@ -88,8 +97,43 @@ def blank(draw: Draw) -> str:
         _size_alone.reset(before)
 
 
+class _Spoken(Formatter):
+    """Labels of an axis in another language, with its decimal mark."""
+
+    def __init__(self, inner: Formatter, language: str) -> None:
+        self._inner, self._language = inner, language
+
+    def format_ticks(self, values: Any) -> list[str]:
+        return [in_words(label, self._language) for label in self._inner.format_ticks(values)]
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return in_words(self._inner(x, pos), self._language)
+
+    def get_offset(self) -> str:
+        return self._inner.get_offset()
+
+
+def in_words(text: str, language: str) -> str:
+    """A text of a figure in a language; as it is where the catalogue does not know it."""
+    found = words(language).of(text)
+    return text if found is None else found
+
+
+def _speak(figure: Figure, language: str) -> None:
+    """Put every text of a figure into a language, wherever it was drawn."""
+    for axes in figure.findobj(Axes):
+        for axis in axes._axis_map.values():
+            axis.set_major_formatter(_Spoken(axis.get_major_formatter(), language))
+    for text in figure.findobj(Text):
+        text.set_text(in_words(text.get_text(), language))
+
+
 def svg(figure: Figure, name: str) -> str:
-    """The figure as an <svg> element whose identifiers begin with `name`."""
+    """The figure as an <svg> element whose identifiers begin with `name`, its texts in the language
+    that `drawn` was asked for.
+    """
+    if _language.get() != SOURCE:
+        _speak(figure, _language.get())
     buffer = io.StringIO()
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)

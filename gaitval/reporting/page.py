@@ -23,7 +23,7 @@ from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting import filling
-from gaitval.reporting.catalogue import SOURCE, translations
+from gaitval.reporting.catalogue import SOURCE, translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, blank, drawn
 from gaitval.reporting.figure_data import write_tables
@@ -114,8 +114,47 @@ def _environment(language: str) -> jinja2.Environment:
     environment.install_gettext_translations(  # type: ignore[attr-defined]
         translations(language), newstyle=True
     )
-    environment.filters |= {"number": number, "labelled": _labelled, "base64": _base64}
+    environment.filters |= {"labelled": _labelled, "base64": _base64, **_in_language(language)}
+    # what is printed as it is, without a filter
+    environment.finalize = lambda value: _figures(language, value)
     return environment
+
+
+def _in_language(language: str) -> dict[str, Callable[..., Any]]:
+    """Filters whose result depends on the language of the page.
+
+    `number` and `figures` have its decimal mark, `count` its thousands. `words` and `said`
+    translate what comes with the results; `said` marks as English what the catalogue does not know,
+    and is not for attributes.
+    """
+
+    def fixed(value: float | None, digits: int = 2) -> str:
+        return words(language).figures(number(value, digits))
+
+    def plain(text: str) -> str:
+        if isinstance(text, Markup):  # of a template, which has said it already
+            return text
+        found = words(language).of(str(text))
+        return str(text) if found is None else found
+
+    def said(text: str) -> str:
+        if isinstance(text, Markup):
+            return text
+        found = words(language).of(str(text))
+        return Markup('<span lang="en">{}</span>').format(text) if found is None else found
+
+    return {
+        "number": fixed,
+        "figures": lambda text: words(language).figures(str(text)),
+        "count": lambda value: words(language).count(value),
+        "words": plain,
+        "said": said,
+    }
+
+
+def _figures(language: str, value: Any) -> Any:
+    """A float as it is printed, with the decimal mark of the language; all else unchanged."""
+    return words(language).figures(str(value)) if isinstance(value, float) else value
 
 
 def write_page(
@@ -140,8 +179,9 @@ def write_page(
     template : file name of a Jinja template in this package. It is given `context`, the style
         sheet as `css`, the script as `script`, the medium, "screen" or "print", as `medium`, the
         language of the page as `language`, and as `en` the attribute of an element whose text is
-        English in all languages. Its `drawings` say how each figure is drawn (`Draw`); `data` are
-        the tables behind them (`figure_data`), which are written beside the page, too.
+        English in all languages (citations, licences, names from outside). Its `drawings` say how
+        each figure is drawn (`Draw`); `data` are the tables behind them (`figure_data`), which are
+        written beside the page, too.
     settings : paper and language; A4 and English by default.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
@@ -150,13 +190,13 @@ def write_page(
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
-        as_usual = _drawings(draws, {})
+        as_usual = _drawings(draws, {}, chosen.language)
         lay_out = _printer(chosen.paper, own)
         higher: Mapping[str, float] = {}
         if draws:  # where they will be is found out while they are drawn
             values["drawings"] = {each: Markup(blank(draw)) for each, draw in draws.items()}
             higher = filling.stretches(lay_out(page.render(values, medium="print")))
-        stretched = _drawings({each: draws[each] for each in higher}, higher)
+        stretched = _drawings({each: draws[each] for each in higher}, higher, chosen.language)
         values["drawings"] = as_usual()
         write_tables(folder, values["data"])
         html = with_contents(page.render(values, medium="screen"))
@@ -169,7 +209,7 @@ def write_page(
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
     """Write `name`.html alone, for a page too long to print; otherwise as `write_page`."""
     page, values = _prepared(template, context, ReportSettings(), ())
-    values["drawings"] = _drawings(context.get("drawings", {}), {})()
+    values["drawings"] = _drawings(context.get("drawings", {}), {}, SOURCE)()
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
     return path
@@ -194,16 +234,17 @@ def _prepared(
 
 
 def _drawings(
-    draws: Mapping[str, Draw], factors: Mapping[str, float]
+    draws: Mapping[str, Draw], factors: Mapping[str, float], language: str
 ) -> Callable[[], dict[str, Markup]]:
-    """Begin to draw figures, each a factor higher, in workers if some are kept; the function that
-    is returned waits for them.
+    """Begin to draw figures, each a factor higher, with their words in a language, in workers if
+    some are kept; the function that is returned waits for them.
 
     They contain no text from outside, so their markup is safe.
     """
     workers = kept_workers()
     each = map if workers is None else workers.map
-    pictures = each(drawn, draws.values(), [factors.get(name, 1.0) for name in draws])
+    heights = [factors.get(name, 1.0) for name in draws]
+    pictures = each(drawn, draws.values(), heights, [language] * len(heights))
     return lambda: {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
 
 

@@ -210,6 +210,8 @@ class RecordingSummary:
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
+    commit : of gaitval's code (`gaitval.origin.source_commit`); empty if not known.
+    written : when the import was made (`gaitval.origin.now`); empty if not known.
     """
 
     identifier: str
@@ -242,6 +244,8 @@ class RecordingSummary:
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
+    commit: str = ""
+    written: str = ""
 
 
 def write_recording_report(

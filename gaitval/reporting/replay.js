@@ -24,6 +24,8 @@
   // ---- data ---------------------------------------------------------------------------------
 
   const scene = JSON.parse(source.textContent);
+  const says = JSON.parse(root.dataset.words); // in the language of the page
+  const figure = (number) => number.toFixed(2).replace(".", says.point);
   const TYPES = { int16: Int16Array, float32: Float32Array };
 
   function unpacked({ type, unit, data }) {
@@ -253,15 +255,21 @@
 
   function phaseName() {
     const [right, left] = SIDES.map((_, side) => onGround(side));
-    if (right && left) return "double support";
-    return right ? "right single support" : left ? "left single support" : "no foot on the ground";
+    if (right && left) return says.both;
+    return right ? says.right : left ? says.left : says.none;
   }
 
   function words() {
     const left = cycle[2 * nearest() + 1];
-    const ofLeft = Number.isFinite(left) ? `, left ${left.toFixed(0)} %` : "";
-    const seconds = ((state.percent / LAST) * scene.seconds[state.stride]).toFixed(2);
-    return `Right ${state.percent.toFixed(0)} %${ofLeft}; ${seconds} s of stride ${state.stride + 1}; ${phaseName()}`;
+    const values = {
+      right: state.percent.toFixed(0),
+      left: left.toFixed(0),
+      seconds: figure((state.percent / LAST) * scene.seconds[state.stride]),
+      stride: state.stride + 1,
+      phase: phaseName(),
+    };
+    const text = Number.isFinite(left) ? says.with_left : says.right_alone;
+    return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
   }
 
   let told = "";
@@ -452,7 +460,7 @@
   function play(on) {
     state.playing = on;
     before = null;
-    find(".replay-play").textContent = on ? "Pause" : "Play";
+    find(".replay-play").textContent = on ? says.pause : says.play;
     if (!on) slider.setAttribute("aria-valuetext", words());
     if (pace.fine < 1) resize();
     announce();
@@ -566,7 +574,7 @@
   }
 
   scene.seconds.forEach((seconds, index) => {
-    find(".replay-stride").add(new Option(`${index + 1} (${seconds.toFixed(2)} s)`, index));
+    find(".replay-stride").add(new Option(`${index + 1} (${figure(seconds)} s)`, index));
   });
   player.hidden = false;
   find(".replay-strip").hidden = true;

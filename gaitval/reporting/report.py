@@ -34,6 +34,7 @@ from gaitval.reporting import (
     figure_data,
     figures,
     mechanics_figures,
+    provenance,
     tables,
 )
 from gaitval.reporting.drawing import Draw
@@ -336,6 +337,7 @@ def _context(folder: Path) -> dict[str, Any]:
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")
     walk = metrics["walks"][metrics["final"]]
+    before = credibility.provenance_before(folder)
     return {
         "subject": subject,
         "metrics": metrics,
@@ -370,7 +372,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "training": training,
         "learned": metrics["training"] and LearningGain.from_dict(metrics["training"]).in_words(),
         "picture": walk_pictures(folder, metrics),
-        "provenance": credibility.provenance_before(folder),
+        "provenance": before,
+        "dates": provenance.dates(before),
+        "hashes": provenance.hashes(folder),
         "credibility": credibility.sections(folder, metrics),
         "unknown": UNKNOWN,
         "pushes": metrics["push_recovery"],

@@ -10,6 +10,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError
 from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.origin import now, source_commit
 from gaitval.reporting.page import write_page
 from gaitval.session.request import Request
 from gaitval.session.session import Progress
@@ -74,6 +75,8 @@ def write_refusal(
             "trials": [_about(walk) for walk in progress.trials],
             "files": [path.name for path in written],
             "versions": versions(),
+            "commit": source_commit(),
+            "written": now(),
         }
         write_page(target, REFUSED, "refused.html.j2", context, settings)
     return refusal_files(target)[0]

@@ -11,6 +11,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
+from gaitval.origin import now, source_commit
 from gaitval.reporting import recording_report as page
 from gaitval.session.functional import functional_rows
 from gaitval.session.session import Import
@@ -150,6 +151,8 @@ def summary_of(found: Import) -> page.RecordingSummary:
             if cycle.reasons
         ],
         versions=versions(),
+        commit=source_commit(),
+        written=now(),
     )
 
 

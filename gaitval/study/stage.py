@@ -23,6 +23,8 @@ from gaitval.artefacts import (
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
+from gaitval.origin import source_commit
+from gaitval.study.looks import with_last_looks
 from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
@@ -298,7 +300,7 @@ def _stages(path: Path) -> dict[str, Any]:
 def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
     path = folder / "provenance.json"
     provenance = read_json(path)
-    provenance["versions"] = versions()
+    provenance |= {"versions": versions(), "commit": source_commit()}
     provenance["stages"][stage] = times
     write_json(path, provenance)
 
@@ -307,8 +309,11 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
-    """A run folder, locked for this process, with the subject and configuration stored."""
+    """A run folder, locked for this process, with the subject and configuration stored. Its pages
+    look as was last asked for, where that is not asked anew.
+    """
     with held(folder):
+        configuration = with_last_looks(configuration, folder, observer.say)
         write_text(folder / "subject.toml", subject.to_toml())
         write_text(
             folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
@@ -319,6 +324,7 @@ def open_run(
             path,
             {
                 "versions": versions(),
+                "commit": source_commit(),
                 "seed": configuration.seed,
                 "configuration": file_hash(folder / "configuration.toml"),
                 "subject": file_hash(folder / "subject.toml"),

@@ -78,3 +78,19 @@ def test_what_a_line_of_progress_says():
         "a: 1 min 01 s, 512 MB (4 of 10, 1 failed, 2 workers, about 3 min 00 s left)"
     )
     assert json.dumps(state.outcome)
+
+
+@pytest.mark.parametrize(
+    ("found", "refused", "line"),
+    [
+        (1, 1, "1 of 3 are refused"),
+        (2, 0, "2 of 3 studies are finished already"),
+        (3, 1, "2 of 3 studies are finished already; 1 of 3 are refused"),
+    ],
+)
+def test_a_refused_study_is_not_a_finished_one(found, refused, line):
+    state = engine.State(
+        total=3, found=found, done=found, failed=refused, workers=0, dashboard="", seconds=0.0,
+        refused=refused,
+    )  # fmt: skip
+    assert cohort.outcome_line(state) == line

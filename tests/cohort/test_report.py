@@ -1,6 +1,7 @@
 """The tables and the page of a cohort."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,35 @@ def test_the_page_shows_failures_outliers_and_models(cohort):
     assert "gait profile score, deg" in page
 
 
-def test_equal_results_give_an_equal_page(cohort):
+def test_three_studies_have_no_outlier_and_no_panels(tmp_path):
+    """The third is far from two that are nearly equal, as every third one is."""
+    store, outcomes = Store(str(tmp_path / "studies")), []
+    for number, rmse in enumerate((1.0, 1.1, 9.0)):
+        found = quick_study.summary(f"s{number}", f"{number:08x}", 1.0, 1)
+        found["groups"][0]["rmse"] = rmse
+        (tmp_path / "studies" / f"s{number}").mkdir(parents=True)
+        (tmp_path / "studies" / f"s{number}" / SUMMARY).write_text(json.dumps(found))
+        outcomes.append(outcome(f"s{number}"))
+    folder = tmp_path / "cohort"
+    folder.mkdir()
+    page = write_report(folder, store, outcomes).read_text()
+    assert "<h1>Cohort</h1>" in page
+    assert "samples of 10 studies and more" in page
+    assert "that needs 5 people" in page
+    assert 'aria-label="Errors by speed' not in page
+
+
+def test_every_table_scrolls_in_a_frame_of_its_own(cohort):
+    """The button that copies a table lies in the space below its frame, else on its last row."""
+    folder, store, outcomes = cohort
+    page = write_report(folder, store, outcomes).read_text()
+    tables = re.findall(r"(<div[^>]*>)<table", page)
+    assert len(tables) == page.count("<table") == 5
+    assert all('class="scroll"' in each and 'tabindex="0"' in each for each in tables)
+
+
+def test_equal_results_give_an_equal_page(cohort, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     folder, store, outcomes = cohort
     first = write_report(folder, store, outcomes).read_bytes()
     assert write_report(folder, store, outcomes).read_bytes() == first

@@ -114,6 +114,23 @@ def test_a_far_value_stands_out_and_a_near_one_does_not():
     assert found["z"].iloc[0] > statistics.FAR
 
 
+@pytest.mark.parametrize(("count", "share"), [(3, 0.096), (10, 0.017)])
+def test_the_fewest_for_outliers_are_where_normal_values_are_rarely_named(count, share):
+    """`FEWEST_FOR_OUTLIERS` is from these: the rule names a tenth of what is usual among three."""
+    values = np.random.default_rng(0).standard_normal((20_000, count))
+    median = np.median(values, axis=1, keepdims=True)
+    spread = np.median(np.abs(values - median), axis=1, keepdims=True)
+    far = np.abs(0.6745 * (values - median) / spread) > statistics.FAR
+    assert far.mean() == pytest.approx(share, abs=0.003)
+
+
+def test_among_fewer_than_ten_none_stands_out():
+    rows = pd.DataFrame({"study": [f"s{i}" for i in range(10)], "name": "error", "unit": "deg",
+                         "value": [*range(9), 90.0]})  # fmt: skip
+    assert outliers(rows)["study"].tolist() == ["s9"]
+    assert outliers(rows.iloc[1:]).empty
+
+
 def test_equal_values_have_no_outliers():
     rows = pd.DataFrame({"study": list("abc"), "name": "n", "unit": "", "value": [1.0, 1.0, 1.0]})
     assert outliers(rows).empty

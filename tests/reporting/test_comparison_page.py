@@ -1,6 +1,7 @@
 """The report of many walks: its numbers are those of the metrics, text from outside stays text."""
 
 import csv
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,11 @@ import pytest
 from html_page import Page, only_html
 
 from gaitval.artefacts import read_json
+from gaitval.cli.compare import _flip_line
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.versions import StoredWalk, matched
 from gaitval.reporting.comparison_page import SUBJECTS, write_comparison
+from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.page import number
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -164,3 +167,62 @@ def test_many_walks_are_shared_out_over_tables(
     assert page.tags.count("svg") == 2 * 9
     assert page.text.count("MeasureUnit") == 2
     assert "S05 (run10/S05)" in page.text
+
+
+def judged_otherwise(found: StoredWalk, target: str, value: float) -> StoredWalk:
+    """The walk with one push limit failed, and its measure moved by less than any margin."""
+    rows = [
+        row | {"value": value, "passed": False, "reached": False}
+        if (row["id"], row["target"]) == ("push-survival", target)
+        else row
+        for row in found.metrics["tolerances"]
+    ]
+    return replace(found, metrics={**found.metrics, "tolerances": rows})
+
+
+def test_a_limit_with_another_verdict_is_listed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even where its value moved by less than the margin of its measure."""
+    only_html(monkeypatch)
+    now = judged_otherwise(walk("S05", "new"), "phase 0.5", 71.4)
+    versions = matched([walk("S05", "old")], [now])
+    assert not versions.lost()
+    [(subject, flip)] = versions.flipped()
+    assert (subject, flip.target, flip.now, flip.kept, flip.decides) == (
+        *("S05", "phase 0.5", 71.4, False),
+        True,
+    )
+    write_comparison(tmp_path, "c", [now], versions)
+    text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
+    assert "Limits with another verdict" in text
+    assert "survivedphase 0.510071.4≥ 80%not kept" in text
+    again = matched([now], [walk("S05", "old")]).flipped()
+    assert [flip.kept for _, flip in again] == [True]
+    assert "is no longer kept" in _flip_line("S05", flip)
+    assert "phase 0.5: 100 → 71.4 % (at least 80)" in _flip_line("S05", flip)
+
+
+def test_who_walked_twice_counts_once_in_the_mean(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
+    write_comparison(tmp_path, "c", walks, None)
+    text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
+    assert "mean ± SD, 2 people (3 walks, those of one person averaged first)" in text
+    errors = [group_rows(walk(name).metrics)[0].walked for name in ("S05", "S02")]
+    assert f"{number(np.mean(errors), 2)} ± {number(np.std(errors, ddof=1), 2)}" in text
+    write_comparison(tmp_path, "d", walks[:2], None)
+    assert "mean ± SD" not in (tmp_path / "d.html").read_text(encoding="utf-8")
+
+
+def test_the_curves_of_one_walk_fill_the_width(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_comparison(tmp_path, "c", [walk("S05")], None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert html.count('class="third"') == 9
+    widths = {round(float(each)) for each in re.findall(r'<svg[^>]* width="([\d.]+)pt"', html)}
+    assert widths == {round(72 * WIDTH / 3)}

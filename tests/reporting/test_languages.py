@@ -1,7 +1,8 @@
-"""Every text of the templates is in each catalogue, and what stays English says so."""
+"""Every text of the pages is in each catalogue, and what stays English says so."""
 
 import gettext
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -9,11 +10,15 @@ import messages
 import pytest
 from html_page import only_html
 from recording_summary import sample
+from report_run import build_run
 
+from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
 from gaitval.errors import ConfigurationError
-from gaitval.reporting.catalogue import translations
+from gaitval.reporting.catalogue import Words, translations, words
+from gaitval.reporting.drawing import drawn, new_figure, svg
 from gaitval.reporting.recording_report import write_recording_report
+from gaitval.reporting.report import write_report
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")
@@ -36,9 +41,9 @@ def test_there_are_german_and_portuguese() -> None:
 def test_no_text_is_missing_and_none_is_stale(language: str) -> None:
     """`python scripts/messages.py` brings the list up to date."""
     stored = messages.catalogue(messages.LANGUAGES / f"{language}.po")
-    templates = texts_of(messages.template_texts())
-    assert len(templates) > 300
-    assert texts_of(stored) == templates
+    texts = texts_of(messages.all_texts())
+    assert len(texts) > 600
+    assert texts_of(stored) == texts
     untranslated = [one.id for one in stored if one.id and not all(forms(one.string))]
     assert untranslated == []
     assert not any(message.fuzzy for message in stored if message.id)
@@ -99,6 +104,149 @@ class Bracketed(gettext.NullTranslations):
         return f"⟦{one if count == 1 else many}⟧"
 
 
+def bracket_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What comes with the results in brackets, where the catalogue knows it."""
+    known = Words.of
+
+    def of(self: Words, text: str) -> str | None:
+        found = known(self, text)
+        return None if found is None else f"⟦{text}⟧" if re.search("[A-Za-z]", text) else found
+
+    monkeypatch.setattr(Words, "of", of)
+
+
+def unknown_texts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """A list that fills with every text of a page, or of a figure, that the catalogue lacks."""
+    found: list[str] = []
+    inner = [0]
+    known = Words.of
+
+    def of(self: Words, text: str) -> str | None:
+        inner[0] += 1
+        said = known(self, text)
+        inner[0] -= 1
+        if said is None and not inner[0]:  # not a part of a text that is looked up whole
+            found.append(text)
+        return said
+
+    monkeypatch.setattr(Words, "of", of)
+    return found
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    build_run(folder)
+    return folder
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+def test_the_catalogue_knows_every_text_of_a_report(
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str
+) -> None:
+    """Titles and notes of limits, captions, labels of figures, rows of tables, credibility. Those
+    that are missing here go into `gaitval/reporting/texts.txt`; then run `scripts/messages.py`."""
+    only_html(monkeypatch)
+    folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
+    unknown = unknown_texts(monkeypatch)
+    write_report(folder, [f"report.language={language}"])
+    metrics = read_json(folder / "metrics.json")
+    from_outside = {metrics["subject"][name] for name in ("source", "licence")}
+    assert sorted({*unknown} - from_outside) == []
+
+
+def test_nothing_else_on_a_german_report_is_english(
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With every known text in brackets, what is left are numbers and names; what is marked as
+    English are citations, licences, versions and the project's own evidence. No number has a
+    decimal point."""
+    only_html(monkeypatch)
+    folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
+    write_report(folder, ["report.language=de"])
+    german = Unmarked()
+    german.feed((folder / "report.html").read_text(encoding="utf-8"))
+    plain = " ".join(german.found)
+    points = set(re.findall(r"(?<![\w./])\d+\.\d+(?![\w./])", plain))
+    assert points <= {"2.000"}, "thousands"
+    assert "% BW" not in plain
+    monkeypatch.setattr("gaitval.reporting.page.translations", lambda language: Bracketed())
+    bracket_the_results(monkeypatch)
+    write_report(folder, ["report.language=de"])
+    page = Unmarked()
+    page.feed((folder / "report.html").read_text(encoding="utf-8"))
+    outside = " ".join(page.found)
+    while "⟦" in outside:  # texts have others as parts
+        outside = re.sub(r"⟦[^⟦⟧]*⟧", " ", outside)
+    outside = re.sub(r"\S*[/.]\S*", " ", outside)  # files, and places in them
+    assert not re.findall(r"\b[a-z]{4,} [a-z]{3,}\b", outside)
+
+
+def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
+    def draw() -> str:
+        with new_figure(1.0) as figure:
+            axes = figure.subplots()
+            axes.plot([0.0, 1.0], [0.0, 0.5])
+            axes.set_title("Hip flexion moment, % BW")
+            axes.set_xlabel("of somebody")
+            return svg(figure, "a")
+
+    english, german = drawn(draw, 1.0), drawn(draw, 1.0, "de")
+    assert "<!-- Hip flexion moment, % BW -->" in english
+    assert "<!-- Moment der Hüftbeugung, % KG -->" in german
+    assert "<!-- 0.4 -->" in english
+    assert "<!-- 0,4 -->" in german
+    assert "<!-- of somebody -->" in german
+    assert drawn(draw, 1.0) == english
+
+
+@pytest.mark.parametrize(
+    ("text", "german"),
+    [
+        ("≤ 2.5 % BW", "≤ 2,5 % KG"),
+        ("0.0779 Nm/kg", "0,0779 Nm/kg"),
+        ("right hip flexion: -0.0986; and 3 more", "Hüftbeugung rechts: -0,0986; und 3 weitere"),
+        ("the person's T06 at 1.29 m/s", "T06 der Person bei 1,29 m/s"),
+        ("As for its RMS. Of somebody.", None),
+        ("Left hip of somebody", None),
+        ("", ""),
+    ],
+)
+def test_what_comes_with_the_results_is_known_whole_or_by_its_parts(
+    text: str, german: str | None
+) -> None:
+    assert words("de").of(text) == german
+    assert words("en").of(text) == text
+
+
+def test_versions_and_places_keep_their_points() -> None:
+    german = words("de")
+    assert german.figures("1.5 and 3.11.7, doi 10.7717/peerj.4640") == (
+        "1,5 and 3.11.7, doi 10.7717/peerj.4640"
+    )
+    assert german.count(2000.0) == "2.000"
+    assert words("en").count(2000) == "2,000"
+
+
+def test_no_listed_text_is_stale() -> None:
+    """Each line of `texts.txt` still stands in the code or a template, phrase by phrase."""
+    root = Path(messages.TEMPLATES).parent
+    sources = [*root.rglob("*.py"), *root.rglob("*.j2"), *root.rglob("*.toml")]
+    written = "".join(path.read_text(encoding="utf-8") for path in sources)
+    written = re.sub(r'"\s*\n\s*f?"', "", written).lower()  # texts over several lines
+    lines = (messages.TEMPLATES / messages.TEXTS).read_text(encoding="utf-8").splitlines()
+    stale = [
+        line
+        for line in lines
+        if line and not line.startswith("#")
+        and not all(
+            piece.strip() in written or piece.strip().replace(" ", "_") in written
+            for piece in re.split(r"%\(\w+\)s|[,;:.()]", line.lower().replace("%%", "%"))
+        )
+    ]  # fmt: skip
+    assert stale == []
+
+
 def test_nothing_else_on_the_page_is_an_english_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,13 +255,16 @@ def test_nothing_else_on_the_page_is_an_english_sentence(
     """
     only_html(monkeypatch)
     monkeypatch.setattr("gaitval.reporting.page.translations", lambda language: Bracketed())
+    bracket_the_results(monkeypatch)
     write_recording_report(tmp_path, sample(), ReportSettings(language="de"))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
     assert '<html lang="de">' in html
-    assert '<figure role="group" lang="en"' in html
+    assert '<figure role="group" aria-label="⟦Joint angles⟧"' in html
     page = Unmarked()
     page.feed(html)
-    outside = re.sub(r"⟦[^⟧]*⟧", " ", "\n".join(page.found))
+    outside = "\n".join(page.found)
+    while "⟦" in outside:
+        outside = re.sub(r"⟦[^⟦⟧]*⟧", " ", outside)
     assert not re.findall(r"\b[a-z]{4,} [a-z]{3,}\b", outside)
     assert html.count("⟦") > 80
 
