@@ -275,9 +275,7 @@ def _statistics(
     filters = low_pass_of(record, configuration.validation.filter_frequency)
     curves = simulated_curves(rollout, cycles, mass=model.mass, filters=filters)
     feet = foot_progression(rollout, cycles, model)
-    return walk_statistics(
-        curves, feet, record, recorded["curves"], origins, age_years=age_years
-    )
+    return walk_statistics(curves, feet, record, recorded["curves"], origins, age_years=age_years)
 
 
 def _spatiotemporal_errors(rows: Sequence[Json]) -> list[Measure]:
