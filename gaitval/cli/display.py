@@ -268,12 +268,13 @@ def print_import(found: "Import") -> None:
 
 
 def print_doubts(found: "Import") -> None:
-    """What is doubtful in an import; nothing if there is nothing."""
+    """What is doubtful in an import, and which side was not recorded; nothing if there is none."""
+    from gaitval.session.one_side import ONE_SIDE
+
     for trial, doubt in found.doubts:
-        output.print(
-            f"Doubt: {trial}: {doubt}.", style="yellow", markup=False, highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+        missing = doubt.check == ONE_SIDE
+        text = f"Not recorded: {doubt}." if missing else f"Doubt: {trial}: {doubt}."
+        output.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
 def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:

@@ -135,7 +135,7 @@ def import_session(
     tell : called with each decision: the step, and a sentence.
     options : see `gaitval.session.importing.Options`: forces, marker_set, axes, knee_width,
         ankle_width, elbow_width, static_time, floor, feet_flat, functional, hip_centre, age,
-        citation, licence, consistent, kinematics_only, no_plate, halves.
+        citation, licence, consistent, kinematics_only, mirror, no_plate, halves.
 
     Returns
     -------

@@ -204,6 +204,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
+    missing : what of one side was not recorded, why, and what can be done; a sentence or more each.
     doubts : what physics or everybody's walking contradicts, a sentence each.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
@@ -236,6 +237,7 @@ class RecordingSummary:
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
+    missing: Sequence[str] = ()
     doubts: Sequence[str] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()

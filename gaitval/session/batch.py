@@ -62,6 +62,7 @@ class Person(BaseModel):
     licence: str = "not stated"
     consistent: bool = False
     kinematics_only: bool = False
+    mirror: bool = False
     static_time: tuple[float, float] | None = None
     floor: float = 0.0
     feet_flat: bool = True

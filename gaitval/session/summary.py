@@ -13,6 +13,7 @@ from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
 from gaitval.reporting import recording_report as page
 from gaitval.session.functional import functional_rows
+from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
 from gaitval.session.trial import Trial
@@ -140,7 +141,8 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ),
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=_changes(first),
-        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts],
+        missing=[str(doubt) for _, doubt in found.doubts if doubt.check == ONE_SIDE],
+        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
         findings=[message for step, message in found.decisions if step not in _SAID],
         left_out=[
             page.LeftOut(side, cycle.start, "; ".join(cycle.reasons))
