@@ -327,11 +327,11 @@ def import_command(
             no_plate=no_plate,
             halves=_halves(halves),
         )
-    _say_what_was_made(imported, out)
+    say_what_was_made(imported, out)
 
 
-def _say_what_was_made(imported: "Imported", out: Path) -> None:
-    """The tables, where the files are, how to go on, and the doubts."""
+def say_what_was_made(imported: "Imported", out: Path) -> None:
+    """The tables, where the files are, how to go on, the doubts, and what failed."""
     from gaitval.session.write import FOLDER
 
     display.print_import(imported.found)
@@ -342,6 +342,7 @@ def _say_what_was_made(imported: "Imported", out: Path) -> None:
     display.print_doubts(imported.found)
     if imported.subject.gait.not_recorded:
         display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")
+    display.print_verdict(imported.found)
 
 
 def _width(option: str, text: str | None) -> "Width":
