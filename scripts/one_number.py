@@ -25,8 +25,8 @@ from unittest.mock import patch
 ROOT: Final = Path(__file__).resolve().parent.parent
 
 JUDGE_SLACK: Final = {"ik-marker-rms": 0.1, "ik-marker-largest": 0.5}
-"""cm. The motion that an import writes, and `judge` reads, is low-passed; the import's marker errors
-are of each frame as it was fitted."""
+"""cm. The motion that an import writes, and `judge` reads, is low-passed; the import's marker
+errors are of each frame as it was fitted."""
 OTHER_SLACK: Final = 0.01
 """Relative, of all other limits: files have six digits, and `judge` leaves out the frames within
 0.05 s of those in which a plate shows half a step."""

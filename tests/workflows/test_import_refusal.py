@@ -16,6 +16,9 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.interface.sessions import Session
+from gaitval.judging.judge import Request as JudgeRequest
+from gaitval.judging.judge import judge
+from gaitval.judging.write import write_judgement
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc import write_trc
 from gaitval.session.importing import import_files
@@ -85,6 +88,17 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     session_of = Session.load(out)
     assert f"moment_knee_angle_{side[0]}_mean" not in session_of.curves
     assert set(session_of.subject.to_frame().query("quantity == 'knee_angle'").side) == set(SIDES)
+    recording = out / "recording"
+    judged = judge(
+        JudgeRequest(
+            model=recording / "model.osim",
+            ik=recording / "trial1_ik.mot",
+            id=recording / "trial1_id.sto",
+            external_loads=recording / "trial1_external_loads.xml",
+        )
+    )
+    assert not any(name.endswith(f"_{side[0]}") for name in judged.moments)
+    assert write_judgement(judged, tmp_path / "judged").moments.keys() == judged.band.keys()
     made = imported(session, out, forces=[forces], mirror=True)
     assert made.subject.gait.mirrored == {"kinetics": side}
     assert "As --mirror asks" in (out / "recording" / "recording.html").read_text()
