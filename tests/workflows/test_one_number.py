@@ -1,8 +1,11 @@
 """One rule for one number: terminal, page, Python, `judge`, tables of imports and cohort."""
 
+from types import SimpleNamespace
+
 import one_number
 import pytest
 
+from gaitval.cohort import results
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
 
@@ -55,3 +58,17 @@ def test_a_difference_is_found(monkeypatch: pytest.MonkeyPatch, moved: str) -> N
         same._replace(value=3.2),
     ):
         assert list(one_number._differences("force", outputs | {moved: {"force": wrong}}))
+
+
+def test_the_limits_of_a_study_of_a_recording_are_rows_of_the_cohort(monkeypatch) -> None:
+    """A study without a recording has none."""
+    row = {
+        "quantity": "Residual force", "target": "walk", "value": 15.2, "limit": 5.0, "unit": "%",
+        "verdict": "FAILED",
+    }  # fmt: skip
+    summaries = {"P01": {"limits": [row]}, "S05": {}}
+    monkeypatch.setattr(results, "summary_of", lambda _, name: summaries[name])
+    done = {"status": "finished", "reason": "", "seconds": 1.0, "peak_memory": 1, "worker": "here"}
+    outcomes = [{"name": name, **done} for name in summaries]
+    tables = results.tables_of(SimpleNamespace(where=str), outcomes)
+    assert tables["limits"].to_dict("records") == [{"study": "P01", **row}]
