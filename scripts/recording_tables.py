@@ -325,15 +325,22 @@ def _number(value: float | None, digits: int = 3) -> str:
 
 
 def _limits(figures: dict[str, Any]) -> str:
+    from gaitval.metrics.recording_limits import state_of
+    from gaitval.metrics.tolerances import load_registry
+
+    known = {row.title: row.id for row in load_registry().tolerance}
     rows = []
     for row in figures["limits"]:
-        value = _number(row["value"])
+        title, _, target = row["name"].rpartition(" (")
+        reduced = target == "made consistent)"
+        state = state_of(known.get(title, ""), row["passed"], reduced=reduced)
+        value, failed = _number(row["value"]), state == "FAILED"
         rows.append(
             [
                 row["name"],
-                value if row["passed"] else f"**{value}**",
+                f"**{value}**" if failed else value,
                 f"{row['limit']:g} {row['unit']}",
-                "pass" if row["passed"] else "**fail**",
+                f"**{state}**" if failed else state,
             ]
         )
     return _table(["measure", "value", "at most", ""], rows)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from rich.console import Console
 from rich.progress import (
@@ -348,7 +348,7 @@ def print_import(found: "Import") -> None:
         table.add_column(name)
     for row in limit_rows(found):
         value = "not measured" if row.value is None else f"{row.value:.3g}"
-        verdict = "[red]fail[/]" if row.failed else "pass" if row.applies else "not judged"
+        verdict = f"[red]{row.state}[/]" if row.failed else row.state
         table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
     output.print(table)
     table = Table(title="Distance of measured and model markers in walking")
@@ -371,13 +371,39 @@ def print_import(found: "Import") -> None:
     output.print(table)
 
 
+def print_verdict(found: "Import") -> None:
+    """The last lines of an import: what the plates carried, and every limit that failed."""
+    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
+    from gaitval.session.summary import limit_rows
+
+    rows = limit_rows(found)
+    if found.weight_ratio is not None:
+        plain(
+            f"The plates carried {100 * found.weight_ratio:.1f} % of the body weight over whole "
+            "gait cycles."
+        )
+    counts = {state: sum(row.state == state for row in rows) for state in get_args(State)}
+    why = f" ({WHY_NOT_JUDGED})" if counts["not judged"] else ""
+    plain(
+        f"Limits: {counts['passed']} passed, {counts['FAILED']} FAILED, {counts['not judged']} not "
+        f"judged{why}."
+    )
+    for row in rows:
+        if row.failed:
+            text = failure(row.name, row.value, row.limit, row.unit, row.remedy)
+            output.print(
+                f"FAILED: {text}.", style="red", markup=False, highlight=False, soft_wrap=True
+            )
+
+
 def print_doubts(found: "Import") -> None:
-    """What is doubtful in an import; nothing if there is nothing."""
+    """What is doubtful in an import, and which side was not recorded; nothing if there is none."""
+    from gaitval.session.one_side import ONE_SIDE
+
     for trial, doubt in found.doubts:
-        output.print(
-            f"Doubt: {trial}: {doubt}.", style="yellow", markup=False, highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+        missing = doubt.check == ONE_SIDE
+        text = f"Not recorded: {doubt}." if missing else f"Doubt: {trial}: {doubt}."
+        output.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
 def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:

@@ -89,6 +89,8 @@ def judge(
 
 def _say(result: "JudgeResult", model: str, page: Path) -> None:
     """Limits that are not kept, what was noticed, what could not be judged, and the page."""
+    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED
+
     rows = [["limit", "of", "value", "limit", "verdict"]]
     for one in result.limits:
         if one.decides and not one.passed:
@@ -102,5 +104,7 @@ def _say(result: "JudgeResult", model: str, page: Path) -> None:
         display.plain(finding)
     for reason in result.not_judged:
         display.plain(f"Not judged. {reason}")
+    if any(one.verdict == "not judged" for one in result.limits):
+        display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
     display.plain(f"{kept} limits kept, {len(rows) - 1} failed. Page: {page}")

@@ -1,5 +1,7 @@
 """Commands of recorded data: the built-in subjects, and an import."""
 
+import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
@@ -13,7 +15,9 @@ from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Width
+    from gaitval.session.halves import Halves
     from gaitval.session.importing import Imported
+    from gaitval.session.request import HipCentre
 
 Choice = TypeVar("Choice", bound=str)
 
@@ -211,6 +215,14 @@ KinematicsOnlyOption = Annotated[
         help="Use no forces. The subject walks with predicted moments and forces.",
     ),
 ]
+MirrorOption = Annotated[
+    bool,
+    typer.Option(
+        "--mirror",
+        help="Fill in a side that no trial shows with the other one's mirror image. It stays "
+        "marked as not recorded.",
+    ),
+]
 NoPlateOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -267,6 +279,7 @@ def import_command(
     licence: LicenceOption = "not stated",
     consistent: ConsistentOption = False,
     kinematics_only: KinematicsOnlyOption = False,
+    mirror: MirrorOption = False,
     no_plate: NoPlateOption = None,
     halves: HalvesOption = None,
     config: ConfigOption = None,
@@ -281,9 +294,7 @@ def import_command(
     the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.session.halves import HALVES
     from gaitval.session.importing import import_files
-    from gaitval.session.request import HIP_CENTRES
     from gaitval.session.standing import parsed_window
 
     with display.live_view() as live:
@@ -306,20 +317,21 @@ def import_command(
             ankle_width=_width("--ankle-width", ankle_width),
             elbow_width=_width("--elbow-width", elbow_width),
             functional=functional,
-            hip_centre=_one_of("--hip-centre", hip_centre, HIP_CENTRES),
+            hip_centre=_hip_centre(hip_centre),
             age=age,
             citation=citation,
             licence=licence,
             consistent=consistent,
             kinematics_only=kinematics_only,
+            mirror=mirror,
             no_plate=no_plate,
-            halves=None if halves is None else _one_of("--halves", halves, HALVES),
+            halves=_halves(halves),
         )
-    _say_what_was_made(imported, out)
+    say_what_was_made(imported, out)
 
 
-def _say_what_was_made(imported: "Imported", out: Path) -> None:
-    """The tables, where the files are, how to go on, and the doubts."""
+def say_what_was_made(imported: "Imported", out: Path) -> None:
+    """The tables, where the files are, how to go on, the doubts, and what failed."""
     from gaitval.session.write import FOLDER
 
     display.print_import(imported.found)
@@ -328,6 +340,9 @@ def _say_what_was_made(imported: "Imported", out: Path) -> None:
     path = imported.subject_file
     display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
     display.print_doubts(imported.found)
+    if imported.subject.gait.not_recorded:
+        display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")
+    display.print_verdict(imported.found)
 
 
 def _width(option: str, text: str | None) -> "Width":
@@ -345,6 +360,18 @@ def _width(option: str, text: str | None) -> "Width":
     raise ConfigurationError(
         f"{option} {text}: not a width. Give metres, of both sides (0.1) or right,left (0.1,0.102)."
     )
+
+
+def _hip_centre(wanted: str) -> "HipCentre":
+    from gaitval.session.request import HIP_CENTRES
+
+    return _one_of("--hip-centre", wanted, HIP_CENTRES)
+
+
+def _halves(wanted: str | None) -> "Halves | None":
+    from gaitval.session.halves import HALVES
+
+    return None if wanted is None else _one_of("--halves", wanted, HALVES)
 
 
 def _one_of(option: str, wanted: str, known: Sequence[Choice]) -> Choice:

@@ -1,8 +1,9 @@
 """The tables of a cohort, from the summaries of its studies: for its report and one's own analysis.
 
 `studies`: a row for each study, finished or not. `measures`: a row for each measured value.
-`groups`: a row for each group of curves. `parameters`: a row for each identified parameter. All
-are tidy (one row a value) except `studies`, and every row names its study.
+`groups`: a row for each group of curves. `parameters`: a row for each identified parameter.
+`limits`: a row for each limit that an imported recording is held against. All are tidy (one row a
+value) except `studies`, and every row names its study.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +16,7 @@ from gaitval.artefacts import replacing
 from gaitval.cohort.store import Store
 from gaitval.cohort.task import summary_of
 
-TABLES: Final = ("studies", "measures", "groups", "parameters")
+TABLES: Final = ("studies", "measures", "groups", "parameters", "limits")
 
 STUDY_COLUMNS: Final = (
     "study", "status", "reason", "identifier", "person", "trial", "source", "sex", "age", "mass",
@@ -30,6 +31,7 @@ COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
     "parameters": (
         "study", "parameter", "nominal", "prior_sd", "mean", "sd", "identified", "verdict",
     ),
+    "limits": ("study", "quantity", "target", "value", "limit", "unit", "verdict"),
 }  # fmt: skip
 PROFILE_SCORES: Final = ("gait_profile_score", "gait_profile_score_of_the_record")
 """Measures of the walk and of its record, deg."""

@@ -15,6 +15,8 @@ from gaitval.metrics.origin import is_judged
 from gaitval.model.parameters import PARAMETERS
 from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
+from gaitval.session.summary import limits_of_record
+from gaitval.session.write import FOLDER, RECORD
 from gaitval.study.run import general_walker, run_subject
 from gaitval.study.stage import Observer, open_run
 from gaitval.virtual.person import virtual_person
@@ -84,7 +86,11 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
             scratch=study.start == "scratch",
             start=None if study.policy is None else Path(study.policy),
         )
-    return summary_of(read_json(folder / "metrics.json"), subject)
+    summary = summary_of(read_json(folder / "metrics.json"), subject)
+    if study.recording is not None:
+        imported = read_json(folder / "session" / study.name / FOLDER / RECORD)
+        summary["limits"] = limits_of_record(imported)
+    return summary
 
 
 def summary_of(metrics: Mapping[str, Any], subject: Subject) -> Json:

@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Forces, Gait, StanceFraction
+from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
 from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (

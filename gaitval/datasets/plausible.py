@@ -242,7 +242,12 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
     )
     stance = values.get("stance_fraction")
     stance = stance if isinstance(stance, Mapping) else {}
+    gait = values.get("gait")
+    lacking = gait.get("not_recorded") if isinstance(gait, Mapping) else None
     for side in SIDES:
+        unseen = isinstance(lacking, Mapping) and side in lacking.values()
+        if stance and stance.get(side) is None and not unseen:
+            problems.append(f"stance_fraction.{side}: missing. Add it.")
         problems += [
             f"stance_fraction.{problem}"
             for problem in _range_problem(

@@ -7,34 +7,36 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
-    Strict,
     ValidationError,
     model_validator,
 )
 
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import Side
 from gaitval.datasets.plausible import implausible
+from gaitval.datasets.stored_gait import (
+    Forces,
+    Gait,
+    StanceFraction,
+    keys_problems,
+)
 from gaitval.datasets.subject_toml import toml_of
 from gaitval.errors import SubjectError
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import (
-    ANGLE_NAMES,
-    MOMENT_NAMES,
     REQUIRED_ANGLES,
-    REQUIRED_MOMENTS,
     Curve,
     Force,
     GaitRecord,
     LowPass,
-    Mirrored,
     Number,
+    Origin,
     StoredPart,
 )
 
@@ -66,92 +68,21 @@ TAPE: Final = ("hip_height", "thigh", "shank", "ankle_height", "foot", "pelvis_w
 """Lengths taken with a tape measure; `scaling.tape` defines them."""
 
 
-def _keys_problems(seen: Iterable[str], known: Sequence[str]) -> list[str]:
-    """One sentence for every key of `seen` that is not `known`, with the nearest match."""
-    problems = []
-    for key in seen:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            problems.append(f"{key}: unknown key" + (f", did you mean {near[0]}?" if near else "."))
-    return problems
-
-
-def _complete(
-    seen: Iterable[str], known: Sequence[str], required: Sequence[str] | None = None
-) -> None:
-    seen = list(seen)
-    problems = _keys_problems(seen, known)
-    missing = [key for key in required or known if key not in seen]
-    if missing:
-        problems.append(f"missing: {', '.join(missing)}.")
-    if problems:
-        raise ValueError(" ".join(problems))
-
-
-def _angles_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
-    _complete(curves, ANGLE_NAMES, REQUIRED_ANGLES)
-    return curves
-
-
-def _moments_complete(curves: "dict[str, Curve]") -> "dict[str, Curve]":
-    if curves:
-        _complete(curves, MOMENT_NAMES, REQUIRED_MOMENTS)
-    return curves
-
-
 def _markers_known(markers: "dict[str, Position]") -> "dict[str, Position]":
-    problems = _keys_problems(markers, MARKERS)
+    problems = keys_problems(markers, MARKERS)
     if problems:
         raise ValueError(" ".join(problems))
     return markers
 
 
 def _tape_known(lengths: "dict[str, Number]") -> "dict[str, Number]":
-    problems = _keys_problems(lengths, TAPE)
+    problems = keys_problems(lengths, TAPE)
     if problems:
         raise ValueError(" ".join(problems))
     return lengths
 
 
 Position = tuple[Number, Number, Number]
-
-
-class Forces(StoredPart):
-    """Ground reaction of both feet."""
-
-    right: Force
-    left: Force
-
-
-class Gait(StoredPart):
-    """Mean gait curves in the convention of `GaitRecord`."""
-
-    samples: Annotated[int, Strict(), Field(gt=0, le=10**9)]
-    """Samples of a gait cycle in the source, first and last included."""
-    angles: Annotated[dict[str, Curve], AfterValidator(_angles_complete)]
-    moments: Annotated[dict[str, Curve], AfterValidator(_moments_complete)] = Field(
-        default_factory=dict
-    )
-    forces: Forces | None = None
-    """Moments and forces are both there, or neither: not everybody has force plates."""
-    mirrored: Mirrored = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _both_or_none(self) -> Self:
-        if bool(self.moments) != (self.forces is not None):
-            there, missing = ("moments", "forces") if self.moments else ("forces", "moments")
-            raise ValueError(
-                f"there are {there}, but no {missing}. Give both, or leave both out; the walk's "
-                "are then predicted."
-            )
-        return self
-
-
-class StanceFraction(StoredPart):
-    """Fraction of each side's own cycle on the ground."""
-
-    right: Number
-    left: Number
 
 
 class RecordedLowPass(StoredPart):
@@ -219,7 +150,7 @@ class Subject(StoredPart):
     left_phase_from_force: Number | None = None
     """A second estimate, from the vertical forces; not used to compute."""
     mean_vertical_force: Number | None = None
-    """Mean over the cycle of right + left vertical force, body weights; None if no forces were
+    """Mean over the cycle of right + left vertical force, body weights; None if not both were
     recorded. The true value is 1; the difference comes from the source's calibration or filter."""
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
@@ -271,13 +202,34 @@ class Subject(StoredPart):
 
     @property
     def described(self) -> str:
-        """The source, and which of its curves are those of the other side."""
+        """The source, and which of its curves were not recorded."""
         said = "".join(
             f"; the {side} {'angles' if what == 'angles' else 'moments and forces'} were not "
-            "recorded and are the other side's, mirrored"
-            for what, side in self.gait.mirrored.items()
+            f"recorded{then}"
+            for which, then in (
+                (self.gait.mirrored, " and are the other side's, mirrored"),
+                (self.gait.not_recorded, ""),
+            )
+            for what, side in which.items()
         )
         return self.source + said
+
+    def origin(self, side: Side, kind: Literal["angles", "kinetics", "stance"]) -> Origin:
+        """Where a side's angles, its moments and forces, or its stance fraction come from.
+
+        Only what was "recorded" may be judged. "mirrored" is the other side's, because the user
+        asked for it; "expected" is not in the subject at all, and `record` has the other side's,
+        mirrored, or other people's, for the walker to be asked something.
+        """
+        if kind == "stance":
+            # files written before `mirrored` was there have the other side's with its curves
+            if side in (self.stance_fraction.mirrored, *self.gait.mirrored.values()):
+                return "mirrored"
+            return "expected" if self.stance_fraction.of(side) is None else "recorded"
+        if self.gait.mirrored.get(kind) == side:
+            return "mirrored"
+        lacking = kind == "kinetics" and not self.has_kinetics
+        return "expected" if lacking or self.gait.not_recorded.get(kind) == side else "recorded"
 
     def by_stature(self) -> "Subject":
         """The subject without measurements of the body but mass and stature."""
@@ -363,7 +315,8 @@ class Subject(StoredPart):
         return self.gait.forces is not None
 
     def measured(self) -> GaitRecord:
-        """The recorded gait as it was measured.
+        """The recorded gait as it was measured; a side that was not is the other one's mirror
+        image (`origin` says which).
 
         Raises
         ------
@@ -374,25 +327,15 @@ class Subject(StoredPart):
                 f"{self.identifier}: no moments and forces were recorded. `gaitval subject` "
                 "predicts them; nothing else can be done without."
             )
-        forces = {"right": self.gait.forces.right, "left": self.gait.forces.left}
+        stance = self.stance_fraction.of_both()
         return GaitRecord(
             speed=self.walking_speed_m_s,
             stride_time=self.stride_time_s,
             left_phase=self.left_phase,
-            stance_fraction={
-                "right": self.stance_fraction.right,
-                "left": self.stance_fraction.left,
-            },
-            angles={name: curve.periodic() for name, curve in self.gait.angles.items()},
-            moments={name: curve.periodic() for name, curve in self.gait.moments.items()},
-            forces={
-                side: (
-                    forces[side].forward.periodic(),
-                    forces[side].left.periodic(),
-                    forces[side].up.periodic(),
-                )
-                for side in SIDES
-            },
+            stance_fraction=stance,
+            angles=self.gait.angles_of_both(),
+            moments=self.gait.moments_of_both(),
+            forces=self.gait.forces_of_both(stance),
             low_pass=None
             if self.low_pass is None
             else LowPass(self.low_pass.moments_hz, self.low_pass.forces_hz),
@@ -406,9 +349,9 @@ class Subject(StoredPart):
 def _same_curves(one: Gait, other: Gait) -> bool:
     """Whether two gaits have the same joint angles to a hundredth of a degree."""
     phase = np.arange(100) / 100
+    first, second = one.angles_of_both(), other.angles_of_both()
     return all(
-        np.abs(one.angles[name].periodic()(phase) - other.angles[name].periodic()(phase)).max()
-        < np.radians(0.01)
+        np.abs(first[name](phase) - second[name](phase)).max() < np.radians(0.01)
         for name in REQUIRED_ANGLES
     )
 

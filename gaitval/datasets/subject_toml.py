@@ -94,6 +94,8 @@ _PARTS: Final = ("stance_fraction", "low_pass", "plates")
 
 def _gait_lines(gait: Any, where: str) -> list[str]:
     lines = ["", f"[{where}]", f"samples = {gait.samples}"]
+    if gait.not_recorded:
+        lines.append(_value_line("not_recorded", gait.not_recorded))
     if gait.mirrored:
         lines.append(_value_line("mirrored", gait.mirrored))
     lines += ["", f"[{where}.angles]"]
@@ -103,6 +105,8 @@ def _gait_lines(gait: Any, where: str) -> list[str]:
     lines += ["", f"[{where}.moments]"]
     lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
     for side, force in (("right", gait.forces.right), ("left", gait.forces.left)):
+        if force is None:
+            continue
         lines += ["", f"[{where}.forces.{side}]"]
         lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
     return lines

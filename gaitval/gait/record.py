@@ -22,7 +22,16 @@ from pydantic import (
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 
-Mirrored = dict[Literal["angles", "kinetics"], Side]
+Origin = Literal["recorded", "predicted", "mirrored", "expected"]
+"""Where that comes from which a walk is compared with. Only what was recorded may be judged:
+*predicted* is what gaitval or other people's gait says of a speed or quantity that nobody recorded,
+*mirrored* a side that the user asked to fill in with the other one, and *expected* a side that a
+subject lacks, for which the walker is asked to be symmetric."""
+
+OneSide = dict[Literal["angles", "kinetics"], Side]
+"""A side of the angles, and one of moments and forces."""
+
+Mirrored = OneSide
 """The side that was not recorded, of the angles and of moments and forces: its curves are those of
 the other side, mirrored."""
 

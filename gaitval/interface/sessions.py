@@ -15,9 +15,9 @@ from gaitval.errors import ArtefactError
 from gaitval.interface.bodies import ScaledBody
 from gaitval.interface.result import DEGREES, Result, curve_frame, of_kind
 from gaitval.interface.subjects import FORCE, MOMENT, Subject
-from gaitval.metrics.tolerances import load_registry
 from gaitval.session.importing import Options, import_files
 from gaitval.session.request import Tell, silent
+from gaitval.session.summary import limits_of_record
 from gaitval.session.write import FOLDER, RECORD, SUBJECT
 from gaitval.study.inputs import copy_files
 
@@ -56,12 +56,11 @@ class Session(Result):
         return f"Session of {self.record['person']['identifier']}: {trials}"
 
     def summary(self) -> pd.DataFrame:
-        """Marker errors and residuals against their limits."""
-        titles = {row.id: row.title for row in load_registry().tolerance}
-        rows = [
-            {"quantity": titles.get(row["id"], row["id"]), **row} for row in self.record["verdicts"]
-        ]
-        return pd.DataFrame(rows)[["quantity", "target", "value", "limit", "unit", "passed"]]
+        """Marker errors, residuals, weight on the plates and angles in standing against their
+        limits. The verdict is "passed", "FAILED", or "not judged" (limits of residuals in N and Nm,
+        of a motion without residual reduction).
+        """
+        return pd.DataFrame(limits_of_record(self.record))
 
     def to_frame(self) -> pd.DataFrame:
         """Mean joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body weight) at
@@ -135,7 +134,7 @@ def import_session(
     tell : called with each decision: the step, and a sentence.
     options : see `gaitval.session.importing.Options`: forces, marker_set, axes, knee_width,
         ankle_width, elbow_width, static_time, floor, feet_flat, functional, hip_centre, age,
-        citation, licence, consistent, kinematics_only, no_plate, halves.
+        citation, licence, consistent, kinematics_only, mirror, no_plate, halves.
 
     Returns
     -------

@@ -1,12 +1,15 @@
 """Subjects from Python."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 
+import numpy as np
 import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets import subject as stored
 from gaitval.datasets import subject_file
 from gaitval.interface.result import DEGREES, Result, curve_frame, of_kind, value_frame
@@ -32,17 +35,40 @@ class Subject(Result, stored.Subject):
                 ("", "leg length", self.leg_length_m, "m"),
                 ("", "walking speed", self.walking_speed_m_s, "m/s"),
                 ("", "stride time", self.stride_time_s, "s"),
-                ("right", "stance fraction", self.stance_fraction.right, "1"),
-                ("left", "stance fraction", self.stance_fraction.left, "1"),
+                ("right", "stance fraction", self._stance("right"), "1"),
+                ("left", "stance fraction", self._stance("left"), "1"),
             ]
         ).drop(columns="percent")
 
     def to_frame(self) -> pd.DataFrame:
         """Recorded joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body
         weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
-        (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`).
+        (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
+        was not recorded (`origin`) has no rows.
         """
-        return curve_frame(named_curves(recorded_curves(self.record())))
+        curves = recorded_curves(self.record())
+
+        def recorded(
+            values: dict[str, Array], kind: Literal["angles", "kinetics"]
+        ) -> dict[str, Array]:
+            origin = {side[0]: self.origin(side, kind) for side in SIDES}
+            return {n: v for n, v in values.items() if origin[n[-1]] == "recorded"}
+
+        return curve_frame(
+            named_curves(
+                replace(
+                    curves,
+                    angles=recorded(curves.angles, "angles"),
+                    moments=recorded(curves.moments, "kinetics"),
+                    forces=recorded(curves.forces, "kinetics"),
+                )
+            )
+        )
+
+    def _stance(self, side: Side) -> float:
+        """Stance fraction of a side; NaN if it was not recorded."""
+        value = self.stance_fraction.of(side)
+        return np.nan if value is None or self.origin(side, "stance") != "recorded" else value
 
     def __str__(self) -> str:
         return repr(self)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -19,6 +19,7 @@ from gaitval.judging.loads import read_loads
 from gaitval.judging.moments import BANDED, Band, bands, speed_group
 from gaitval.judging.residuals import residual_wrench
 from gaitval.judging.skeleton import Skeleton, skeleton
+from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate
 from gaitval.mocap.mot import StorageTable, read_storage
 from gaitval.mocap.reading import read_recording
@@ -26,14 +27,6 @@ from gaitval.opensim.model import OsimModel
 from gaitval.opensim.model_file import read_model
 from gaitval.opensim.placing import Motion, at_times, motion_of
 from gaitval.scaling.anthropometry import WINTER
-
-AFTER_REDUCTION: Final = (
-    "residual-force-peak",
-    "residual-force-rms",
-    "residual-moment-peak",
-    "residual-moment-rms",
-)
-"""Limits in N and Nm that OpenSim's checklist means for motions after residual reduction."""
 
 SHOWN_ONLY: Final = (
     "side-length",
@@ -124,10 +117,15 @@ class Judgement:
         ]
         return evaluate(finite)
 
+    def state(self, verdict: Verdict) -> State | Literal["shown only"]:
+        """What is said of a limit."""
+        if verdict.tolerance.id in SHOWN_ONLY:
+            return "shown only"
+        return state_of(verdict.tolerance.id, verdict.passed, reduced=self.request.reduced)
+
     def decides(self, verdict: Verdict) -> bool:
         """Whether the result depends on a limit."""
-        name = verdict.tolerance.id
-        return name not in SHOWN_ONLY and (self.request.reduced or name not in AFTER_REDUCTION)
+        return self.state(verdict) in ("passed", "FAILED")
 
     @property
     def failed(self) -> list[Verdict]:

@@ -120,7 +120,9 @@ class JudgedLimit(Result):
     unit: str
     passed: Flag
     decides: Flag
-    """Whether the verdict depends on it; others are shown only."""
+    """Whether the verdict depends on it; others are shown only, or not judged."""
+    verdict: Literal["passed", "FAILED", "not judged", "shown only"] | None = None
+    """What is said of it; older files have none."""
 
 
 class JudgeResult(Result):

@@ -102,6 +102,7 @@ def result_of(found: Judgement) -> JudgeResult:
                 "unit": verdict.tolerance.unit,
                 "passed": verdict.passed,
                 "decides": found.decides(verdict),
+                "verdict": found.state(verdict),
             }
             for verdict in found.verdicts()
         ],
@@ -236,6 +237,7 @@ def _row(found: Judgement, verdicts: list[Verdict]) -> dict[str, Any]:
         "source": worst.tolerance.citation,
         "passed": worst.passed,
         "decides": found.decides(worst),
+        "state": found.state(worst),
     }
 
 

@@ -143,7 +143,7 @@ def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Sub
             speed=subject.walking_speed_m_s,
             stride_time=subject.stride_time_s,
             left_phase=subject.left_phase,
-            angles={name: curve.periodic() for name, curve in subject.gait.angles.items()},
+            angles=subject.gait.angles_of_both(),
         ),
         KINEMATIC_ACCURACY,
     )

@@ -63,7 +63,8 @@ Curves = dict[tuple[str, str], Array]
 
 def _curves(subject: Subject) -> Curves:
     kinetic = subject.has_kinetics
-    found = {("angles", n): subject.gait.angles[n].periodic()(_PHASES) for n in REQUIRED_ANGLES}
+    angles = subject.gait.angles_of_both()
+    found = {("angles", n): angles[n](_PHASES) for n in REQUIRED_ANGLES}
     if not kinetic:
         return found
     record: GaitRecord = subject.record()

@@ -15,6 +15,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
+from gaitval.metrics.recording_limits import State
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
@@ -56,6 +57,7 @@ class GateRow(NamedTuple):
     limit : largest accepted value, in `unit`.
     source : who published the limit.
     applies : whether the limit is meant for this value; one that is not is shown without a verdict.
+    remedy : what to do if it is not kept.
     """
 
     name: str
@@ -65,6 +67,14 @@ class GateRow(NamedTuple):
     passed: bool
     source: str
     applies: bool = True
+    remedy: str = ""
+
+    @property
+    def state(self) -> State:
+        """What is said of it."""
+        if not self.applies:
+            return "not judged"
+        return "passed" if self.passed else "FAILED"
 
     @property
     def failed(self) -> bool:
@@ -203,9 +213,12 @@ class RecordingSummary:
     angles : rad; moments : Nm/kg; forces : body weights. Mean (101,) and SD (101,) by name with
         "_r" or "_l" (`gaitval.coordinates`; forces "forward", "medial", "vertical").
     functional : joints of the range-of-motion trials.
+    weight_ratio : share of the body weight that the plates carried over whole gait cycles; None if
+        no cycle of both feet is shown whole.
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
+    missing : what of one side was not recorded, why, and what can be done; a sentence or more each.
     doubts : what physics or everybody's walking contradicts, a sentence each.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
@@ -237,9 +250,11 @@ class RecordingSummary:
     moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     functional: Sequence[FunctionalRow] = ()
+    weight_ratio: float | None = None
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
+    missing: Sequence[str] = ()
     doubts: Sequence[str] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()

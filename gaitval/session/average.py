@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.constants import POUND, STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, SIDES, Side, opposite
+from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
@@ -84,41 +84,14 @@ disorder, 99 % end nearer than this to where they began (WBDS, Fukuchi 2018; Shi
 Neurosci 17:992585; Hood 2020, Sci Data 7:150)."""
 
 
-def unseen_side(angles: Mapping[str, AverageCurve]) -> Side | None:
-    """The side of which no trial shows a whole cycle, if there is one."""
-    return next((side for side in SIDES if f"hip_flexion_{side[0]}" not in angles), None)
-
-
 def left_open(name: str, curve: Array) -> bool:
     """Whether a mean angle (101,) that a subject need not have is left out: it does not close."""
     return name not in REQUIRED_ANGLES and abs(curve[-1] - curve[0]) > LARGEST_DRIFT["angle"]
 
 
-def doubts_of_means(
-    angles: Mapping[str, AverageCurve], forces: Mapping[Side, AverageCurve]
-) -> tuple[Doubt, ...]:
-    """What a user should know of the mean curves: a side that is mirrored, angles that drift."""
+def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[Doubt, ...]:
+    """Mean angles that end elsewhere than they began, by more than nearly everybody's."""
     found = []
-    hidden = unseen_side(angles)
-    if hidden is not None:
-        found.append(
-            Doubt(
-                *("one side", f"{hidden} leg", 0.0, 1.0, "cycles"),
-                f"no trial shows a whole cycle of it: the subject's {hidden} curves are the other "
-                "side's, mirrored. A further --trial that shows it mends this",
-            )
-        )
-    elif len(forces) == 1:
-        (shown,) = forces
-        other = opposite(shown)
-        found.append(
-            Doubt(
-                *("one side", f"{other} foot", 0.0, 1.0, "cycles"),
-                f"the plates show no whole cycle of it alone: the subject's {other} moments and "
-                f"forces are those of the {shown} side, mirrored. A further --trial in which it "
-                "lands on a plate of its own mends this",
-            )
-        )
     for name, curve in angles.items():
         gap = float(curve.mean[-1] - curve.mean[0])
         if name not in ANGLE_NAMES or abs(gap) <= USUAL_DRIFT:

@@ -17,10 +17,11 @@ import csv
 import io
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -28,10 +29,12 @@ from gaitval.artefacts import write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.metrics.recording_limits import State, failure
 from gaitval.scaling.landmarks import Width
 from gaitval.session.halves import Halves
 from gaitval.session.importing import Imported, import_files
 from gaitval.session.request import HipCentre, Tell, silent
+from gaitval.session.summary import limit_rows
 from gaitval.session.trial import valid_cycles
 from gaitval.session.write import FOLDER
 
@@ -62,6 +65,7 @@ class Person(BaseModel):
     licence: str = "not stated"
     consistent: bool = False
     kinematics_only: bool = False
+    mirror: bool = False
     static_time: tuple[float, float] | None = None
     floor: float = 0.0
     feet_flat: bool = True
@@ -79,6 +83,8 @@ class Outcome:
     cycles : for moments and forces, or for angles if there are no forces; right and left.
     reason : the first line of why it was refused.
     page : to read.
+    limits : how many passed, failed and were not judged.
+    failed : those that failed, with value and limit.
     """
 
     name: str
@@ -87,6 +93,8 @@ class Outcome:
     cycles: str
     reason: str
     page: str
+    limits: str = ""
+    failed: str = ""
 
 
 def read_batch(path: Path) -> tuple[Person, ...]:
@@ -223,6 +231,8 @@ def _made(person: Person, imported: Imported, out: Path) -> Outcome:
         sum(len(valid_cycles(walk, side, kinetics=kinetics)) for walk in found.trials)
         for side in SIDES
     ]
+    rows = limit_rows(found)
+    states = Counter(row.state for row in rows)
     return Outcome(
         name=person.name,
         made=True,
@@ -230,6 +240,10 @@ def _made(person: Person, imported: Imported, out: Path) -> Outcome:
         cycles=f"{counts[0]} right, {counts[1]} left",
         reason="",
         page=str(out / person.name / FOLDER / "recording.html"),
+        limits=", ".join(f"{states[state]} {state}" for state in get_args(State)),
+        failed="; ".join(
+            failure(row.name, row.value, row.limit, row.unit) for row in rows if row.failed
+        ),
     )
 
 

@@ -37,6 +37,8 @@ class Options(TypedDict, total=False):
     licence : of the recording.
     consistent : make the smallest change of motion and masses that lowers the residuals.
     kinematics_only : use no forces; moments and forces of the subject's walk are predicted then.
+    mirror : fill in a side that no trial shows with the other one's mirror image; it stays marked
+        as not recorded, and no walk is judged by it.
     static_time : part of the standing trial, s.
     floor : height of what the person stands on in the standing trial, m.
     feet_flat : whether the feet are flat on the floor in standing.
@@ -58,6 +60,7 @@ class Options(TypedDict, total=False):
     licence: str
     consistent: bool
     kinematics_only: bool
+    mirror: bool
     static_time: tuple[float, float] | None
     floor: float
     feet_flat: bool
@@ -200,6 +203,7 @@ def _request(
         feet_flat=options.get("feet_flat", True),
         no_plate=tuple(options.get("no_plate") or ()),
         consistent=options.get("consistent", False),
+        mirror=options.get("mirror", False),
     )
 
 

@@ -41,6 +41,7 @@ class Request:
     feet_flat : whether the feet are flat on the floor in standing.
     consistent : also find the smallest change of motion and masses that lowers the residuals, and
         use that motion for the moments.
+    mirror : fill in a side that no trial shows with the other one's mirror image.
     """
 
     static: Path
@@ -63,6 +64,7 @@ class Request:
     floor_m: float = 0.0
     feet_flat: bool = True
     consistent: bool = False
+    mirror: bool = False
 
     @property
     def stands_in_walk(self) -> bool:

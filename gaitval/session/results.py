@@ -68,6 +68,8 @@ class LimitResult(Result):
     limit: Number
     unit: str
     passed: Flag
+    verdict: Literal["passed", "FAILED", "not judged"] | None = None
+    """What is said of it; older files have none."""
 
 
 class PlacementResult(Result):

@@ -15,8 +15,9 @@ from gaitval.gait.cycles import (
     AverageCurve,
 )
 from gaitval.gait.doubts import Doubt, refuse_certain
-from gaitval.session.average import check_mass, doubts_of_means, mean_angles, mean_kinetics
+from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
 from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
+from gaitval.session.one_side import one_side_doubts
 from gaitval.session.read import Session, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
@@ -139,7 +140,7 @@ def work_out(
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
-    of_means = doubts_of_means(angles, forces)
+    of_means = (*one_side_doubts(request, walks, angles, forces), *drift_doubts(angles))
     for doubt in of_means:
         noted("doubts", str(doubt))
     return Import(

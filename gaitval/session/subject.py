@@ -7,7 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES, SIDES, Side
-from gaitval.datasets.subject import Forces, Gait, StanceFraction, Subject, make_subject
+from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
+from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (
@@ -50,7 +51,7 @@ def subject_of(
             for side in SIDES
         )
         where += f" ({counts} cycles)"
-    both = completed_sides(found)
+    both = completed_sides(found.angles, found.moments, found.forces, mirror=request.mirror)
     means = both.forces
     stance = {side: _stance(found, both, side) for side in SIDES}
     body = found.body
@@ -69,8 +70,10 @@ def subject_of(
             np.mean([cycle.duration for cycle in all_cycles(found, both.seen, kinetics=False)])
         ),
         "left_phase": _left_phase(found, both.seen),
-        "mean_vertical_force": mean_vertical_force(means) if means else None,
-        "stance_fraction": StanceFraction(right=stance["right"], left=stance["left"]),
+        "mean_vertical_force": mean_vertical_force(means) if len(means) == len(SIDES) else None,
+        "stance_fraction": StanceFraction(
+            right=stance["right"], left=stance["left"], mirrored=_mirrored_stance(both)
+        ),
         "gait": _mean_gait(both, stance, where),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
@@ -83,14 +86,22 @@ def subject_of(
     return make_subject(values, request.identifier)
 
 
-def _stance(found: Import, both: Completed, side: Side) -> float:
-    """Stance fraction of a side: of its mean force, or the mean over its cycles without forces."""
-    if both.forces:
+def _stance(found: Import, both: Completed, side: Side) -> float | None:
+    """Stance fraction of a side: of its mean force, or the mean over its cycles without one; None
+    if it was not recorded.
+    """
+    if side in both.forces:
         return stance_fraction(both.forces[side][:, 2])
-    of = both.mirrored.get("angles")
-    shown: Side = side if of != side else both.seen
+    if both.not_recorded.get("angles") == side:
+        return None
+    shown = both.seen if both.mirrored.get("angles") == side else side
     values = np.concatenate([walk.gait[shown].stance_fraction for walk in found.trials])
-    return float(np.nanmean(values))
+    return float(np.nanmean(values)) if np.isfinite(values).any() else None
+
+
+def _mirrored_stance(both: Completed) -> Side | None:
+    """The side whose stance fraction is the other side's: a mirrored force brings its own."""
+    return next(iter(both.mirrored.values()), None)
 
 
 def _check_complete(found: Import) -> None:
@@ -116,28 +127,34 @@ def _check_complete(found: Import) -> None:
     ).with_way_on("--kinematics-only")
 
 
-def _mean_gait(both: Completed, stance: Mapping[Side, float], where: str) -> Gait:
+def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str) -> Gait:
     """The mean curves as the subject's file keeps them."""
     angles = {
         name: fit_curve(name, PHASE, closed(name, "angle", curve, where), ANGLE_TOLERANCE, where)
         for name, curve in both.angles.items()
         if name in ANGLE_NAMES and not left_open(name, curve)
     }
+    sides = {"not_recorded": both.not_recorded, "mirrored": both.mirrored}
     if not both.forces:
-        return Gait(samples=len(PHASE), angles=angles, mirrored=both.mirrored)
-    fitted = {side: fit_force(both.forces[side], stance[side], where) for side in SIDES}
+        return Gait(samples=len(PHASE), angles=angles, **sides)
+    fitted = {
+        side: fit_force(force, ends, where)
+        for side, force in both.forces.items()
+        if (ends := stance[side]) is not None
+    }
     moments = {
         name: fit_curve(
             name, PHASE, closed(name, "moment", both.moments[name], where), MOMENT_TOLERANCE, where
         )
         for name in MOMENT_NAMES
+        if name in both.moments
     }
     return Gait(
         samples=len(PHASE),
         angles=angles,
         moments=moments,
-        forces=Forces(right=fitted["right"], left=fitted["left"]),
-        mirrored=both.mirrored,
+        forces=Forces(right=fitted.get("right"), left=fitted.get("left")),
+        **sides,
     )
 
 

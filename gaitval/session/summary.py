@@ -1,7 +1,7 @@
 """What the report and the command line show of an import: limits, tables, figures."""
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 
@@ -10,20 +10,21 @@ from gaitval.artefacts import file_hash, versions
 from gaitval.coordinates import SIDES, Side
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.metrics.tolerances import Measure, Verdict, evaluate
+from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
+from gaitval.metrics.tolerances import Measure, Verdict, evaluate, load_registry
 from gaitval.origin import now, source_commit
 from gaitval.reporting import recording_report as page
 from gaitval.session.functional import functional_rows
+from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
 from gaitval.session.trial import Trial
 
-CONSISTENT: Final = ", made consistent"
-"""What is added to a trial's name after residual reduction."""
-
 
 def verdicts(found: Import) -> list[Verdict]:
-    """Marker errors and residuals against their published limits (`metrics/tolerances.toml`)."""
+    """Marker errors, residuals and the weight on the plates against their limits
+    (`metrics/tolerances.toml`).
+    """
     distances = np.array(list(found.body.placement.distances.values()))
     measures = [
         Measure("scaling_marker_rms", "standing", 100 * float(np.sqrt((distances**2).mean()))),
@@ -45,6 +46,9 @@ def verdicts(found: Import) -> list[Verdict]:
                 Measure("residual_force_share", f"{name}{target}", 100 * left.force_share),
                 Measure("residual_moment_share", f"{name}{target}", 100 * left.moment_share),
             ]
+    if found.weight_ratio is not None:
+        error = 100 * abs(found.weight_ratio - 1.0)
+        measures.append(Measure("weight_error", "plates", error))
     return evaluate(measures)
 
 
@@ -117,6 +121,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
         functional=functional_rows(found.functional),
+        weight_ratio=found.weight_ratio,
         segments=[
             page.ScaledSegment(
                 row.segment,
@@ -141,7 +146,8 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ),
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=_changes(first),
-        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts],
+        missing=[str(doubt) for _, doubt in found.doubts if doubt.check == ONE_SIDE],
+        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
         findings=[message for step, message in found.decisions if step not in _SAID],
         left_out=[
             page.LeftOut(side, cycle.start, "; ".join(cycle.reasons))
@@ -189,29 +195,54 @@ def _where_known(walk: Trial, residual: Array) -> Array:
 
 
 def limit_rows(found: Import) -> list[page.GateRow]:
-    """Every published limit, and whether the import keeps it.
-
-    Those of residuals are for motions after residual reduction: as recorded, 14 of 14 clean
-    recordings are beyond those of the residual force.
-    """
-    rows = [
-        page.GateRow(
-            name=f"{verdict.tolerance.title} ({verdict.target})",
-            value=verdict.value,
-            limit=verdict.tolerance.value,
-            unit=verdict.tolerance.unit,
-            passed=verdict.passed,
-            source=f"{verdict.tolerance.citation.split('.')[0]}: {verdict.tolerance.locator}",
-            applies=not verdict.tolerance.id.startswith("residual-")
-            or verdict.target.endswith(CONSISTENT),
+    """Every limit of an import and what is said of it (`metrics.recording_limits`)."""
+    rows = []
+    for verdict in verdicts(found):
+        known, reduced = verdict.tolerance, verdict.target.endswith(CONSISTENT)
+        state = state_of(known.id, verdict.passed, reduced=reduced)
+        rows.append(
+            page.GateRow(
+                name=f"{known.title} ({verdict.target})",
+                value=verdict.value,
+                limit=known.value,
+                unit=known.unit,
+                passed=verdict.passed,
+                source=f"{known.citation.split('.')[0]}: {known.locator}",
+                applies=state != "not judged",
+                remedy=remedy(known.id, reduced=reduced),
+            )
         )
-        for verdict in verdicts(found)
-    ]
     # The landmark distances are already among the tolerances.
     return rows + [
-        page.GateRow(check.name, check.value, check.limit, check.unit, check.passed, check.source)
+        page.GateRow(
+            *(check.name, check.value, check.limit, check.unit, check.passed, check.source),
+            remedy=remedy("standing-angle", reduced=False),
+        )
         for check in found.body.placement.checks
         if check.unit == "deg"
+    ]
+
+
+def limits_of_record(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The same limits from the contents of `import.json`: a row each of quantity, target, value,
+    limit, unit and verdict.
+    """
+    titles = {row.id: row.title for row in load_registry().tolerance}
+    found = [
+        (titles.get(row["id"], row["id"]), row["target"], row["id"], row)
+        for row in record["verdicts"]
+    ]
+    found += [
+        (row["name"], "standing", "", row) for row in record["placement"] if row["unit"] == "deg"
+    ]
+    return [
+        {
+            "quantity": quantity,
+            "target": target,
+            **{name: row[name] for name in ("value", "limit", "unit")},
+            "verdict": state_of(known, row["passed"], reduced=target.endswith(CONSISTENT)),
+        }
+        for quantity, target, known, row in found
     ]
 
 

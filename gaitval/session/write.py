@@ -19,6 +19,7 @@ from gaitval.datasets.subject import (
 )
 from gaitval.errors import ArtefactError
 from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -243,6 +244,11 @@ def _record(found: Import) -> dict[str, Any]:
                 "limit": verdict.tolerance.value,
                 "unit": verdict.tolerance.unit,
                 "passed": verdict.passed,
+                "verdict": state_of(
+                    verdict.tolerance.id,
+                    verdict.passed,
+                    reduced=verdict.target.endswith(CONSISTENT),
+                ),
             }
             for verdict in verdicts(found)
         ],

@@ -8,15 +8,17 @@ from made_up_session import made_up_session
 
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import COORDINATES, SIDES
+from gaitval.datasets.subject import make_subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.cycle_checks import ODD_SUPPORT, without_odd_support
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
-from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES
+from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
+from gaitval.interface.subjects import Subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.session.average import LARGEST_DRIFT, doubts_of_means
-from gaitval.session.one_side import completed_sides
+from gaitval.session.average import LARGEST_DRIFT, drift_doubts
+from gaitval.session.one_side import completed_sides, one_side_doubts
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
@@ -43,17 +45,70 @@ def only(found, side):
     )
 
 
+def asking_for_mirrors(found):
+    """The same import, with --mirror."""
+    return replace(found, request=replace(found.request, mirror=True))
+
+
+def said_of_sides(found):
+    return [
+        str(doubt)
+        for doubt in one_side_doubts(found.request, found.trials, found.angles, found.forces)
+    ]
+
+
 @pytest.mark.parametrize("side", SIDES)
-def test_a_side_that_is_not_seen_is_the_other_ones_mirror_image(found, side, tmp_path):
+def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
+    """Nothing of it is in the file, and the file says so; the walker is asked to be symmetric."""
     part = only(found, side)
     hidden = next(one for one in SIDES if one != side)
     subject = subject_of(part)
+    assert subject.gait.not_recorded == {"angles": hidden, "kinetics": hidden}
+    assert subject.gait.mirrored == {}
+    assert not [n for n in (*subject.gait.angles, *subject.gait.moments) if n[-1] == hidden[0]]
+    assert subject.gait.forces.of(hidden) is None
+    assert subject.stance_fraction.of(hidden) is None
+    assert subject.mean_vertical_force is None
+    for kind in ("angles", "kinetics", "stance"):
+        assert subject.origin(hidden, kind) == "expected"
+        assert subject.origin(side, kind) == "recorded"
+    assert f"the {hidden} angles were not recorded" in subject.described
+    write_subject(tmp_path, subject)
+    again = load_subject(str(tmp_path / "subject.toml"))
+    assert again.gait.not_recorded == subject.gait.not_recorded
+    assert again.stance_fraction.of(hidden) is None
+    text = (tmp_path / "subject.toml").read_text()
+    assert f'not_recorded = {{ "angles" = "{hidden}", "kinetics" = "{hidden}" }}' in text
+    record, mirrored = again.record(), subject_of(asking_for_mirrors(part)).record()
+    phase = np.linspace(0.0, 1.0, 101)
+    for name in (*REQUIRED_ANGLES, *REQUIRED_MOMENTS):
+        kind = "angles" if name in REQUIRED_ANGLES else "moments"
+        asked = getattr(record, kind)[name](phase)
+        np.testing.assert_allclose(asked, getattr(mirrored, kind)[name](phase), atol=1e-5)
+    for one in SIDES:
+        np.testing.assert_allclose(
+            record.ground_reaction(one, phase), mirrored.ground_reaction(one, phase), atol=1e-5
+        )
+    table = Subject.load(tmp_path / "subject.toml").to_frame()
+    assert set(table.side) == {side}
+    (said,) = said_of_sides(part)
+    assert said.startswith(f"{hidden} leg: its angles, moments and forces were not recorded: no")
+    assert f"The subject has no {hidden} angles" in said
+    assert "With --mirror" in said
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_mirror_fills_in_a_side_and_marks_it(found, side, tmp_path):
+    part = asking_for_mirrors(only(found, side))
+    hidden = next(one for one in SIDES if one != side)
+    subject = subject_of(part)
     assert subject.gait.mirrored == {"angles": hidden, "kinetics": hidden}
+    assert subject.gait.not_recorded == {}
     for name in (*REQUIRED_ANGLES, *MOMENT_NAMES):
         own, twin = f"{name[:-2]}_{side[0]}", f"{name[:-2]}_{hidden[0]}"
         kind = subject.gait.angles if name in REQUIRED_ANGLES else subject.gait.moments
         assert kind[own] == kind[twin]
-    shown, mirrored = (getattr(subject.gait.forces, one) for one in (side, hidden))
+    shown, mirrored = (subject.gait.forces.of(one) for one in (side, hidden))
     assert mirrored.up == shown.up
     assert mirrored.forward == shown.forward
     np.testing.assert_allclose(mirrored.left.sine, -np.array(shown.left.sine), atol=1e-12)
@@ -61,24 +116,109 @@ def test_a_side_that_is_not_seen_is_the_other_ones_mirror_image(found, side, tmp
     assert subject.left_phase == pytest.approx(whole.left_phase, abs=0.01)
     assert subject.walking_speed_m_s == pytest.approx(whole.walking_speed_m_s, rel=0.02)
     assert f"the {hidden} moments and forces were not recorded" in subject.described
+    assert subject.stance_fraction.mirrored == hidden
     write_subject(tmp_path, subject)
-    assert load_subject(str(tmp_path / "subject.toml")).gait.mirrored == subject.gait.mirrored
-    (doubt,) = doubts_of_means(part.angles, part.forces)
-    assert str(doubt).startswith(f"{hidden} leg: no trial shows a whole cycle of it")
+    again = load_subject(str(tmp_path / "subject.toml"))
+    assert again.gait.mirrored == subject.gait.mirrored
+    for kind in ("angles", "kinetics", "stance"):
+        assert again.origin(hidden, kind) == "mirrored"
+        assert again.origin(side, kind) == "recorded"
+    assert set(Subject.load(tmp_path / "subject.toml").to_frame().side) == {side}
+    (said,) = said_of_sides(part)
+    assert f"As --mirror asks, the subject has those of the {side} side" in said
 
 
-def test_plates_that_show_one_foot_give_the_other_one_its_forces(found):
-    part = replace(
+def test_files_written_before_keep_their_meaning(found, tmp_path):
+    """They mark the curves but not the stance fraction, which is the other side's as well."""
+    path = write_subject(tmp_path, subject_of(asking_for_mirrors(only(found, "right"))))
+    lines = path.read_text().splitlines()
+    (mark,) = [line for line in lines if line == 'mirrored = "left"']
+    lines.remove(mark)
+    path.write_text("\n".join(lines))
+    assert load_subject(str(path)).origin("left", "stance") == "mirrored"
+
+
+def one_plate(found):
+    """The import of a walk whose right foot was not on a plate of its own."""
+    return replace(
         found,
         moments={n: c for n, c in found.moments.items() if n.endswith("_l")},
         forces={"left": found.forces["left"]},
     )
-    both = completed_sides(part)
+
+
+def test_a_foot_beside_the_plates_keeps_its_angles_and_its_own_stance(found, tmp_path):
+    """Whether or not the forces are mirrored, only a mirrored force brings its stance along."""
+    part = one_plate(found)
+    subject = subject_of(part)
+    assert subject.gait.not_recorded == {"kinetics": "right"}
+    assert subject.gait.angles == subject_of(found).gait.angles
+    assert subject.origin("right", "angles") == "recorded"
+    assert subject.origin("right", "kinetics") == "expected"
+    assert subject.origin("right", "stance") == "recorded"
+    measured = np.concatenate([walk.gait["right"].stance_fraction for walk in part.trials])
+    assert subject.stance_fraction.right == pytest.approx(np.nanmean(measured))
+    (said,) = said_of_sides(part)
+    assert said.startswith("right foot: its moments and forces were not recorded: the plates show")
+    both = completed_sides(part.angles, part.moments, part.forces, mirror=True)
     assert both.mirrored == {"kinetics": "right"}
     np.testing.assert_array_equal(both.forces["right"], both.forces["left"] * [1, -1, 1])
     np.testing.assert_array_equal(both.angles["knee_angle_r"], found.angles["knee_angle_r"].mean)
-    (doubt,) = doubts_of_means(part.angles, part.forces)
-    assert "the subject's right moments and forces are those of the left side" in doubt.message
+    mirrored = subject_of(asking_for_mirrors(part))
+    assert mirrored.stance_fraction.right == mirrored.stance_fraction.left
+    assert mirrored.origin("right", "stance") == "mirrored"
+    assert mirrored.origin("right", "angles") == "recorded"
+
+
+def test_an_expected_force_lasts_as_long_as_the_foot_stood(found):
+    """Otherwise it would be cut off in push-off, or go on where nothing was fitted."""
+    subject = subject_of(one_plate(found))
+    later = subject.stance_fraction.left + 0.04
+    late = subject.stance_fraction.model_copy(update={"right": later})
+    record = subject.model_copy(update={"stance_fraction": late}).record()
+    ends = record.stance_fraction
+    phase = np.linspace(0.02, 0.98, 40)
+    right, left = (record.ground_reaction(side, phase * ends[side]) for side in SIDES)
+    np.testing.assert_allclose(right, left * [1, -1, 1], atol=0.03)
+    assert not record.ground_reaction("right", ends["right"] + 0.01).any()
+
+
+def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found):
+    (walk,) = found.trials
+    bad = tuple(
+        replace(
+            one, kinematics_valid=False, kinetics_valid=False, reasons=("no toe-off of it in it",)
+        )
+        for one in walk.cycles["left"]
+    )
+    part = replace(
+        only(found, "right"), trials=(replace(walk, cycles=dict(walk.cycles) | {"left": bad}),)
+    )
+    (said,) = said_of_sides(part)
+    assert f"{len(bad)} cycles that do not count: {len(bad)} × no toe-off of it in it" in said
+
+
+def test_both_sides_recorded_leave_no_trace_in_the_file(found):
+    text = subject_of(found).to_toml()
+    assert "not_recorded" not in text
+    assert "mirrored" not in text
+    assert said_of_sides(found) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda g: g.pop("not_recorded"), r"gait\.angles: missing: hip_flexion_l"),
+        (lambda g: g["not_recorded"].pop("kinetics"), r"gait\.moments: missing: hip_flexion_l"),
+        (lambda g: g["not_recorded"].update(angles="right"), "not_recorded. names the right side"),
+        (lambda g: g["forces"].update(left=g["forces"]["right"]), "names the left side"),
+    ],
+)
+def test_a_file_whose_sides_contradict_each_other_is_refused(found, change, match):
+    values = subject_of(only(found, "right")).model_dump()
+    change(values["gait"])
+    with pytest.raises(SubjectError, match=match):
+        make_subject(values, "test")
 
 
 def drifting(found, name, degrees):
@@ -89,9 +229,9 @@ def drifting(found, name, degrees):
 
 
 def test_a_curve_that_does_not_close_is_closed_and_told(found):
-    assert doubts_of_means(found.angles, found.forces) == ()
+    assert drift_doubts(found.angles) == ()
     part = drifting(found, "knee_angle_l", 7.0)
-    (doubt,) = doubts_of_means(part.angles, part.forces)
+    (doubt,) = drift_doubts(part.angles)
     assert doubt.where == "knee_angle_l"
     assert doubt.value == pytest.approx(7.0, abs=0.5)
     phase = np.linspace(0.0, 1.0, 101)
@@ -109,7 +249,7 @@ def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
     subject = subject_of(part)
     assert "foot_progression_l" not in subject.gait.angles
     assert "foot_progression_r" in subject.gait.angles
-    (doubt,) = doubts_of_means(part.angles, part.forces)
+    (doubt,) = drift_doubts(part.angles)
     assert "left out of the subject" in doubt.message
 
 

@@ -776,14 +776,14 @@ def test_forces_in_another_unit_or_sign(
 
 
 def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
-    """The other foot's forces are mirrored, and this is a doubt."""
+    """That foot's forces are absent, and the import says so."""
     left, right = laboratory.walking.plates
     for plates in ((left,), (left, replace(right, force=0 * right.force))):
         one = replace(laboratory.walking, plates=plates)
         found = work_out(laboratory.request(forces=one), ProcessingSettings())
         doubts = [doubt for _, doubt in found.doubts if doubt.check == "one side"]
         assert [doubt.where for doubt in doubts] == ["right foot"]
-        assert subject_of(found).gait.mirrored == {"kinetics": "right"}
+        assert subject_of(found).gait.not_recorded == {"kinetics": "right"}
 
 
 def test_feet_exchanged_in_the_force_file(laboratory: Laboratory) -> None:

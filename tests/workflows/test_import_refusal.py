@@ -12,8 +12,13 @@ from typer.testing import CliRunner
 from gaitval.cli import app as cli
 from gaitval.cli import display
 from gaitval.configuration import ProcessingSettings, load_configuration
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
+from gaitval.interface.sessions import Session
+from gaitval.judging.judge import Request as JudgeRequest
+from gaitval.judging.judge import judge
+from gaitval.judging.write import write_judgement
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc import write_trc
 from gaitval.session.importing import import_files
@@ -66,11 +71,75 @@ def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
     return import_files(**(values | changed))
 
 
-def test_without_the_forces_of_a_foot_they_are_mirrored(session, tmp_path):
+def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, tmp_path):
+    """The page says it in one place, and not as something that physics contradicts."""
     forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
-    made = imported(session, tmp_path / "out", forces=[forces])
-    assert list(made.subject.gait.mirrored) == ["kinetics"]
-    assert "mirrored" in (tmp_path / "out" / "recording" / "recording.html").read_text()
+    out = tmp_path / "out"
+    made = imported(session, out, forces=[forces])
+    ((kind, side),) = made.subject.gait.not_recorded.items()
+    assert kind == "kinetics"
+    assert made.subject.gait.forces.of(side) is None
+    page = (out / "recording" / "recording.html").read_text()
+    assert page.count(f"{side} foot: its moments and forces were not recorded") == 1
+    assert "One side was not recorded" in page
+    assert "doubt about what was recorded" not in page
+    assert "With --mirror" in page
+    assert load_subject(out / "subject.toml").origin(side, "kinetics") == "expected"
+    session_of = Session.load(out)
+    assert f"moment_knee_angle_{side[0]}_mean" not in session_of.curves
+    assert set(session_of.subject.to_frame().query("quantity == 'knee_angle'").side) == set(SIDES)
+    recording = out / "recording"
+    judged = judge(
+        JudgeRequest(
+            model=recording / "model.osim",
+            ik=recording / "trial1_ik.mot",
+            id=recording / "trial1_id.sto",
+            external_loads=recording / "trial1_external_loads.xml",
+        )
+    )
+    assert not any(name.endswith(f"_{side[0]}") for name in judged.moments)
+    assert write_judgement(judged, tmp_path / "judged").moments.keys() == judged.band.keys()
+    made = imported(session, out, forces=[forces], mirror=True)
+    assert made.subject.gait.mirrored == {"kinetics": side}
+    assert "As --mirror asks" in (out / "recording" / "recording.html").read_text()
+    assert load_subject(out / "subject.toml").origin(side, "kinetics") == "mirrored"
+
+
+def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
+    session, tmp_path, monkeypatch
+):
+    forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
+    request = session.request
+    command = [
+        "import", "--static", str(request.static), "--trial", str(request.trials[0]),
+        "--forces", str(forces), "--mass", str(request.mass_kg), "--height", str(request.height_m),
+        "--sex", request.sex, "--out", str(tmp_path / "out"),
+    ]  # fmt: skip
+    text = io.StringIO()
+    monkeypatch.setattr(display, "output", Console(file=text, width=200))
+    monkeypatch.setattr("sys.argv", ["gaitval", *command])
+    assert CliRunner().invoke(cli.app, command).exit_code == 0
+    assert "Not recorded: " in text.getvalue()
+    assert f"To fill the side in: gaitval import --static {request.static}" in text.getvalue()
+    assert text.getvalue().rstrip().endswith("--mirror")
+    text.truncate(0)
+    assert CliRunner().invoke(cli.app, [*command, "--mirror"]).exit_code == 0
+    assert "As --mirror asks" in text.getvalue()
+    assert "To fill the side in" not in text.getvalue()
+
+
+def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, tmp_path):
+    """The part of the walk shows one right cycle and none of the left."""
+    made = imported(
+        session, tmp_path / "out", trials=[one_cycle(session, tmp_path, "right")], forces=[],
+        kinematics_only=True,
+    )  # fmt: skip
+    assert made.subject.gait.not_recorded == {"angles": "left"}
+    assert made.subject.stance_fraction.left is None
+    recording = tmp_path / "out" / "recording"
+    assert "left leg: its angles were not recorded" in (recording / "recording.html").read_text()
+    assert not [n for n in Session.load(tmp_path / "out").curves if n.endswith("_l_mean")]
+    assert load_subject(tmp_path / "out" / "subject.toml").origin("left", "stance") == "expected"
 
 
 def test_what_cannot_become_a_subject_is_written_all_the_same(session, tmp_path):
@@ -133,27 +202,25 @@ def cut(session: MadeUpSession, folder: Path, begin: float, end: float) -> Path:
     return path
 
 
+def one_cycle(session: MadeUpSession, folder: Path, side: Side) -> Path:
+    """A part of the walk that shows one cycle of a side and none of the other."""
+    (walk,) = work_out(session.request, ProcessingSettings()).trials
+    other = opposite(side)
+    strikes = [
+        event.time for event in walk.events if (event.side, event.kind) == (other, "heel_strike")
+    ]
+    # from just before a strike of one foot to just after its next, so the other has one or none
+    begin, end = next(
+        (cycle.start, cycle.end)
+        for cycle in valid_cycles(walk, side, kinetics=False)
+        if sum(cycle.start - 0.1 < at < cycle.end + 0.1 for at in strikes) < 2
+    )
+    return cut(session, folder, max(begin - 0.1, 0.0), end + 0.1)
+
+
 def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
     request = session.request
-    strikes = {
-        side: [cycle.start for cycle in valid_cycles(walk, side, kinetics=False)]
-        for walk in work_out(request, ProcessingSettings()).trials
-        for side in SIDES
-    }
-    ends = {
-        side: [cycle.end for cycle in valid_cycles(walk, side, kinetics=False)]
-        for walk in work_out(request, ProcessingSettings()).trials
-        for side in SIDES
-    }
-    trials = []
-    for side, other in (("right", "left"), ("left", "right")):
-        # from just before a strike of one foot to just after its next, so the other has none
-        first = next(
-            (begin, end)
-            for begin, end in zip(strikes[side], ends[side], strict=True)
-            if sum(begin - 0.1 < at < end + 0.1 for at in strikes[other]) < 2
-        )
-        trials.append(cut(session, tmp_path, max(first[0] - 0.1, 0.0), first[1] + 0.1))
+    trials = [one_cycle(session, tmp_path, side) for side in SIDES]
     pooled = replace(request, trials=tuple(trials), forces=(), without_forces=True)
     found = work_out(pooled, ProcessingSettings())
     counts = [
