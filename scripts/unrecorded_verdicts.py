@@ -75,10 +75,30 @@ def expected(person: Subject, of: Configuration) -> tuple[Subject, Configuration
     return person.model_copy(update=without), of
 
 
+def absent(person: Subject, of: Configuration) -> tuple[Subject, Configuration]:
+    """The person of whom no cycle of the left side was recorded."""
+
+    def right(curves: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: curve for name, curve in curves.items() if not name.endswith("_l")}
+
+    gait = person.gait
+    forces = None if gait.forces is None else gait.forces.model_copy(update={"left": None})
+    parts = {
+        "angles": right(gait.angles),
+        "moments": right(gait.moments),
+        "forces": forces,
+        "not_recorded": {"angles": "left", "kinetics": "left"},
+    }
+    stance = person.stance_fraction.model_copy(update={"left": None})
+    without = {"gait": gait.model_copy(update=parts), "stance_fraction": stance, "trials": ()}
+    return person.model_copy(update=without), of
+
+
 CASES: dict[str, Callable[[Subject, Configuration], tuple[Subject, Configuration]]] = {
     "predicted": predicted,
     "mirrored": mirrored,
     "expected": expected,
+    "absent": absent,
 }
 
 

@@ -371,7 +371,7 @@ def print_import(found: "Import") -> None:
     output.print(table)
 
 
-def print_verdict(found: "Import") -> None:
+def print_import_verdict(found: "Import") -> None:
     """The last lines of an import: what the plates carried, and every limit that failed."""
     from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
     from gaitval.session.summary import limit_rows

@@ -342,7 +342,7 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     display.print_doubts(imported.found)
     if imported.subject.gait.not_recorded:
         display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")
-    display.print_verdict(imported.found)
+    display.print_import_verdict(imported.found)
 
 
 def _width(option: str, text: str | None) -> "Width":

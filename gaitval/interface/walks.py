@@ -13,7 +13,7 @@ from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration, RecordSettings, load_configuration
 from gaitval.coordinates import ACTUATED, SIDES, split_side
 from gaitval.errors import PolicyError, RecordError
-from gaitval.gait.record import LowPass
+from gaitval.gait.record import LowPass, Origin
 from gaitval.interface.result import (
     Result,
     angle_curves,
@@ -31,7 +31,7 @@ from gaitval.metrics.comparison import (
     simulated_curves,
 )
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.origin import Origin, curve_origin, is_judged, record_origins
+from gaitval.metrics.origin import curve_origin, is_judged, record_origins
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash

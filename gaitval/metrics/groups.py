@@ -5,8 +5,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from gaitval.gait.record import Origin
 from gaitval.metrics.baselines import skill
-from gaitval.metrics.origin import Origin, curve_origin, furthest, origins_in
+from gaitval.metrics.origin import curve_origin, furthest, origins_in
 
 GROUPS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),

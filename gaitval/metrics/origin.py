@@ -6,25 +6,32 @@ accurate the walk is, so that it has no verdict, goal or skill anywhere.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from gaitval.configuration import RecordSettings
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.record import Origin
 from gaitval.metrics.told_measures import QUANTITIES_OF
 from gaitval.prediction.told import QUANTITIES, Quantity, is_unrecorded, quantities_recorded
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
 
-Origin = Literal["recorded", "mirrored", "expected", "predicted"]
-"""Recorded of this person; the other side's, mirrored; expected from other people; predicted by
-gaitval for a speed that nobody recorded. Each is further from a record than the one before."""
-ORIGINS: Final[tuple[Origin, ...]] = get_args(Origin)
+ORIGINS: Final[tuple[Origin, ...]] = ("recorded", "mirrored", "expected", "predicted")
+"""Each is further from a record than the one before."""
 
 Origins = Mapping[Quantity, Mapping[Side, Origin]]
 """Of each quantity of the record, on each side."""
 
 SKILLS: Final = ("angle_skill", "moment_skill", "force_skill")
+
+_KINDS: Final[Mapping[Quantity, Literal["angles", "kinetics", "stance"]]] = {
+    "angles": "angles",
+    "moments": "kinetics",
+    "forces": "kinetics",
+    "stance": "stance",
+}
+"""What `Subject.origin` calls the quantities that a side may lack; timing is of both sides."""
 
 _BOTH_SIDES: Final = ("centre_of_mass_rmse", "epsilon", "speed_error", "stride_time_error")
 """Measures of the whole body: their targets are a walk or an axis ("left"), no side."""
@@ -49,11 +56,10 @@ def record_origins(
         )
         for quantity in QUANTITIES
     }
-    mirrored = subject.gait.mirrored
-    for quantity in QUANTITIES:
-        side = mirrored.get("angles" if quantity == "angles" else "kinetics")
-        if side is not None and quantity != "timing" and found[quantity][side] == "recorded":
-            found[quantity][side] = "mirrored"
+    for quantity, kind in _KINDS.items():
+        for side in SIDES:
+            if quantity in known:
+                found[quantity][side] = subject.origin(side, kind)
     return found
 
 

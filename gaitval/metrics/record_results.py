@@ -4,10 +4,9 @@ from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
-from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.gait.record import RECORDED_ANGLES, Origin
 from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.joint_power import BURSTS, JOINTS
-from gaitval.metrics.origin import Origin
 from gaitval.metrics.typed import Count, Number, Positive, Result, Size, named
 from gaitval.prediction.told import QUANTITIES
 

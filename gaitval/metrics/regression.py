@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
-from gaitval.metrics.origin import Origin, is_judged, measure_origin, origins_in
+from gaitval.gait.record import Origin
+from gaitval.metrics.origin import is_judged, measure_origin, origins_in
 from gaitval.metrics.results import check_metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
 

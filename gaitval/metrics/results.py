@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 
 from gaitval.errors import ArtefactError
-from gaitval.metrics.origin import Origin
+from gaitval.gait.record import Origin
 from gaitval.metrics.record_results import (
     Curve,
     JointPowerResult,
