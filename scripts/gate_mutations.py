@@ -64,6 +64,24 @@ Json = dict[str, Any]
 
 
 # ---- In the process whose package may have a fault. ----
+MEASURES = {
+    "damaged baselines refused": {
+        "code": (
+            "@checked",
+            "scripts/gate_artefacts.py",
+            "scripts/gate_mutations.py:damages,_refusal,_cut,_bit",
+        ),
+    },
+    "false alarms *": {
+        "code": ("@checked", "@walk", "@accepted"),
+        "data": ("benchmarks/margins.json",),
+    },
+    "planted faults *": {
+        "code": ("@checked", "@walk", "@accepted", "scripts/gate_artefacts.py"),
+        "data": ("benchmarks/margins.json", "scripts/gate_faults.toml"),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def walk(baseline: Path, prepared: Path, out: Path) -> None:

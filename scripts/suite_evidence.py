@@ -25,6 +25,18 @@ PYTEST = (
     *("-m", "pytest", "-q", "-n", "auto", "--maxprocesses", "4"),
     *("--dist", "loadfile", "--no-loadscope-reorder"),
 )
+MEASURES = {
+    "rows of the limits table *": {
+        "code": ("scripts/suite_evidence.py:_limits,_suite", "gaitval/metrics/tolerances.py"),
+        "data": ("gaitval/metrics/tolerances.toml", "tests/workflows/test_limits_can_fail.py"),
+    },
+    "*": {
+        "code": ("gaitval/*.py", "tests/*.py", "scripts/suite_evidence.py:_orders,_python,_suite"),
+        "allowed": 400,
+        "why": "one in a hundred of the package's and the tests' statements",
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:
