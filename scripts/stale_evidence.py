@@ -35,7 +35,7 @@ from functools import cache
 from typing import Final, NamedTuple
 
 import evidence
-from evidence_sources import Dependence, dependence, script_of, targets
+from evidence_sources import ROOT, Dependence, dependence, script_of, targets
 
 PAST: Final = evidence.FOLDER / "past"
 _BODIES: Final = ("body", "orelse", "finalbody", "handlers", "cases")
@@ -60,7 +60,7 @@ def stale() -> list[Stale]:
     ------
     NoHistory : there is no `.git`. A history that lacks a row's commit makes that row stale.
     """
-    if not (evidence.ROOT / ".git").exists():
+    if not (ROOT / ".git").exists():
         raise NoHistory
     found = []
     for path in sorted(evidence.FOLDER.glob("*.csv")):
@@ -91,8 +91,8 @@ def _why(script: str, declared: Dependence, commit: str) -> str:
         return f"measured on files that were not committed ({commit})"
     if not _known(commit):
         return f"its commit {commit} is not in this history (a shallow clone has none)"
-    if declared.results and (now := evidence.measured_commit(declared.results)[0]) != commit:
-        return f"its results are of {now}, the row of {commit}"
+    if declared.results and (of := evidence.measured_commit(declared.results)[0]) != commit:
+        return f"its results are of {of}, the row of {commit}"
     then, now = _files_of(commit), _files_of(None)
     if moved := _changed_data(declared.data, then, now):
         return f"{', '.join(moved[:3])} changed since {commit}"
@@ -105,7 +105,7 @@ def _why(script: str, declared: Dependence, commit: str) -> str:
 
 def _known(commit: str) -> bool:
     command = ["git", "cat-file", "-e", f"{commit}^{{commit}}"]
-    done = subprocess.run(command, cwd=evidence.ROOT, capture_output=True, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=False)
     return done.returncode == 0
 
 
@@ -117,7 +117,7 @@ def _files_of(commit: str | None) -> dict[str, str]:
         return {line.partition("\t")[2]: line.split()[2] for line in lines}
     names = evidence.git("ls-files").splitlines()
     return {
-        name: _hash(path.read_bytes()) for name in names if (path := evidence.ROOT / name).is_file()
+        name: _hash(path.read_bytes()) for name in names if (path := ROOT / name).is_file()
     }
 
 
@@ -181,7 +181,7 @@ def _named(name: str, code: Sequence[str]) -> tuple[str, ...] | None:
 def _content(name: str, blob: str, past: bool) -> str:
     if past:
         return evidence.git("cat-file", "blob", blob)
-    return (evidence.ROOT / name).read_text(encoding="utf-8")
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
 def _differences(before: list[str], after: list[str]) -> int:

@@ -124,7 +124,7 @@ def project(tmp_path, monkeypatch):
         '    "data": {"data": ("data.txt",)}, "f": {"code": ("code.py:f",)},\n'
         '    "stored": {"results": ("data.txt",)}, "all": {"code": ("code.py",)}}\n'
     )
-    for module in (evidence, evidence_sources):
+    for module in (evidence, evidence_sources, stale_evidence):
         monkeypatch.setattr(module, "ROOT", tmp_path)
     monkeypatch.setattr(evidence, "FOLDER", tmp_path / "evidence")
     monkeypatch.setattr(stale_evidence, "PAST", tmp_path / "evidence/past")
