@@ -407,12 +407,15 @@ def rows(stored: Json) -> list[evidence.Row]:
 
 
 def _stored() -> Json:
-    return dict(read_json(STORE)) if STORE.exists() else {}
+    """What is in the store, if it is of this commit."""
+    found = dict(read_json(STORE)) if STORE.exists() else {}
+    return found if found.get("commit") == evidence.STARTED else {}
 
 
 def _save(**parts: Any) -> None:
     STORE.parent.mkdir(parents=True, exist_ok=True)
-    about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions()}
+    about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions(),
+             "commit": evidence.STARTED}  # fmt: skip
     write_json(STORE, {**_stored(), **parts, **about})
 
 

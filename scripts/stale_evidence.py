@@ -116,9 +116,7 @@ def _files_of(commit: str | None) -> dict[str, str]:
         lines = evidence.git("ls-tree", "-r", commit).splitlines()
         return {line.partition("\t")[2]: line.split()[2] for line in lines}
     names = evidence.git("ls-files").splitlines()
-    return {
-        name: _hash(path.read_bytes()) for name in names if (path := ROOT / name).is_file()
-    }
+    return {name: _hash(path.read_bytes()) for name in names if (path := ROOT / name).is_file()}
 
 
 def _hash(content: bytes) -> str:
