@@ -422,7 +422,7 @@ def _save(**parts: Any) -> None:
 def main() -> None:
     """Entry point."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice", "rows"])
+    parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice"])
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(

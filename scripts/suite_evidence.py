@@ -4,8 +4,8 @@
     python scripts/suite_evidence.py orders 1 2 3     random orders of these seeds, without data
     python scripts/suite_evidence.py python FILE      the suite with another Python's environment
 
-`python` reads the raw data from the folder named by `GAITVAL_DATA`. How long the suite takes is a row
-of `scripts/first_evidence.py`.
+`python` reads the raw data from the folder named by `GAITVAL_DATA`. How long the suite takes is in
+the evidence of `scripts/first_evidence.py`.
 """
 
 import os
