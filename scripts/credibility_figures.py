@@ -237,7 +237,10 @@ def main() -> None:
                 f"{TARGET}: not as in the tree: {', '.join(changed)}. Run this without --check."
             )
         return
-    dated = {key: {"date": _day(each["source"]), **each} for key, each in wanted.items()}
+    dated = {
+        key: {**each, "date": each.get("date") or _day(each["source"])}
+        for key, each in wanted.items()
+    }
     header = (
         "# Figures of verification, validation and uncertainty that the project, not a run, has\n"
         "# measured. Written by scripts/credibility_figures.py; sha256 is of the row of `source`.\n"

@@ -19,8 +19,9 @@ from typing import Final, Literal
 from evidence_sources import ROOT, dependence, script_of
 
 FOLDER = ROOT / "reports" / "evidence"
-MEASURED: Final = ("gaitval", "models", "scripts")
-"""Folders whose content is measured; a row is marked where they are not as in its commit."""
+MEASURED: Final = ("gaitval", "models", "scripts", ":!gaitval/reporting/evidence.toml")
+"""Folders whose content is measured, but for the file that is made of evidence; a row is marked
+where they are not as in its commit."""
 UNCOMMITTED: Final = "+"
 """After a commit: the files measured were not, or not only, those of the commit."""
 COLUMNS: Final = (
@@ -156,7 +157,10 @@ def write(topic: str, rows: list[Row]) -> Path:
 
 
 def save(path: Path, rows: list[dict[str, str]]) -> Path:
-    """Write a file of rows."""
+    """Write a file of rows; one without rows goes."""
+    if not rows:
+        path.unlink(missing_ok=True)
+        return path
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()

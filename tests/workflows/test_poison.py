@@ -142,7 +142,12 @@ def predicted(run: Run) -> None:
     ("settings", "poison", "job"),
     [
         (("record.use=kinematics",), without_kinetics, main_job),
-        (('record.holdout="T03"',), lambda subject: without_trial(subject, "T03"), predicted),
+        pytest.param(
+            ('record.holdout="T03"',),
+            lambda subject: without_trial(subject, "T03"),
+            predicted,
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["kinematics", "held-out trial"],
 )
