@@ -1,9 +1,9 @@
 """Whether what gaitval says is true, as rows of `reports/evidence/first.csv`.
 
     python scripts/first_evidence.py verdicts --runs FOLDER...  finished runs against `reports/`
-    python scripts/first_evidence.py comparisons                judged without a record
-    python scripts/first_evidence.py mirrored                   mirrored sides in a verdict
-    python scripts/first_evidence.py outputs                    outputs that judge one otherwise
+    python scripts/first_evidence.py comparisons --runs FOLDER  judged without a record
+    python scripts/first_evidence.py mirrored --runs FOLDER     mirrored sides in a verdict
+    python scripts/first_evidence.py outputs [--data FOLDER]    outputs that judge one otherwise
     python scripts/first_evidence.py defects                    defects of the audits that are fixed
     python scripts/first_evidence.py readme                     words of README.md
     python scripts/first_evidence.py suite [--log FILE]         minutes of `make test`
@@ -12,11 +12,12 @@
 
 `verdicts` reads run folders of `make subject`, by whichever Python and number of workers. It counts
 the verdicts that are not as in the subject's stored baseline, of which reports/README.md is made,
-and says which `metrics.json` have the same bytes. `comparisons`, `mirrored` and `outputs` run the
-tests of `HELD_BY` and count those that fail. `defects` reads reports/first/defects.csv. `suite`
-clones the checkout, sets it up, and takes the time of `make test` with nothing compiled yet; with
---log it reads what such a run printed. It says something only on a machine that does nothing else.
-`wheel` builds the wheel, unpacks it into a folder of its own, and runs what README.md shows of
+and says which `metrics.json` have the same bytes. `comparisons` and `mirrored` hold the walks of a
+run folder against what was not recorded (`unrecorded_verdicts.py`); `outputs` imports a session and
+reads every output of it (`one_number.py`). `defects` reads reports/first/defects.csv. `suite` clones
+the checkout, sets it up, and takes the time of `make test` with nothing compiled yet; with --log it
+reads what such a run printed. It says something only on a machine that does nothing else. `wheel`
+builds the wheel, unpacks it into a folder of its own, and runs what README.md shows of
 `gaitval check` and of the pytest plug-in in another, with nothing of the checkout.
 """
 
@@ -47,19 +48,28 @@ COUNTED: Final = (
     *(f"newcomer {number}" for number in range(1, 15)),
 )
 """Defects that must be fixed; the others of the table are told beside them."""
-HELD_BY: Final[dict[str, tuple[str, ...]]] = {
-    "comparisons": (),
-    "mirrored": (),
-    "outputs": (),
-}
-"""Tests, as pytest names them, that hold a promise over every output: the row counts failures."""
 Json = dict[str, Any]
 
 MEASURES = {
     "verdicts of *": {"code": ("@study",), "data": ("reports/S??/baseline/metrics.json",)},
-    "comparisons *": {"code": ("scripts/first_evidence.py:held,HELD_BY",)},
-    "mirrored *": {"code": ("scripts/first_evidence.py:held,HELD_BY",)},
-    "outputs *": {"code": ("scripts/first_evidence.py:held,HELD_BY",)},
+    "comparisons *": {
+        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "gaitval/cohort/study.py",
+                 "gaitval/cli/display.py", "scripts/first_evidence.py:comparisons,unrecorded"),
+        "allowed": 60,
+        "why": "a test finds the same at every change, with walks that are made up",
+    },
+    "mirrored *": {
+        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "gaitval/cohort/study.py",
+                 "gaitval/cli/display.py", "scripts/first_evidence.py:mirrored,unrecorded"),
+        "allowed": 60,
+        "why": "a test finds the same at every change, with walks that are made up",
+    },
+    "outputs *": {
+        "code": ("@judged", "gaitval/session/summary.py", "gaitval/reporting/recording_report.py",
+                 "gaitval/cli/recording.py", "scripts/first_evidence.py:outputs"),
+        "allowed": 60,
+        "why": "a test finds the same at every change, with a recording that is made up",
+    },
     "defects *": {
         "code": ("scripts/first_evidence.py:defects,missing_tests,COUNTED",),
         "data": ("reports/first/defects.csv",),
@@ -115,28 +125,49 @@ def told(passed: bool | None) -> str:
     return {True: "passed", False: "failed", None: "none"}[passed]
 
 
-def held(arguments: argparse.Namespace) -> evidence.Row:
-    """Failures of the tests that hold a promise over every output."""
-    tests = HELD_BY[arguments.row]
-    if not tests:
-        raise SystemExit(f"{arguments.row}: HELD_BY names no test for this row yet.")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:randomly", *tests],
-        cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True,
-        check=False,
-    )  # fmt: skip
-    last = done.stdout.strip().splitlines()[-1]
-    print(last)
-    failed, passed = evidence.pytest_counts(last)
-    if done.returncode not in (0, 1) or not failed + passed:
-        raise SystemExit(f"pytest did not run the tests: exit code {done.returncode}")
-    what = {
-        "comparisons": "comparisons whose other side was not recorded, with a verdict, goal or "
-        "skill (tests over every output that fail)",
-        "mirrored": "mirrored sides in a verdict (tests that fail)",
-        "outputs": "outputs that judge one number differently (tests that fail)",
-    }[arguments.row]
-    return evidence.none_may(what, failed, "tests", failed + passed, f"{COMMAND} {arguments.row}")
+def comparisons(arguments: argparse.Namespace) -> evidence.Row:
+    """Verdicts, goals and skills on what was predicted or expected, in every output."""
+    what = "comparisons whose other side was not recorded, with a verdict, goal or skill"
+    return unrecorded(arguments, ("predicted", "expected"), what)
+
+
+def mirrored(arguments: argparse.Namespace) -> evidence.Row:
+    """The same on a side that is the other one's, mirrored."""
+    return unrecorded(arguments, ("mirrored",), "mirrored sides in a verdict")
+
+
+def unrecorded(arguments: argparse.Namespace, cases: Sequence[str], what: str) -> evidence.Row:
+    """What `unrecorded_verdicts` finds of some of its cases, over every output."""
+    from unrecorded_verdicts import count
+
+    if not arguments.runs:
+        raise SystemExit(f"{arguments.row}: give a finished run folder by --runs")
+    found = {
+        (folder, *key): problems
+        for folder in arguments.runs
+        for key, problems in count(folder).items()
+        if key[0] in cases
+    }
+    if not found:
+        raise SystemExit(f"{arguments.row}: unrecorded_verdicts knows no case {', '.join(cases)}.")
+    for (folder, case, output), problems in found.items():
+        print(f"{folder}, {case}, {output}: {len(problems)}", *problems[:5], sep="\n    ")
+    total = sum(map(len, found.values()))
+    about = f"{COMMAND} {arguments.row} --runs FOLDER"
+    return evidence.none_may(what, total, "comparisons", len(found), about)
+
+
+def outputs(arguments: argparse.Namespace) -> evidence.Row:
+    """Limits of recordings of which two outputs say different things."""
+    from one_number import compared
+
+    with tempfile.TemporaryDirectory() as folder:
+        found = compared(Path(folder), arguments.data)
+    print("\n".join(found.differences))
+    print(f"{found.numbers} limits, {found.failed} failed, in {', '.join(found.outputs)}")
+    what = "outputs that judge one number differently"
+    about = f"{COMMAND} outputs" + (" --data FOLDER" if arguments.data else "")
+    return evidence.none_may(what, len(found.differences), "numbers", found.numbers, about)
 
 
 def defects(_: argparse.Namespace) -> evidence.Row:
@@ -270,12 +301,13 @@ def unpacked(folder: Path) -> Path:
 def main() -> None:
     """Write one row; exit 1 if it is not as it must be."""
     rows = {
-        "verdicts": verdicts, "comparisons": held, "mirrored": held, "outputs": held,
+        "verdicts": verdicts, "comparisons": comparisons, "mirrored": mirrored, "outputs": outputs,
         "defects": defects, "readme": readme, "suite": suite, "stale": stale, "wheel": wheel,
     }  # fmt: skip
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("row", choices=list(rows))
-    parser.add_argument("--runs", nargs="+", type=Path, help="for verdicts: finished run folders")
+    parser.add_argument("--runs", nargs="+", type=Path, help="finished run folders")
+    parser.add_argument("--data", type=Path, help="for outputs: the folder of the raw data")
     parser.add_argument("--log", type=Path, help="for suite: what `make test` printed")
     arguments = parser.parse_args()
     row = rows[arguments.row](arguments)

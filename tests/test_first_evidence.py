@@ -3,7 +3,9 @@
 import argparse
 import json
 import shutil
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import evidence
 import first_evidence
@@ -95,7 +97,26 @@ def test_readmes_lines_are_those_that_it_shows():
     assert test.startswith("def test_knee(gaitval_check):\n    gaitval_check")
 
 
-def test_a_row_that_no_test_holds_yet_is_not_written(monkeypatch):
-    monkeypatch.setitem(first_evidence.HELD_BY, "outputs", ())
-    with pytest.raises(SystemExit, match="HELD_BY"):
-        first_evidence.held(argparse.Namespace(row="outputs"))
+def test_comparisons_and_mirrored_sides_are_counted_apart(monkeypatch):
+    found = {
+        ("predicted", "report"): ["a"],
+        ("expected", "check"): [],
+        ("mirrored", "report"): ["b"] * 3,
+    }
+    monkeypatch.setitem(sys.modules, "unrecorded_verdicts", SimpleNamespace(count=lambda _: found))
+    given = argparse.Namespace(row="comparisons", runs=[Path("run")])
+    row = first_evidence.comparisons(given)
+    assert (row.value, row.n) == (1, 2)
+    row = first_evidence.mirrored(argparse.Namespace(row="mirrored", runs=[Path("run")]))
+    assert (row.value, row.n) == (3, 1)
+
+
+def test_numbers_that_outputs_judge_differently_are_counted(monkeypatch):
+    found = SimpleNamespace(
+        differences=("a: passed, b: FAILED",), numbers=20, failed=3, outputs=("a", "b")
+    )
+    monkeypatch.setitem(
+        sys.modules, "one_number", SimpleNamespace(compared=lambda folder, data: found)
+    )
+    row = first_evidence.outputs(argparse.Namespace(data=None))
+    assert (row.value, row.n) == (1, 20)
