@@ -14,9 +14,9 @@
 the verdicts that are not as in the subject's stored baseline, of which reports/README.md is made,
 and says which `metrics.json` have the same bytes. `comparisons` and `mirrored` hold the walks of a
 run folder against what was not recorded (`unrecorded_verdicts.py`); `outputs` imports a session and
-reads every output of it (`one_number.py`). `defects` reads reports/first/defects.csv. `suite` clones
-the checkout, sets it up, and takes the time of `make test` with nothing compiled yet; with --log it
-reads what such a run printed. It says something only on a machine that does nothing else. `wheel`
+reads every output of it (`one_number.py`). `defects` reads reports/first/defects.csv. `suite`
+clones the checkout, sets it up, and takes the time of `make test` with nothing compiled yet; --log
+reads what such a run printed. It says something only on an otherwise idle machine. `wheel`
 builds the wheel, unpacks it into a folder of its own, and runs what README.md shows of
 `gaitval check` and of the pytest plug-in in another, with nothing of the checkout.
 """
