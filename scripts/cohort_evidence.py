@@ -51,6 +51,21 @@ STUDY_SECONDS: Final = 90.0
 """The goal for one study (a new subject, general policy to report), for the plan."""
 LATENCIES: Final = (0.0, 0.01)
 """s, added to every message between scheduler, workers and client: none, and a slow network."""
+MEASURES = {
+    "studies complete with *": {"code": ("@cohort", "scripts/cohort_evidence.py:kills,KILLS")},
+    "processes of studies left *": {"code": ("@cohort", "scripts/cohort_evidence.py:kills,KILLS")},
+    "efficiency * (computing of 10 s)": {
+        "code": ("@cohort", "scripts/cohort_evidence.py:efficiency,busy"),
+        "allowed": 30,
+        "why": "what takes time between two studies is Dask; of ours it is a few calls for each",
+    },
+    "*": {
+        "code": ("@study", "@cohort", "scripts/cohort_evidence.py:trials,efficiency"),
+        "allowed": 60,
+        "why": "as scripts/speed_evidence.py: less than two runs differ",
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:

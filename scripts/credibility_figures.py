@@ -6,12 +6,12 @@ A report cites these figures of verification, validation and uncertainty. They c
 package because an installed one has no `reports/` and no `docs/`. Nothing is typed in: each is
 looked up by name in reports/evidence, in a table of docs/speed.md or in benchmarks/margins.json,
 and stands with the command that measured it, the hash of the row that it came from and the day on
-which that file last changed. `--check` writes nothing and fails if a figure is not that of the
-tree; days do not count.
+which it was measured; of a table, that on which its file last changed. A row that stands in
+reports/evidence/past only was measured on code that has changed since; the figure names the commit.
+`--check` writes nothing and fails if a figure is not that of the tree; days do not count.
 """
 
 import argparse
-import csv
 import hashlib
 import json
 import subprocess
@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
+import evidence
 import tomli_w
 
 from gaitval.artefacts import write_text
@@ -163,16 +164,19 @@ def _figure(
 
 def _of_evidence() -> Iterator[dict[str, Any]]:
     for part, topic, what in EVIDENCE:
-        source = f"reports/evidence/{topic}.csv"
-        with (ROOT / source).open(encoding="utf-8", newline="") as file:
-            rows = {row["what"]: row for row in csv.DictReader(file)}
-        if what not in rows:
+        for source in (f"reports/evidence/{topic}.csv", f"reports/evidence/past/{topic}.csv"):
+            path = ROOT / source
+            rows = evidence.read(path) if path.is_file() else []
+            row = next((row for row in rows if row["what"] == what), None)
+            if row:
+                break
+        else:
             sys.exit(f"{source}: has no row {what!r}. Correct the name in {__file__}.")
-        row = rows[what]
-        yield _figure(
+        figure = _figure(
             part, what, float(row["value"]), row["unit"], int(row["n"]), source, row["command"],
             json.dumps(row, sort_keys=True),
         )  # fmt: skip
+        yield figure | {"date": row["date"], "commit": row["commit"]}
 
 
 def _of_tables() -> Iterator[dict[str, Any]]:
@@ -220,17 +224,23 @@ def main() -> None:
     wanted = figures()
     if check:
         stored = tomllib.loads(TARGET.read_text(encoding="utf-8"))["figure"]
-        undated = {
-            key: {name: value for name, value in each.items() if name != "date"}
-            for key, each in stored.items()
-        }
-        changed = sorted(key for key in {*wanted, *undated} if wanted.get(key) != undated.get(key))
+        undated, asked = (
+            {
+                key: {name: value for name, value in each.items() if name != "date"}
+                for key, each in given.items()
+            }
+            for given in (stored, wanted)
+        )
+        changed = sorted(key for key in {*asked, *undated} if asked.get(key) != undated.get(key))
         if changed:
             sys.exit(
                 f"{TARGET}: not as in the tree: {', '.join(changed)}. Run this without --check."
             )
         return
-    dated = {key: {**each, "date": _day(each["source"])} for key, each in wanted.items()}
+    dated = {
+        key: {**each, "date": each.get("date") or _day(each["source"])}
+        for key, each in wanted.items()
+    }
     header = (
         "# Figures of verification, validation and uncertainty that the project, not a run, has\n"
         "# measured. Written by scripts/credibility_figures.py; sha256 is of the row of `source`.\n"

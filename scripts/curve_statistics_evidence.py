@@ -24,6 +24,8 @@ from gaitval.metrics.curve_statistics import ALPHA, paired_test, two_sample_test
 
 PERMUTATIONS = 10_000
 COMMAND = "python scripts/curve_statistics_evidence.py ../shared/data"
+MEASURES = {"*": {"code": ("gaitval/metrics/curve_statistics.py",)}}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 class Case(NamedTuple):

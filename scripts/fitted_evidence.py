@@ -33,6 +33,18 @@ LARGEST = {
 }
 Stored = dict[str, Any]
 Curves = Callable[[Stored, str, str], NDArray[np.float64]]
+MEASURES = {
+    "left-right difference *": {
+        "code": ("gaitval/datasets/subject.py:Subject", "gaitval/gait/record.py"),
+        "data": ("gaitval/datasets/builtin/*.toml",),
+    },
+    "general policy to report, *": {"data": ("reports/S05/baseline/times.json",)},
+    "*": {
+        "code": ("gaitval/prediction/population.py:dimensionless_speed",),
+        "data": ("reports/S??/baseline/metrics.json",),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def corrected(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:

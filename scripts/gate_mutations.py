@@ -4,7 +4,6 @@
     python scripts/gate_mutations.py --only 'weights x 1.02'   # again, whatever is stored
     python scripts/gate_mutations.py damages      # baselines that cannot be believed
     python scripts/gate_mutations.py alarms       # an unchanged program
-    python scripts/gate_mutations.py rows         # reports/evidence/robustness.csv
 
 A fault is in a file of a baseline (`gate_artefacts.py`), or in a copy of the package
 (`gate_faults.toml`). A baseline with a fault is refused as long as it is not sealed again; it is
@@ -64,6 +63,24 @@ Json = dict[str, Any]
 
 
 # ---- In the process whose package may have a fault. ----
+MEASURES = {
+    "damaged baselines refused": {
+        "code": (
+            "@checked",
+            "scripts/gate_artefacts.py",
+            "scripts/gate_mutations.py:damages,_refusal,_cut,_bit",
+        ),
+    },
+    "false alarms *": {
+        "code": ("@checked", "@walk", "@accepted"),
+        "data": ("benchmarks/margins.json",),
+    },
+    "planted faults *": {
+        "code": ("@checked", "@walk", "@accepted", "scripts/gate_artefacts.py"),
+        "data": ("benchmarks/margins.json", "scripts/gate_faults.toml"),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def walk(baseline: Path, prepared: Path, out: Path) -> None:
@@ -357,10 +374,12 @@ def by_figures(found: Json) -> bool:
 
 
 def save(**parts: Any) -> Json:
-    """Add what was found to the store."""
-    stored: Json = read_json(STORE) if STORE.exists() else {"faults": {}}
+    """Add what was found to the store; faults that were found on another commit go."""
+    stored: Json = read_json(STORE) if STORE.exists() else {}
+    faults = stored_faults()
     for name, value in parts.items():
-        stored[name] = {**stored[name], **value} if name == "faults" else value
+        stored[name] = {**faults, **value} if name == "faults" else value
+        stored.setdefault("commits", {})[name] = evidence.STARTED
     stored |= {
         "date": datetime.now(UTC).date().isoformat(),
         "versions": versions(),
@@ -369,6 +388,13 @@ def save(**parts: Any) -> Json:
     STORE.parent.mkdir(parents=True, exist_ok=True)
     write_json(STORE, stored)
     return stored
+
+
+def stored_faults() -> Json:
+    """Of the faults in the store, those that were planted in this commit."""
+    stored: Json = read_json(STORE) if STORE.exists() else {}
+    here = stored.get("commits", {}).get("faults") == evidence.STARTED
+    return dict(stored["faults"]) if here else {}
 
 
 def run(only: list[str], workers: int, keep: Path | None) -> None:
@@ -382,7 +408,7 @@ def run(only: list[str], workers: int, keep: Path | None) -> None:
     unknown = [name for name in only if name not in known]
     if unknown:
         sys.exit(f"No such fault: {', '.join(unknown)}. There are: {', '.join(known)}.")
-    done = read_json(STORE)["faults"] if STORE.exists() else {}
+    done = stored_faults()
     names = only or [name for name in _spread(known) if name not in done]
     with tempfile.TemporaryDirectory(prefix="gaitval-gate-") as temporary:
         prepared = (keep or Path(temporary)) / "prepared"
@@ -413,7 +439,7 @@ def main() -> None:
     """Entry point."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("what", nargs="?", default="faults",
-                        choices=["faults", "damages", "alarms", "rows", "walk"])  # fmt: skip
+                        choices=["faults", "damages", "alarms", "walk"])  # fmt: skip
     parser.add_argument("paths", nargs="*", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME")
     parser.add_argument("--workers", type=int, default=1)
@@ -428,7 +454,9 @@ def main() -> None:
         print(json.dumps(save(damages=damages())["damages"], indent=1))
     elif arguments.what == "alarms":
         print(json.dumps(save(alarms=alarms())["alarms"], indent=1))
-    print(evidence.write("robustness", rows(read_json(STORE))))
+    command = COMMAND if arguments.what == "faults" else f"{COMMAND} {arguments.what}"
+    found = [row for row in rows(read_json(STORE)) if row.command == command]
+    print(evidence.write("robustness", found))  # the other rows are of their own commits
 
 
 if __name__ == "__main__":

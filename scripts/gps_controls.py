@@ -60,6 +60,13 @@ HEADER = """\
 # endorse this project.
 """
 STEP = 0.1
+MEASURES = {
+    "*": {
+        "code": ("gaitval/metrics/gait_profile.py",),
+        "data": ("gaitval/metrics/gps_controls.csv",),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def strides(data: Path) -> pd.DataFrame:

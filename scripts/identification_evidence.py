@@ -28,6 +28,56 @@ STORE = ROOT / "reports" / "identification"
 PAGE = ROOT / "docs" / "identification.md"
 COMMAND = "python scripts/identification_evidence.py"
 Row = evidence.Row
+MEASURES = {
+    "identification of one subject, *": {"data": ("reports/S??/baseline/times.json",)},
+    "the ten: *": {
+        "code": ("@body", "@scaled", "@reference", "@identified", "scripts/real_people.py"),
+        "results": ("reports/identification/real.json",),
+    },
+    "two seeds of the search, *": {
+        "code": ("@body", "@scaled", "@reference", "@identified", "scripts/real_people.py"),
+        "results": ("reports/identification/real.json",),
+    },
+    "Laplace against importance sampling*": {
+        "code": ("@body", "@scaled", "@reference", "@identified", "scripts/real_people.py"),
+        "results": ("reports/identification/real.json",),
+    },
+    "virtual people: *epsilon*": {
+        "code": (
+            "@walk",
+            "@identified",
+            "@errors",
+            "gaitval/metrics/epsilon.py",
+            "gaitval/virtual/person.py",
+            "scripts/virtual_people.py",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/identification/virtual.json",),
+    },
+    "virtual people: *": {
+        "code": (
+            "@body",
+            "@scaled",
+            "@reference",
+            "@identified",
+            "gaitval/virtual/person.py",
+            "scripts/virtual_people.py",
+        ),
+        "results": ("reports/identification/virtual.json",),
+    },
+    "6-seed ablation, *": {
+        "code": (
+            "@walk",
+            "@identified",
+            "@errors",
+            "gaitval/metrics/epsilon.py",
+            "scripts/identification_ablation.py",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/identification/ablation.json",),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def virtual_people() -> list[dict[str, Any]]:

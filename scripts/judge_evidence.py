@@ -27,6 +27,8 @@ MASS, HEIGHT = 85.0668, 1.829
 """kg and m, of the person in the scaling set-up."""
 FORCES = ("pelvis_tx_force", "pelvis_ty_force", "pelvis_tz_force")
 COMMAND = "python scripts/judge_evidence.py ../shared/data/opensim_rajagopal"
+MEASURES = {"*": {"code": ("@judged", "scripts/opensim_pipeline.py")}}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:

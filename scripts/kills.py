@@ -73,6 +73,26 @@ for command in json.loads(sys.argv[1]):
         if end.code:
             raise
 """
+MEASURES = {
+    "*": {
+        "code": (
+            "gaitval/artefacts.py",
+            "gaitval/folder_lock.py",
+            "gaitval/journal.py",
+            "gaitval/study/run.py",
+            "gaitval/study/stage.py",
+            "gaitval/policy/learner.py",
+            "gaitval/policy/processes.py",
+            "gaitval/policy/storage.py",
+            "gaitval/policy/training.py",
+            "gaitval/session/importing.py",
+            "gaitval/session/write.py",
+            "gaitval/reporting/page.py",
+            "gaitval/reporting/report.py",
+        ),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 @dataclass(frozen=True)
@@ -392,19 +412,22 @@ def rows(stored: Json) -> list[evidence.Row]:
 
 
 def _stored() -> Json:
-    return dict(read_json(STORE)) if STORE.exists() else {}
+    """What is in the store, if it is of this commit."""
+    found = dict(read_json(STORE)) if STORE.exists() else {}
+    return found if found.get("commit") == evidence.STARTED else {}
 
 
 def _save(**parts: Any) -> None:
     STORE.parent.mkdir(parents=True, exist_ok=True)
-    about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions()}
+    about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions(),
+             "commit": evidence.STARTED}  # fmt: skip
     write_json(STORE, {**_stored(), **parts, **about})
 
 
 def main() -> None:
     """Entry point."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice", "rows"])
+    parser.add_argument("what", nargs="?", default="kills", choices=["kills", "twice"])
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(

@@ -3,10 +3,8 @@
     python scripts/layout_evidence.py sizes        files and functions too long without a reason
     python scripts/layout_evidence.py times        seconds of `import gaitval` and `gaitval --help`
     python scripts/layout_evidence.py examples     public functions with an example that runs
-    python scripts/layout_evidence.py duplicates   ideas written in two places
 
-`times` says something only on a machine that does nothing else. `duplicates` needs the command of
-that name, a tool of the developers' machine that is not part of this project.
+`times` says something only on a machine that does nothing else.
 """
 
 import ast
@@ -14,7 +12,6 @@ import doctest
 import os
 import re
 import shlex
-import shutil
 import statistics
 import subprocess
 import sys
@@ -32,20 +29,38 @@ REASON = re.compile(r"\bIt is (?:this )?long because\b")
 """How a docstring says why its file or function is longer."""
 IMPORT_S, HELP_S = 0.3, 0.6
 RUNS = 5
-SHORTEST_DUPLICATE = 8
-"""Lines."""
-LOOKED_AT = {
-    ("gaitval/cli/recording.py", "gaitval/session/trial.py"): "different arguments passed by name",
-    ("gaitval/reporting/recording_report.py", "gaitval/session/importing.py"): (
-        "fields of different records"
-    ),
+MEASURES = {
+    "import gaitval, *": {"code": ("gaitval/__init__.py", "scripts/layout_evidence.py:_seconds")},
+    "gaitval --help, *": {
+        "code": ("gaitval/__init__.py", "gaitval/cli/*.py", "scripts/layout_evidence.py:_seconds"),
+        "allowed": 60,
+        "why": "a statement that defines a command or an option takes under 1 ms",
+    },
+    "files of gaitval/ *": {
+        # How many there are is counted anew by tests/test_sizes.py at every change.
+        "code": ("scripts/layout_evidence.py:LONGEST_FILE,long_files,has_reason,sources,REASON",),
+    },
+    "functions of gaitval/ *": {
+        "code": (
+            "scripts/layout_evidence.py:"
+            "LONGEST_FUNCTION,long_functions,_functions,_length,has_reason,sources,REASON",
+        ),
+    },
+    "public functions with an example that runs": {
+        "code": (
+            "scripts/layout_evidence.py:_examples,_example_runs",
+            "gaitval/__init__.py",
+            "gaitval/interface/*.py",
+        ),
+        "data": ("gaitval/__init__.pyi",),
+    },
 }
-"""Pairs of files whose lines have the same shape and no idea in common, with what they are."""
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:
     """Write the rows of one kind; exit 1 where one is not as it must be."""
-    kinds = {"sizes": _sizes, "times": _times, "examples": _examples, "duplicates": _duplicates}
+    kinds = {"sizes": _sizes, "times": _times, "examples": _examples}
     if len(sys.argv) != 2 or sys.argv[1] not in kinds:
         raise SystemExit(__doc__)
     rows = kinds[sys.argv[1]]()
@@ -178,48 +193,6 @@ def _example_runs(name: str, function: object) -> bool:
         finally:
             os.chdir(before)
     return bool(examples) and not failed
-
-
-def _duplicates() -> list[evidence.Row]:
-    """Pairs that the command finds, less those that it calls boilerplate: declarations and tables
-    that have the same shape and nothing else in common.
-    """
-    command = shutil.which("duplicates")
-    if command is None:
-        raise SystemExit(
-            "`duplicates` is not on PATH: it is a tool of the developers' machine and not part of "
-            "this project. Run this there; the row is left as it is."
-        )
-    lines = subprocess.run(
-        [command, "--min-lines", str(SHORTEST_DUPLICATE), "--most", "200", "--seconds", "120"],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    ).stdout.splitlines()
-    rest = [line for line in lines if line.startswith("incomplete:")]
-    if rest or not lines:
-        raise SystemExit(f"`duplicates` did not finish: {'; '.join(rest) or 'no answer'}")
-    pairs = [line for line in lines if re.match(r"D\d+ ", line)]
-    ideas = []
-    print(lines[0])
-    for line in pairs:
-        files = tuple(re.findall(r"(\S+):\d+-\d+", line)[:2])
-        if " boilerplate" not in line and files not in LOOKED_AT:
-            ideas.append(line)
-        elif files in LOOKED_AT:
-            print(f"looked at, {LOOKED_AT[files]}: {line}")
-    print("\n".join(ideas))
-    read = re.search(r"(\d+) files read", lines[0])
-    return [
-        _at_most(
-            f"ideas written in two places ({SHORTEST_DUPLICATE} lines or more)",
-            len(ideas),
-            "pairs",
-            0,
-            int(read[1]) if read else 0,
-        )
-    ]
 
 
 if __name__ == "__main__":

@@ -38,6 +38,17 @@ from gaitval.reporting.drawing import SETTINGS, svg
 HERE = Path(__file__).resolve().parent
 SUBJECT = "S05"
 PIXELS_PER_INCH = 200
+MEASURES = {
+    "*": {
+        "code": (
+            "scripts/paper_claims.py",
+            "scripts/paper_data.py",
+            "scripts/paper_drawings.py",
+            "scripts/paper_figures.py",
+        )
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 @dataclass(frozen=True)

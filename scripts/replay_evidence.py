@@ -35,6 +35,13 @@ FIRST = "performance.getEntriesByName('replay-first-frame')[0]?.startTime ?? 0"
 DRAWN = "[+document.getElementById('replay').dataset.frames, performance.now()]"
 PIXELS = "(({width, clientWidth}) => width / clientWidth)(document.querySelector('canvas'))"
 IN_SIGHT = "document.querySelector('.replay-stage').scrollIntoView({block: 'center'})"
+MEASURES = {
+    "*": {
+        "code": ("gaitval/reporting/replay.py", "gaitval/reporting/page.py"),
+        "data": ("gaitval/reporting/*.js", "gaitval/reporting/vendor/*"),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def idle_share(seconds: float = 2.0) -> float:

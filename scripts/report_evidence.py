@@ -25,6 +25,32 @@ from gaitval.reporting.report import write_report
 write_report(Path(sys.argv[1]))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_utime)
 """
+MEASURES = {
+    "report time, *": {
+        "code": ("gaitval/reporting/*.py", "scripts/report_evidence.py:report_time,_REPORT,main"),
+        "allowed": 30,
+        "why": "one in a hundred of these statements: less than two reports differ (3 %)",
+    },
+    "empty area *": {
+        "code": (
+            "@page",
+            "gaitval/reporting/recording_report.py",
+            "scripts/page_blanks.py",
+            "scripts/report_evidence.py:main",
+        ),
+        "data": ("gaitval/reporting/*.j2", "gaitval/reporting/*.css"),
+    },
+    "*": {
+        "code": (
+            "@page",
+            "gaitval/reporting/recording_report.py",
+            "scripts/browser.py",
+            "scripts/report_evidence.py:violations,main",
+        ),
+        "data": ("gaitval/reporting/*.j2", "gaitval/reporting/*.css", "gaitval/reporting/*.js"),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def violations(file: Path, chromium: str) -> int:

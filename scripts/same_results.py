@@ -45,6 +45,10 @@ MEANT = {
     "/summary/accepted": "verdicts on pelvis load, which could not fail, are no longer counted",
 }
 """Numbers that a revision may have otherwise, with the reason."""
+MEASURES = {
+    "*": {"code": ("@walk", "@accepted"), "data": ("reports/S??/baseline/metrics.json",)},
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:

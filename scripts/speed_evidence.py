@@ -36,6 +36,16 @@ PAGE = ROOT / "docs" / "speed.md"
 COMMAND = "python scripts/speed_evidence.py"
 LOOK = 2.0
 """s between two looks at the memory of a study."""
+MEASURES = {
+    "physics, *": {"code": ("@physics", "scripts/speed_evidence.py:physics")},
+    "*": {
+        "code": ("@study", "@page", "scripts/speed_evidence.py:run,study,new,memory_of"),
+        "allowed": 60,
+        "why": "one in a hundred of these statements: one that took a whole stage twice would be "
+        "seen by its test, and others move these figures less than two runs differ (2 %)",
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def physics() -> list[evidence.Row]:

@@ -3,19 +3,16 @@
     python scripts/suite_evidence.py limits           rows of the limits table with a mutation
     python scripts/suite_evidence.py orders 1 2 3     random orders of these seeds, without data
     python scripts/suite_evidence.py python FILE      the suite with another Python's environment
-    python scripts/suite_evidence.py clone            minutes of `make test` in a fresh clone
 
-`python` and `clone` read the raw data from the folder named by `GAITVAL_DATA`. `clone` is
-meaningful only on an otherwise idle machine.
+`python` reads the raw data from the folder named by `GAITVAL_DATA`. How long the suite takes is in
+the evidence of `scripts/first_evidence.py`.
 """
 
 import os
-import re
 import shlex
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import evidence
@@ -25,17 +22,28 @@ PYTEST = (
     *("-m", "pytest", "-q", "-n", "auto", "--maxprocesses", "4"),
     *("--dist", "loadfile", "--no-loadscope-reorder"),
 )
+MEASURES = {
+    "rows of the limits table *": {
+        "code": ("scripts/suite_evidence.py:_limits,_suite", "gaitval/metrics/tolerances.py"),
+        "data": ("gaitval/metrics/tolerances.toml", "tests/workflows/test_limits_can_fail.py"),
+    },
+    "*": {
+        "code": ("gaitval/*.py", "tests/*.py", "scripts/suite_evidence.py:_orders,_python,_suite"),
+        "allowed": 400,
+        "why": "one in a hundred of the package's and the tests' statements",
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def main() -> None:
     """Write the rows of one kind; exit 1 if a row misses its requirement."""
-    kinds = {"limits": _limits, "orders": _orders, "python": _python, "clone": _clone}
+    kinds = {"limits": _limits, "orders": _orders, "python": _python}
     if len(sys.argv) < 2 or sys.argv[1] not in kinds:
         raise SystemExit(__doc__)
     row = kinds[sys.argv[1]](*sys.argv[2:])
     print(f"{row.what}: {row.value:g} {row.unit}, n {row.n}")
-    for topic in ("ground", "layout") if sys.argv[1] == "clone" else ("ground",):
-        print(evidence.write(topic, [row]))
+    print(evidence.write("ground", [row]))
     bad = row.value > row.must if row.relation == "<=" else row.value < row.must
     sys.exit(1 if bad else 0)
 
@@ -108,31 +116,6 @@ def _python(python: str) -> evidence.Row:
         text=True,
     ).stdout.strip()
     return _none_may_fail(f"failures of the suite on Python {version}", failed, passed)
-
-
-def _clone() -> evidence.Row:
-    with tempfile.TemporaryDirectory() as folder:
-        clone = Path(folder) / "gaitval"
-        subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
-        subprocess.run(["make", "setup"], cwd=clone, check=True, stdout=subprocess.DEVNULL)
-        started = time.monotonic()
-        done = subprocess.run(
-            ["make", "test"], cwd=clone, stdout=subprocess.PIPE, text=True, check=True
-        )
-        minutes = (time.monotonic() - started) / 60
-    last = done.stdout.splitlines()[-1]
-    print(last)
-    passed = re.search(r"(\d+) passed", last)
-    return evidence.Row(
-        what="make test in a fresh clone",
-        value=minutes,
-        unit="min",
-        relation="<=",
-        goal=5.8,
-        must=6,
-        n=int(passed[1]) if passed else 0,
-        command=_command(),
-    )
 
 
 if __name__ == "__main__":

@@ -37,6 +37,62 @@ GROUPS = {
 NEAR = 0.15
 """Change of speed up to which copying the nearest trial is hard to beat."""
 Stored = dict[str, Any]
+MEASURES = {
+    "poison tests that fail": {
+        "code": (
+            "scripts/untold_evidence.py:poison_row",
+            "gaitval/prediction/*.py",
+            "gaitval/study/stages.py",
+            "gaitval/study/inputs.py",
+        ),
+        "data": ("tests/workflows/test_poison.py",),
+    },
+    "kinetics from kinematics: *the dynamic fit before any walk": {
+        "code": (
+            "@body",
+            "@scaled",
+            "@reference",
+            "@errors",
+            "gaitval/metrics/habit.py",
+            "scripts/untold_runs.py:reference_errors,store,KINEMATICS",
+        ),
+        "results": ("reports/untold/kinematics/*.json",),
+    },
+    "kinetics from kinematics: *": {
+        "code": (
+            "@walk",
+            "@identified",
+            "@errors",
+            "scripts/untold_runs.py:walked,kinematics,KINEMATICS,store",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/untold/kinematics/*.json",),
+    },
+    "unseen speed*": {
+        "code": (
+            "@walk",
+            "@identified",
+            "@errors",
+            "gaitval/prediction/*.py",
+            "scripts/untold_runs.py:holdout,store",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/untold/holdout/*.json",),
+    },
+    "unseen half *": {
+        "code": (
+            "@walk",
+            "@identified",
+            "@errors",
+            "@motion",
+            "gaitval/session/halves.py",
+            "scripts/untold_runs.py:walked,halves,store",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/untold/halves/*.json",),
+    },
+}
+"""What the rows depend on; see scripts/stale_evidence.py."""
 
 
 def stored(kind: str) -> dict[str, Stored]:

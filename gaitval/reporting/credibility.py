@@ -120,12 +120,14 @@ def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
     for key, figure in project.items():
         if figure["part"] == part:
             cases = f"{figure['n']} cases, " if "n" in figure else ""
+            commit = f", commit {figure['commit']}" if "commit" in figure else ""
+            since = ", not since" if "/past/" in figure["source"] else ""
             yield Fact(
                 figure["what"][0].upper() + figure["what"][1:],
                 f"{figure['value']:.4g} {figure['unit'] if figure['unit'] != '1' else ''}".strip(),
                 EVIDENCE,
                 f"/figure/{key}/value",
-                f"{figure['source']}, {cases}{figure['date']}.",
+                f"{figure['source']}, {cases}{figure['date']}{commit}{since}.",
             )
 
 

@@ -77,6 +77,7 @@ def test_a_cohort_leaves_the_environment_as_it_was(monkeypatch):
     assert dict(os.environ) == before
 
 
+@pytest.mark.slow
 def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):
     """The command says that the scheduler has gone; with another it goes on where it was."""
     names = ["one_sleep0_1", "two_sleep30"]
@@ -130,6 +131,7 @@ def fake_slurm(tmp_path, monkeypatch):
             end_family(int(number))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sbatch is a shell script here")
 def test_jobs_of_slurm(fake_slurm, monkeypatch):
     import dask

@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import pytest
 import quick_study
 from killed_cohort import killed, quick, results
 
@@ -17,6 +18,7 @@ def alone(name, folder):
     return quick_study.work(SimpleNamespace(name=name), folder, 1, Observer())
 
 
+@pytest.mark.slow
 def test_killed_at_random_and_resumed(tmp_path):
     folder = tmp_path / "killed"
     found = killed(quick(folder, "2", NAMES), folder, kills=2, seed=1, pause=0.5, limit=400.0)

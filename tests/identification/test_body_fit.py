@@ -113,12 +113,19 @@ def test_the_posterior_is_as_gaussian_as_laplace_supposes(fit, solution):
 
 
 def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
+    """Never below it: its motion is one that the whole fit could have taken, by the same sum of
+    squares. Above it by what the slopes of the laws change on the way, which is a share of the
+    rise, as in the tests beside this one. How much that is in numbers depends on the person, and
+    with other kernels of linear algebra the policy walks otherwise: it is another person's record.
+    """
     mu = fit.posterior(solution).mean.copy()
     mu[PARAMETERS.index("thigh_length")] += 0.03
-    whole = fit.solve(fixed=mu, start=solution, smallest_gain=1e-5)
+    (found,) = Profile(fit, solution).at([(mu - fit.prior_mean) / fit.prior_sd])
     prior = float(np.sum(((mu - nominal_parameters()) / fit.prior_sd) ** 2))
-    (found,) = Profile(fit, solution)([mu])
-    assert found == pytest.approx(whole.cost + prior, abs=0.3)
+    whole = fit.mode(solution, found, fixed=mu).cost + prior
+    assert whole - 1e-6 <= found.cost
+    assert found.cost - whole < 0.3 * (whole - solution.cost)
+    assert Profile(fit, solution)([mu]) == [found.cost]
 
 
 def test_the_profile_of_every_parameter_is_that_of_a_gaussian(fit, solution):

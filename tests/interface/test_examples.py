@@ -57,8 +57,15 @@ def test_an_example_is_short(name: str):
     assert f"python examples/{name}" in text
 
 
+WALKING = ("compare_walkers.py", "walk_a_policy.py")
+"""The functions that these call also run in the examples of their docstrings."""
+
+
 @pytest.mark.usefixtures("policy")
-@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in WALKING else ()) for name in WRITTEN],
+)
 def test_an_example_runs(
     name: str,
     tmp_path: Path,

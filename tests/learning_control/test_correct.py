@@ -427,6 +427,7 @@ def test_no_rounds_leave_the_reference(quick, walker):
     assert result.refused is None
 
 
+@pytest.mark.slow
 def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
     """A stored walker again, whose right ankle's reference is 2 degrees up: the walk that is judged
     follows, the one of the nominal body stays what it is."""

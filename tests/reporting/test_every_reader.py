@@ -188,6 +188,7 @@ def browser(request: pytest.FixtureRequest) -> str:
     return chromium(request.config)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_axe_finds_nothing_serious(folder: Path, browser: str, dark: bool) -> None:
     with opened(browser, folder / "recording.html", width=360, dark=dark) as page:
@@ -195,6 +196,7 @@ def test_axe_finds_nothing_serious(folder: Path, browser: str, dark: bool) -> No
         assert overflow(page) == 0
 
 
+@pytest.mark.slow
 def test_on_a_phone_value_and_verdict_stay_in_sight_and_figures_can_be_read(
     folder: Path, browser: str
 ) -> None:
@@ -221,6 +223,7 @@ def test_on_a_phone_value_and_verdict_stay_in_sight_and_figures_can_be_read(
         assert min(map(float, sizes)) * width / points >= 9.0
 
 
+@pytest.mark.slow
 def test_the_first_key_leads_past_the_contents_and_only_frames_that_scroll_are_stops(
     folder: Path, browser: str
 ) -> None:
@@ -237,6 +240,7 @@ def test_the_first_key_leads_past_the_contents_and_only_frames_that_scroll_are_s
         page.wait_for_function("document.querySelector('.drawing').tabIndex === 0")
 
 
+@pytest.mark.slow
 def test_axe_finds_what_is_wrong(tmp_path: Path, browser: str) -> None:
     bad = tmp_path / "bad.html"
     bad.write_text('<p style="color: #ccc; background: #fff">pale</p><img src="data:,">')
@@ -245,6 +249,7 @@ def test_axe_finds_what_is_wrong(tmp_path: Path, browser: str) -> None:
     assert {each.partition(":")[0] for each in found} >= {"color-contrast", "image-alt"}
 
 
+@pytest.mark.slow
 def test_a_button_copies_a_table_as_text_with_tabs(folder: Path, browser: str) -> None:
     with opened(browser, folder / "recording.html") as page:
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -257,6 +262,7 @@ def test_a_button_copies_a_table_as_text_with_tabs(folder: Path, browser: str) -
     assert "Cadence\t\t\t92.1 ± 1.4\tsteps/min" in copied
 
 
+@pytest.mark.slow
 def test_the_numbers_behind_a_figure_are_beside_it(folder: Path, browser: str) -> None:
     with opened(browser, folder / "recording.html") as page:
         with page.expect_download() as download:

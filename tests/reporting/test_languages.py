@@ -17,6 +17,7 @@ from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
 from gaitval.errors import ConfigurationError
 from gaitval.reporting.catalogue import Words, translations, words
 from gaitval.reporting.drawing import drawn, new_figure, svg
+from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 
@@ -94,6 +95,14 @@ class Unmarked(HTMLParser):
     def handle_data(self, data):
         if not any(english for _, english in self.open):
             self.found.append(data)
+
+
+@pytest.fixture(autouse=True)
+def own_templates():
+    """Templates are kept with their translations; some tests here have others."""
+    _environment.cache_clear()
+    yield
+    _environment.cache_clear()
 
 
 class Bracketed(gettext.NullTranslations):

@@ -21,6 +21,8 @@ from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
 from gaitval.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.slow  # a browser
+
 FIRST_FRAME = "performance.getEntriesByName('replay-first-frame').length > 0"
 THREE_PERCENT = "+document.querySelector('.replay-slider input').value >= 3"
 BLUE, ORANGE = (0x00, 0x55, 0x8F), (0xD9, 0x6B, 0x0A)

@@ -20,6 +20,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_fault_of_a_baseline_is_refused_and_its_figures_tell_it_too(prepared: Path) -> None:
     found = gate.checked("correction with the other sign", prepared)
     assert "changed since it was stored" in found["refused"]
@@ -28,6 +29,7 @@ def test_a_fault_of_a_baseline_is_refused_and_its_figures_tell_it_too(prepared: 
     assert found["ratio"] > 1.0
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_code_is_told_by_inputs_and_figures(prepared: Path) -> None:
     found = gate.checked("sign of the hip adduction angle", prepared)
     assert found["inputs"] == ["the code in gaitval/metrics"]

@@ -12,8 +12,14 @@ from gaitval.policy.rollouts import score_rollout
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.study.run import general_policy
 
+WALKED = ("S01", "S05", "S10")
+"""Bodies that it walks in every run of the tests; all of them in CI."""
 
-@pytest.mark.parametrize("name", BUILTIN)
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in WALKED else pytest.mark.slow) for name in BUILTIN],
+)
 def test_it_walks_every_built_in_body_before_any_training(name):
     folder = general_policy()
     assert folder is not None

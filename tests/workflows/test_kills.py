@@ -22,7 +22,7 @@ def work():
         yield job, temporary, seconds, kills.contents(job.folder)
 
 
-@pytest.mark.parametrize("share", [0.5, 0.8])
+@pytest.mark.parametrize("share", [pytest.param(0.5, marks=pytest.mark.slow), 0.8])
 def test_an_import_that_is_killed_and_started_again_writes_the_same(work, share):
     job, temporary, seconds, wanted = work
     found = kills.killed(job, share * seconds, temporary, clock_back=share > 0.6)
@@ -32,6 +32,7 @@ def test_an_import_that_is_killed_and_started_again_writes_the_same(work, share)
     assert kills.contents(job.folder) == wanted
 
 
+@pytest.mark.slow
 def test_two_imports_into_one_folder(work):
     job, temporary, _, wanted = work
     job.prepared()

@@ -137,6 +137,32 @@ def predicted(run: Run) -> None:
         run_stage(stage, run.folder)
 
 
+def the_reference(run: Run) -> None:
+    """What is walked after: of the whole run it is what reads the record most."""
+    for stage in (scale_stage, reference_stage):
+        run_stage(stage(run), run.folder)
+
+
+def same_as_clean(folder: Path, settings, poison, job) -> dict[str, str]:
+    """Hashes of a run's files, which are the same with the poison."""
+    configuration = load_configuration(settings=[*SETTINGS, *settings])
+    subject = load_subject("S05")
+    found = []
+    for name, person in (("clean", subject), ("poisoned", poison(subject))):
+        with open_run(person, configuration, folder / name, Observer()) as run:
+            job(run)
+        found.append(hashes(folder / name))
+    assert found[0] == found[1]
+    return found[0]
+
+
+def test_the_reference_reads_nothing_that_is_not_told(tmp_path):
+    kinematics = ("record.use=kinematics",)
+    found = same_as_clean(tmp_path, kinematics, without_kinetics, the_reference)
+    assert {"reference.npz", "model.urdf"} <= found.keys()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "poison", "job"),
     [
@@ -149,15 +175,8 @@ def test_what_is_not_told_is_read_by_nothing_before_the_comparison(
     tmp_path, monkeypatch, settings, poison, job
 ):
     monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)  # enough to show it, and a third of it
-    configuration = load_configuration(settings=[*SETTINGS, *settings])
-    subject = load_subject("S05")
-    found = []
-    for name, person in (("clean", subject), ("poisoned", poison(subject))):
-        with open_run(person, configuration, tmp_path / name, Observer()) as run:
-            job(run)
-        found.append(hashes(tmp_path / name))
-    assert {"reference.npz", "policy/policy.safetensors", "rollouts/nominal.npz"} <= found[0].keys()
-    assert found[0] == found[1]
+    found = same_as_clean(tmp_path, settings, poison, job)
+    assert {"reference.npz", "policy/policy.safetensors", "rollouts/nominal.npz"} <= found.keys()
 
 
 def test_the_poison_kills_a_run_that_is_told_it(tmp_path):

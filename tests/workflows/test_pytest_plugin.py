@@ -67,6 +67,7 @@ def test_two_lines_check_a_walk_and_two_tests_walk_once(project: Path) -> None:
     assert "1 passed, 3 deselected" in left_out.stdout
 
 
+@pytest.mark.slow
 def test_a_loss_fails_with_its_figures(project: Path) -> None:
     weaken(project, -2.0)
     done = run(project)

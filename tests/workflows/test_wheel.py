@@ -59,6 +59,7 @@ def test_models_and_policies_are_inside(installed):
         assert (installed / "gaitval/samples" / name).is_file()
 
 
+@pytest.mark.slow
 def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):
     # Python 3.11.2, Debian 12's, knows no `filter` yet; later ones ask for it.
     safely = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
