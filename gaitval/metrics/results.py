@@ -40,7 +40,7 @@ from gaitval.metrics.walk_statistics import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.told import QUANTITIES, Quantity
 
-SCHEMA_VERSION: Final = 8
+SCHEMA_VERSION: Final = 9
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
@@ -511,7 +511,7 @@ class Metrics(Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[8]
+    schema_version: Literal[9]
     subject: SubjectResult
     units: CurveUnits
     method: Method
