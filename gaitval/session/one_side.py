@@ -1,5 +1,6 @@
 """A side that no trial shows: absent from the subject, or mirrored from the other if asked."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,9 @@ ONE_SIDE: Final = "one side"
 """`Doubt.check` of a side that was not recorded."""
 REASONS_SHOWN: Final = 3
 """Different reasons for cycles that do not count, in a message."""
+
+_WHEN: Final = re.compile(r" at [\d.]+-[\d.]+ s")
+"""When a plate did not show a foot, which differs from cycle to cycle."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +150,7 @@ def _why(walks: Sequence[Trial], side: Side, *, kinetics: bool) -> str:
     cycles = [cycle for walk in walks for cycle in walk.cycles[side]]
     if not cycles:
         return "no two heel strikes of it in one trial"
-    reasons = Counter("; ".join(cycle.reasons) for cycle in cycles if cycle.reasons)
+    reasons = Counter(_WHEN.sub("", "; ".join(cycle.reasons)) for cycle in cycles if cycle.reasons)
     said = [f"{count} × {reason}" for reason, count in reasons.most_common(REASONS_SHOWN)]
     more = sum(reasons.values()) - sum(count for _, count in reasons.most_common(REASONS_SHOWN))
     if more:

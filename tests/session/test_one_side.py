@@ -187,7 +187,10 @@ def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found):
     (walk,) = found.trials
     bad = tuple(
         replace(
-            one, kinematics_valid=False, kinetics_valid=False, reasons=("no toe-off of it in it",)
+            one,
+            kinematics_valid=False,
+            kinetics_valid=False,
+            reasons=(f"no toe-off of it in it at {one.start:.3f}-{one.end:.3f} s",),
         )
         for one in walk.cycles["left"]
     )
