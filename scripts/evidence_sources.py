@@ -123,7 +123,7 @@ class Dependence:
 
 
 def script_of(command: str) -> str | None:
-    """The script of a row's command, as `scripts/NAME.py`."""
+    """The script of a row's command, from the project's folder on."""
     named = re.match(r"python3? (scripts/\w+\.py)\b", command)
     return named[1] if named and (ROOT / named[1]).is_file() else None
 

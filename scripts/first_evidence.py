@@ -13,8 +13,8 @@
 `verdicts` reads run folders of `make subject`, by whichever Python and number of workers. It counts
 the verdicts that are not as in the subject's stored baseline, of which reports/README.md is made,
 and says which `metrics.json` have the same bytes. `comparisons` and `mirrored` hold the walks of a
-run folder against what was not recorded (`unrecorded_verdicts.py`); `outputs` imports a session and
-reads every output of it (`one_number.py`). `defects` reads reports/first/defects.csv. `suite`
+run folder against what was not recorded (`unrecorded_verdicts`); `outputs` imports a session and
+reads every output of it (`one_number`). `defects` reads reports/first/defects.csv. `suite`
 clones the checkout, sets it up, and takes the time of `make test` with nothing compiled yet; --log
 reads what such a run printed. It says something only on an otherwise idle machine. `wheel`
 builds the wheel, unpacks it into a folder of its own, and runs what README.md shows of
@@ -191,7 +191,7 @@ def defects(_: argparse.Namespace) -> evidence.Row:
 
 
 def missing_tests(named: str) -> list[str]:
-    """Of tests named as `tests/part/test_x.py::test_y`, split by spaces, those that are not there;
+    """Of tests named as pytest names them, split by spaces, those that are not there;
     and the lack of any.
     """
     missing = [] if named.split() else ["none is named"]

@@ -119,7 +119,7 @@ def project(tmp_path, monkeypatch):
     (tmp_path / "scripts").mkdir()
     (tmp_path / "code.py").write_text("def f():\n    return 1\n\ndef g():\n    return 1\n")
     (tmp_path / "data.txt").write_text("1")
-    (tmp_path / "scripts/one.py").write_text(
+    (tmp_path / "scripts" / "one.py").write_text(
         'MEASURES = {"few *": {"code": ("code.py",), "allowed": 1, "why": "so"},\n'
         '    "data": {"data": ("data.txt",)}, "f": {"code": ("code.py:f",)},\n'
         '    "stored": {"results": ("data.txt",)}, "all": {"code": ("code.py",)}}\n'
@@ -182,8 +182,8 @@ def test_a_change_of_data_or_of_results_makes_rows_stale(project, monkeypatch):
 
 
 def test_a_definition_that_moved_is_no_change(project, monkeypatch):
-    (project / "scripts/one.py").write_text(
-        (project / "scripts/one.py").read_text().replace('("code.py",)}}', '("c*.py",)}}')
+    (project / "scripts" / "one.py").write_text(
+        (project / "scripts" / "one.py").read_text().replace('("code.py",)}}', '("c*.py",)}}')
     )
     commit(monkeypatch, "declared wider")
     (project / "code.py").write_text("def f():\n    return 1\n")

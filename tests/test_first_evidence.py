@@ -46,7 +46,7 @@ def test_a_verdict_that_flipped_is_counted_and_named(run_folder, capsys):
 def test_tests_that_are_not_there_are_missed():
     here = "tests/test_first_evidence.py"
     assert not first_evidence.missing_tests(f"{here}::test_tests_that_are_not_there_are_missed")
-    for wrong in (f"{here}::test_none", "tests/test_none.py::test_a", here, ""):
+    for wrong in (f"{here}::test_none", "gone/test_none.py::test_a", here, ""):
         assert first_evidence.missing_tests(wrong)
 
 
@@ -59,7 +59,7 @@ def test_the_table_of_defects_has_those_that_must_be_fixed():
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"status": "fixed", "test": "tests/test_none.py::test_a"}, "no such test"),
+        ({"status": "fixed", "test": "gone/test_none.py::test_a"}, "no such test"),
         ({"status": "fixed", "test": ""}, "none is named"),
         ({"status": "not fixed", "why_not": ""}, "say why not"),
         ({"status": "mended"}, "status"),
