@@ -64,9 +64,10 @@ _SPATIOTEMPORAL = {
 def _target(target: str) -> str:
     """A measure's target in words: "left knee flexion"."""
     name, side = target[:-2], {"_r": "right", "_l": "left"}.get(target[-2:])
-    if side is None or name not in figures.NAMES:
+    if side is None:
         return "" if target == "walk" else target
-    return f"{side} {figures.NAMES[name].lower()}"
+    known = figures.NAMES.get(name)
+    return f"{side} {name if known is None else known.lower()}"
 
 
 def _failed_text(rows: Sequence[Json]) -> str:
