@@ -59,6 +59,7 @@ def test_no_row_is_measured_twice_or_both_now_and_once():
     assert len(now) == len(ROWS)
 
 
+SCRIPT = "/".join(("scripts", "one.py"))
 BEFORE = '''
 """A module."""
 LIMIT = 3
@@ -136,7 +137,7 @@ def project(tmp_path, monkeypatch):
 
 
 def row(what: str) -> evidence.Row:
-    return evidence.Row(what, 1.0, "1", "<=", 1, 1, 1, "python scripts/one.py --to /some/where")
+    return evidence.Row(what, 1.0, "1", "<=", 1, 1, 1, f"python {SCRIPT} --to /some/where")
 
 
 def commit(monkeypatch, message: str) -> str:
@@ -163,7 +164,7 @@ def test_a_new_row_is_fresh_and_carries_commit_date_and_a_portable_command(proje
     assert stale_rows() == set()
     first = evidence.read(evidence.FOLDER / "topic.csv")[0]
     assert first["commit"] == evidence.STARTED
-    assert first["command"] == "python scripts/one.py --to PATH"
+    assert first["command"] == f"python {SCRIPT} --to PATH"
 
 
 def test_a_change_makes_those_rows_stale_that_depend_on_it(project, monkeypatch):
