@@ -230,3 +230,11 @@ def test_the_citation_is_valid():
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_readme_says_how_to_get_the_sources_before_it_uses_them() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    clone, enter, first = (
+        text.find(each) for each in ("git clone", "cd gaitval", "make subject S=5")
+    )
+    assert 0 < clone < enter < first
