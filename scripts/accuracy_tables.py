@@ -9,6 +9,7 @@ import argparse
 import json
 import statistics
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -582,10 +583,14 @@ ABOUT_NARROW = """
 Narrowly: values that keep the limit, but not in every repeat of the walk (eight walks from other
 starts with noise) or with the whole 90 % interval, or that one push less survived would fail.
 """
-ABOUT_LEARNING = f"""\
-{RULE} ε is the mean over the start phases; pushes of 300 N come from all around, halfway between
-the phases of the table of pushes below.
-"""
+ABOUT_LEARNING = (
+    textwrap.fill(
+        f"{RULE} ε is the mean over the start phases; pushes of 300 N come from all around, "
+        "halfway between the phases of the table of pushes below.",
+        width=100,
+    )
+    + "\n"
+)
 ABOUT_SURVIVAL = """\
 300 N for 50 ms at the pelvis, from 25 directions within 90° of straight ahead, by phase of the
 right gait cycle; in brackets the 90 % interval of the share. Survived: no fall within five gait
