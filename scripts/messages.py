@@ -4,9 +4,8 @@
 texts are added without a translation, those that no page has any more are removed. Texts that come
 with the results (labels of figures, credibility) are listed in `gaitval/reporting/texts.txt`, where
 `%(name)s` stands for a part that is translated in its turn; `tests/reporting/test_languages.py`
-writes a report and names those that are missing. Titles and notes of limits are read from
-`tolerances.toml`. A new
-language begins with `python scripts/messages.py --new fr`.
+writes a report and names those that are missing. Titles, notes and remedies of limits are read
+from `tolerances.toml`. A new language begins with `python scripts/messages.py --new fr`.
 """
 
 import argparse
@@ -47,8 +46,8 @@ def result_texts() -> Catalog:
             found.add(line.replace("\\n", "\n"), locations=[(TEXTS, 0)])
     for tolerance in load_registry().tolerance:
         texts = [tolerance.title]
-        if tolerance.measure in WALK_UNITS:  # the report prints their notes
-            texts.append(tolerance.note)
+        if tolerance.measure in WALK_UNITS:  # the report prints their notes and remedies
+            texts += [tolerance.note, tolerance.remedy]
         for text in texts:
             if text:
                 found.add(text.replace("%", "%%"), locations=[("tolerances.toml", 0)])

@@ -18,7 +18,7 @@ from typing import Final
 from babel.messages.catalog import Catalog
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po
-from babel.numbers import format_decimal, get_decimal_symbol
+from babel.numbers import format_decimal, get_decimal_symbol, get_group_symbol
 
 from gaitval.configuration import LANGUAGES
 
@@ -31,7 +31,11 @@ _NEUTRAL: Final = re.compile(
     r"|[^A-Za-z]*(m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|SD|MAP)"
 )
 """Numbers, units and symbols: the same in all languages but for the decimal mark."""
-_DECIMAL: Final = re.compile(r"(?<![\w.])(\d+)\.(\d+)(?![\w/]*\.?[\w/])")
+_FIGURE: Final = re.compile(
+    r"(?<![\w.,])(?P<thousands>[1-9]\d{0,2}(?:,\d{3})+)(?!\w|[.,]\d)"
+    r"|(?<![\w.])(?P<whole>\d+)\.(?P<part>\d+)(?![\w/]*\.?[\w/])"
+)
+"""Whole numbers with their thousands apart, and those with a decimal point."""
 TEXTS: Final = "texts.txt"
 """What comes with the results, a text a line (scripts/messages.py)."""
 _SENTENCES: Final = re.compile(r"(?<=[.!?]) (?=[A-Z])")
@@ -95,6 +99,7 @@ class Words:
     ) -> None:
         self.language = language
         self._decimal = get_decimal_symbol(language)
+        self._group = get_group_symbol(language)
         self._plain = {_percent(text): _percent(said) for text, said in plain.items()}
         # the one that leaves least open first
         longest = sorted(patterns.items(), key=lambda pair: -len(_PLACE.sub("", pair[0])))
@@ -141,8 +146,13 @@ class Words:
         return None if None in said else joint.join(part for part in said if part is not None)
 
     def figures(self, text: str) -> str:
-        """Figures in a text with the decimal mark of this language."""
-        return text if self.language == SOURCE else _DECIMAL.sub(rf"\1{self._decimal}\2", text)
+        """Figures in a text with the decimal mark and the thousands mark of this language."""
+        return text if self.language == SOURCE else _FIGURE.sub(self._figure, text)
+
+    def _figure(self, found: re.Match[str]) -> str:
+        if found["thousands"]:
+            return found["thousands"].replace(",", self._group)
+        return f"{found['whole']}{self._decimal}{found['part']}"
 
     def count(self, value: float) -> str:
         """A whole number with the thousands apart, as this language has them."""

@@ -14,7 +14,11 @@ from report_run import build_run
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
+from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError
+from gaitval.metrics.learning_gain import LearningGain, Standing
+from gaitval.metrics.verdicts import close_text, unjudged_text
+from gaitval.prediction.told import QUANTITIES
 from gaitval.reporting.catalogue import Words, translations, words
 from gaitval.reporting.drawing import drawn, new_figure, svg
 from gaitval.reporting.page import _environment
@@ -179,6 +183,7 @@ def test_nothing_else_on_a_german_report_is_english(
     points = set(re.findall(r"(?<![\w./])\d+\.\d+(?![\w./])", plain))
     assert points <= {"2.000"}, "thousands"
     assert "% BW" not in plain
+    _environment.cache_clear()  # it has the German texts
     monkeypatch.setattr("gaitval.reporting.page.translations", lambda language: Bracketed())
     bracket_the_results(monkeypatch)
     write_report(folder, ["report.language=de"])
@@ -216,6 +221,8 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
         ("0.0779 Nm/kg", "0,0779 Nm/kg"),
         ("right hip flexion: -0.0986; and 3 more", "Hüftbeugung rechts: -0,0986; und 3 weitere"),
         ("the person's T06 at 1.29 m/s", "T06 der Person bei 1,29 m/s"),
+        ("54.8–96.7 %, 6 of 7 pushes", "54,8–96,7 %, 6 von 7 Stößen"),
+        ("0.351–0.565 % of cycle, 8 of 8 walks", "0,351–0,565 % Zyklus, 8 von 8 Gängen"),
         ("As for its RMS. Of somebody.", None),
         ("Left hip of somebody", None),
         ("", ""),
@@ -228,11 +235,81 @@ def test_what_comes_with_the_results_is_known_whole_or_by_its_parts(
     assert words("en").of(text) == text
 
 
+def _unrecorded(missing: dict) -> dict:
+    """What a metrics file has of the origin of each quantity; recorded but for those given."""
+    origins = {
+        quantity: {side: missing.get((quantity, side), "recorded") for side in SIDES}
+        for quantity in QUANTITIES
+    }
+    return {"record": {"origins": origins}}
+
+
+@pytest.mark.parametrize(
+    ("missing", "german"),
+    [
+        (
+            {("angles", "left"): "mirrored"},
+            "Nicht aufgezeichnet, darum nicht beurteilt: Winkel links "
+            "(von der anderen Seite gespiegelt).",
+        ),
+        (
+            {
+                ("angles", "left"): "mirrored",
+                ("moments", "left"): "mirrored",
+                ("forces", "right"): "expected",
+                ("forces", "left"): "expected",
+            },
+            "Nicht aufgezeichnet, darum nicht beurteilt: Winkel links und Momente links "
+            "(von der anderen Seite gespiegelt); Kräfte (nach anderen Personen erwartet).",
+        ),
+    ],
+)
+def test_what_is_not_judged_is_said_in_each_language(missing: dict, german: str) -> None:
+    text = unjudged_text(_unrecorded(missing)).strip()
+    assert words("de").of(text) == german
+    assert words("pt").of(text)
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+@pytest.mark.parametrize("origin", ["mirrored", "expected", "predicted"])
+def test_every_reason_not_to_judge_is_known(language: str, origin: str) -> None:
+    for sides in (("left",), SIDES):
+        for count in range(1, len(QUANTITIES) + 1):
+            missing = {(name, side): origin for name in QUANTITIES[:count] for side in sides}
+            text = unjudged_text(_unrecorded(missing)).strip()
+            assert words(language).of(text), text
+
+
+def test_what_learning_gave_is_said_in_each_language() -> None:
+    start = Standing(8, 1, 21, 17, 0.2847, 0.001)
+    none = Standing(8, 8, 21, 0, None, None)
+    better = Standing(8, 0, 21, 18, 0.2738, 0.001)
+    assert words("de").of(LearningGain(503808, start, better).in_words()) == (
+        "Was 503.808 Stichproben brachten: vorher Epsilon 0,2847, 17 von 21 Stößen überstanden, "
+        "1 von 8 Gängen endeten mit einem Sturz, nachher Epsilon 0,2738, 18 von 21 Stößen "
+        "überstanden; die trainierte Strategie wird weitergegeben."
+    )
+    for language in TRANSLATED:
+        for before in (None, start, none, better):
+            for after in (start, none, better):
+                text = LearningGain(2000, before, after).in_words()
+                assert words(language).of(text), text
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+def test_every_reason_why_a_value_passes_narrowly_is_known(language: str) -> None:
+    for measure, kept in (("push_survival", 6), ("angle_rmse", 7), ("angle_rmse", 8)):
+        row = {"measure": measure, "spread": {"kept": kept, "repeats": 8}}
+        assert words(language).of(close_text(row)), close_text(row)
+
+
 def test_versions_and_places_keep_their_points() -> None:
     german = words("de")
     assert german.figures("1.5 and 3.11.7, doi 10.7717/peerj.4640") == (
         "1,5 and 3.11.7, doi 10.7717/peerj.4640"
     )
+    assert german.figures("503,808 samples of 1,234 at 0.5") == "503.808 samples of 1.234 at 0,5"
+    assert german.figures("0,100 and 1,5 and 12,34") == "0,100 and 1,5 and 12,34"
     assert german.count(2000.0) == "2.000"
     assert words("en").count(2000) == "2,000"
 
