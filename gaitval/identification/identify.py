@@ -98,6 +98,12 @@ class Searched:
     history: tuple[dict[str, float], ...]
 
 
+_DIGITS: Final = 6
+"""Digits of a candidate of the search, in the prior's SD. cma adds with Python's `sum`, which
+rounds otherwise from version 3.12 on: without this, what two Pythons find would differ, and a
+parameter at the edge of being identified be so in one of them only."""
+
+
 def search(
     evaluate: Evaluate,
     size: int,
@@ -142,7 +148,8 @@ def search(
     while not converged and len(history) < settings.generations:
         points = strategy.ask()
         generation = len(history)
-        values = told[generation] if generation < len(told) else evaluate(points)
+        rounded = [np.round(point, _DIGITS) for point in points]
+        values = told[generation] if generation < len(told) else evaluate(rounded)
         strategy.tell(points, values)
         so_far.append([float(each) for each in values])
         if state_file is not None:
@@ -153,7 +160,8 @@ def search(
             on_generation(generation + 1, best)
         converged = bool(strategy.result.stds.max() < settings.tolerance)
     # The mean of the final distribution, which is least affected by single candidates.
-    return Searched(np.asarray(strategy.result.xfavorite), converged, tuple(history))
+    found = np.round(strategy.result.xfavorite, _DIGITS)
+    return Searched(found, converged, tuple(history))
 
 
 def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:

@@ -3,6 +3,7 @@
 Scaling passes this type to every later stage. It is stored as a URDF file.
 """
 
+import math
 from dataclasses import dataclass
 
 from gaitval.arrays import Array
@@ -106,7 +107,8 @@ class BodyModel:
     @property
     def mass(self) -> float:
         """Total mass, kg."""
-        return float(sum(segment.mass for segment in self.segments))
+        # Python's own sum rounds otherwise from version 3.12 on.
+        return math.fsum(segment.mass for segment in self.segments)
 
     @property
     def leg_length(self) -> float:

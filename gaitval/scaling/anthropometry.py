@@ -9,6 +9,7 @@ Winter, D. A. (2009) Biomechanics and Motor Control of Human Movement, 4th ed., 
 (after Drillis and Contini, 1966): segment lengths as fractions of stature.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -101,7 +102,7 @@ def mass_fractions(sex: Sex) -> dict[str, float]:
     the whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
     """
     table = DE_LEVA[sex]
-    total = sum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
+    total = math.fsum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
     return {name: p.mass / total for name, p in table.items()}
 
 

@@ -12,6 +12,7 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
@@ -194,7 +195,9 @@ def _trunk_factor(measured: Measurements, subject: Individual) -> float:
     """Factor on de Leva's trunk and head that fills the stature above the hip joints."""
     table = DE_LEVA[subject.sex]
     names = ("head", "upper trunk", "middle trunk", "lower trunk")
-    return (subject.height_m - measured.hip_height) / sum(table[name].length for name in names)
+    return (subject.height_m - measured.hip_height) / math.fsum(
+        table[name].length for name in names
+    )
 
 
 def _table(measured: Measurements, lengths: Lengths, subject: Individual) -> tuple[SegmentRow, ...]:

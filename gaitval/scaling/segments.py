@@ -3,6 +3,7 @@
 Masses and inertias are after de Leva (1996); `scaling` describes the pose.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -142,7 +143,8 @@ def _mirrored(part: _Part) -> _Part:
 
 def _combined(parts: Sequence[_Part]) -> _Part:
     """Several pieces, all in the same axes, as one rigid body."""
-    mass = sum(part.mass for part in parts)
+    # Python's own sum rounds otherwise from version 3.12 on.
+    mass = math.fsum(part.mass for part in parts)
     centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
     inertia = sum(
         (part.inertia + shifted_inertia(part.mass, part.centre - centre) for part in parts),

@@ -14,6 +14,7 @@ them are taken as lengths between joint centres. If the hip height is measured, 
 lengths share the rest of it in these proportions. One set of lengths serves both legs.
 """
 
+import math
 from typing import Final
 
 import numpy as np
@@ -182,8 +183,8 @@ def _share(
                 "lateral epicondyle of the knee, the lateral malleolus and the floor."
             )
         return {}
-    rest -= sum(used[name] for name in ("thigh", "shank") if name in measured)
-    total = sum(FRACTIONS[name] for name in open_)
+    rest -= math.fsum(used[name] for name in ("thigh", "shank") if name in measured)
+    total = math.fsum(FRACTIONS[name] for name in open_)
     shares = {name: rest * FRACTIONS[name] / total for name in open_}
     expected = {
         name: FRACTIONS[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_
