@@ -154,7 +154,7 @@ def search(
         so_far.append([float(each) for each in values])
         if state_file is not None:
             write_json(state_file, {"key": key, "values": so_far})
-        best, sigma = float(min(values)), float(strategy.sigma)
+        best, sigma = float(min(values)), float(np.round(strategy.sigma, _DIGITS))
         history.append({"generation": generation + 1, "best": best, "sigma": sigma})
         if on_generation is not None:
             on_generation(generation + 1, best)
