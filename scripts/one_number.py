@@ -195,8 +195,9 @@ def _terminal(imported: Any, out: Path) -> dict[str, Said]:
 
 def _page(path: Path) -> dict[str, Said]:
     row = re.compile(
-        r"<tr[^>]*><td[^>]*>([^<]*)</td><td class=\"n\">([-\d.]+) [^<]*</td>"
-        r"<td class=\"n\">≤ ([\d.]+) [^<]*</td><td[^>]*>[^<]*</td>"
+        r"<tr[^>]*><td[^>]*>(?:<span[^>]*>)?([^<]*)(?:</span>)?</td>"
+        r"<td class=\"n value\">([-\d.]+) .*?</td>"
+        r"<td class=\"n\">≤ ([\d.]+) .*?</td><td[^>]*>.*?</td>"
         r"<td class=\"word\"><span[^>]*>([^<]*)</span></td></tr>"
     )
     return {

@@ -1,4 +1,7 @@
-"""Commands of a subject's run: one for each stage, all of them, and stored baselines."""
+"""Commands of a subject's run: one for each stage, all of them, and stored baselines.
+
+It is long because each command declares its own options, in a line each.
+"""
 
 import math
 from collections.abc import Iterator

@@ -191,7 +191,7 @@ def unjudged_text(metrics: Json) -> str:
     """What the walk is not judged by, and why; nothing if everything was recorded."""
     reasons = {
         "mirrored": "mirrored from the other side",
-        "expected": "expected from other people",
+        "expected": "only expected",
         "predicted": "predicted by gaitval",
     }
     by_reason: dict[str, dict[str, list[str]]] = {}

@@ -3,7 +3,8 @@
 The order is that of ASME V&V 40-2018 (question, context of use, risk, verification, validation,
 applicability) and of the eight factors of NASA-STD-7009A; neither is claimed to be met. Every
 figure is read from a file at the moment when the page is written, and says from which file and from
-where in it (a JSON pointer, RFC 6901). What is not known has a row that says so.
+where in it (a JSON pointer, RFC 6901). What is not known has a row that says so. It is long because
+every row is written out here, in the order in which it is read.
 """
 
 import tomllib

@@ -93,7 +93,7 @@ def measured_force_fact(record: Mapping[str, Any]) -> Fact:
     """The mean vertical force of the record in `metrics.json` as it was measured."""
     plates = record["plates"]
     return derived_fact(
-        "/record/consistency/mean_force/vertical",
+        "/record/consistency/mean_force",
         "Mean vertical force as measured, which steady walking makes 1",
         measured_force(record),
         "body weights",

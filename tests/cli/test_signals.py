@@ -5,6 +5,8 @@ import sys
 
 START = """
 import os, signal, sys, time, weakref
+# A shell starts its background jobs, and so their tests, deaf to the interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from gaitval.cli import main
 import gaitval.datasets.subject_file as subjects
 

@@ -229,7 +229,7 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older = copy.deepcopy(metrics)
     older["schema_version"] -= 1
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
-    with pytest.raises(ArtefactError, match=r"has version 7 .* reads version 8\. Write it again"):
+    with pytest.raises(ArtefactError, match=r"has version 8 .* reads version 9\. Write it again"):
         check_metrics(older, "stored.json")
 
 

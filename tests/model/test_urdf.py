@@ -241,5 +241,5 @@ def test_what_is_no_urdf_is_refused(tmp_path, content, message):
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(ModelError, match="cannot be read"):
+    with pytest.raises(ModelError, match=r"no such file\. Check the path"):
         read_urdf(tmp_path / "none.urdf")
