@@ -28,7 +28,7 @@ DOCS: Final = Path(__file__).parents[1] / "docs"
 LARGEST: Final = 150_000
 """Bytes of a picture: what a page may load without a wait."""
 COLOURS: Final = (256, 64)
-SHARES: Final = (1.0, 0.8, 0.65)
+SHARES: Final = (1.0, 0.8, 0.65, 0.5)
 """Of the size of a picture, tried in this order."""
 WIDTH: Final = 800
 """CSS pixels of the window: a report's text is then read without a zoom."""
