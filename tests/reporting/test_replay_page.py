@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import time
 
 import numpy as np
@@ -341,7 +342,9 @@ def test_a_script_that_is_not_the_pages_own_does_not_run(chromium, folder, tmp_p
     text = (folder / "report.html").read_text(encoding="utf-8")
     foreign = '<script>document.title = "taken"</script><img src="https://evil.example/x">'
     path = tmp_path / "report.html"
-    path.write_text(text.replace("<main>", f"<main>{foreign}", 1), encoding="utf-8")
+    spoilt = re.sub(r"(<main[^>]*>)", lambda found: found[1] + foreign, text, count=1)
+    assert spoilt != text
+    path.write_text(spoilt, encoding="utf-8")
     opened = Opened(chromium, path)
     assert opened.page.title() == "Gait validation of subject S05"
     refused = json.dumps(opened.complaints)

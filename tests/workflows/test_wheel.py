@@ -141,7 +141,7 @@ def share_compiled(installed: Path, cache: Path) -> None:
 
 @pytest.mark.slow
 def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
-    """From the wheel's files alone, in an empty folder, from the stored policy to the report."""
+    """From the wheel's files alone, in an empty folder, from the general policy to the report."""
     code = (
         f"import sys; sys.path.insert(0, {str(installed)!r}); import gaitval.cli as c;"
         f"assert c.__file__.startswith({str(installed)!r}), c.__file__; c.main()"
@@ -160,7 +160,7 @@ def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
     )
     assert done.returncode == 0, done.stdout + done.stderr
     run = empty / "reports" / "S05"
-    stored = installed / "gaitval/baselines/S05/policy/policy.safetensors"
+    stored = installed / "gaitval/baselines/general/policy.safetensors"
     assert (run / "start/policy.safetensors").read_bytes() == stored.read_bytes()
     for name in ("model.urdf", "metrics.json", "report.html", "report.pdf"):
         assert (run / name).stat().st_size > 0
