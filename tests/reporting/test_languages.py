@@ -260,7 +260,7 @@ def _unrecorded(missing: dict) -> dict:
                 ("forces", "left"): "expected",
             },
             "Nicht aufgezeichnet, darum nicht beurteilt: Winkel links und Momente links "
-            "(von der anderen Seite gespiegelt); Kräfte (nach anderen Personen erwartet).",
+            "(von der anderen Seite gespiegelt); Kräfte (nur erwartet).",
         ),
     ],
 )
