@@ -133,7 +133,8 @@ def project(tmp_path, monkeypatch):
     evidence.git("init", "--quiet")
     commit(monkeypatch, "first")
     evidence.write("topic", [row(what) for what in ("few things", "data", "f", "stored", "all")])
-    return tmp_path
+    yield tmp_path
+    forget()  # other tests look at the checkout
 
 
 def row(what: str) -> evidence.Row:
@@ -145,6 +146,12 @@ def commit(monkeypatch, message: str) -> str:
     identity = ("-c", "user.name=T", "-c", "user.email=t@t.invalid", "-c", "commit.gpgsign=false")
     evidence.git(*identity, "commit", "--quiet", "-m", message)
     monkeypatch.setattr(evidence, "STARTED", evidence.git("rev-parse", "--short=9", "HEAD"))
+    forget()
+    return evidence.STARTED
+
+
+def forget() -> None:
+    """What was read of a project and is kept."""
     for cached in (
         evidence_sources.declarations,
         stale_evidence._why,
@@ -153,7 +160,6 @@ def commit(monkeypatch, message: str) -> str:
         stale_evidence.changed_statements,
     ):
         cached.cache_clear()
-    return evidence.STARTED
 
 
 def stale_rows() -> set[str]:
