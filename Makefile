@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general untold identification ablation paper wheel audit clean
+.PHONY: help setup subject test lint docs baseline tables check bench speed general held-out identification ablation paper wheel audit clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -35,7 +35,7 @@ test: setup ## All tests but the slow ones; SLOW=1 for those too, PYTEST_ARGS="-
 lint: setup ## ruff and mypy --strict
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
-	@$(BIN)/mypy --strict gaitval
+	@$(BIN)/mypy --strict
 
 docs: setup $(VENV)/.gaitval-docs ## Build the documentation site into site/, warnings as errors
 	@PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
@@ -49,12 +49,12 @@ $(VENV)/.gaitval-docs: pyproject.toml constraints.txt | setup
 
 baseline: setup ## Make the finished run of subject S its stored baseline (policy, mu, metrics)
 	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)
-	@$(BIN)/python scripts/accuracy_tables.py
+	@$(BIN)/python docs/build/accuracy_tables.py
 
 tables: setup ## Write the accuracy tables of the READMEs, and the figures that reports cite
-	@$(BIN)/python scripts/accuracy_tables.py
-	@$(BIN)/python scripts/recording_tables.py
-	@$(BIN)/python scripts/credibility_figures.py
+	@$(BIN)/python docs/build/accuracy_tables.py
+	@$(BIN)/python docs/build/recording_tables.py
+	@$(BIN)/python docs/build/credibility_figures.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline
@@ -65,41 +65,48 @@ bench: setup ## Speed against peers, as ratios within one run
 speed: setup ## Write the tables of docs/speed.md (6 min on an otherwise idle machine); JAX=PYTHON
 	@mkdir -p .benchmarks
 	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
-	@$(BIN)/python scripts/speed_tables.py ratios .benchmarks/physics_step.json
-	@$(BIN)/python scripts/speed_tables.py profile
-	@$(BIN)/python scripts/speed_peers.py $(if $(JAX),--jax $(JAX))
-	@$(BIN)/python scripts/speed_tables.py trainings
-	@$(BIN)/python scripts/speed_tables.py steps
-	@$(BIN)/python scripts/speed_tables.py steered
+	@$(BIN)/python docs/build/speed_tables.py ratios .benchmarks/physics_step.json
+	@$(BIN)/python docs/build/speed_tables.py profile
+	@$(BIN)/python docs/build/speed_peers.py $(if $(JAX),--jax $(JAX))
+	@$(BIN)/python docs/build/speed_tables.py trainings
+	@$(BIN)/python docs/build/speed_tables.py steps
+	@$(BIN)/python docs/build/speed_tables.py steered
 
 general: setup ## Train the general policy of reports/general, which trainings start from (20 min)
-	@$(BIN)/python scripts/general_policy.py
+	@$(BIN)/python -m experiments.general_policy
 
-untold: setup ## Run all walks that are told only a part of the record (2 h), and their tables
-	@$(BIN)/python scripts/untold_runs.py holdout
-	@$(BIN)/python scripts/untold_runs.py kinematics
-	@$(BIN)/python scripts/untold_runs.py halves ../shared/data
-	@$(BIN)/python scripts/untold_evidence.py
+held-out: setup ## Run all walks that know only a part of the record (2 h), and their tables
+	@$(BIN)/python -m experiments.held_out_runs holdout
+	@$(BIN)/python -m experiments.held_out_runs kinematics
+	@$(BIN)/python -m experiments.held_out_runs halves ../shared/data
+	@$(BIN)/python -m evidence held_out
 
 identification: setup ## Identify virtual people and the built-in ones (20 min), and the tables
-	@$(BIN)/python scripts/virtual_people.py --people 40
-	@$(BIN)/python scripts/real_people.py
-	@$(BIN)/python scripts/identification_evidence.py
+	@$(BIN)/python -m experiments.virtual_people --people 40
+	@$(BIN)/python -m experiments.real_people
+	@$(BIN)/python -m evidence identification
 
 ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
-	@$(BIN)/python scripts/ablation.py run
-	@$(BIN)/python scripts/ablation.py table
+	@$(BIN)/python -m experiments.ablation run
+	@$(BIN)/python -m experiments.ablation table
 
 paper: setup ## Every figure of the paper from our own data, and what agrees (3 min), into paper/; OUT=
-	@$(BIN)/python scripts/paper_figures.py $(if $(OUT),--out $(OUT))
+	@$(BIN)/python -m experiments.paper.figures $(if $(OUT),--out $(OUT))
 
 wheel: setup ## Build the wheel into dist/, and beside it what it runs on (CycloneDX)
 	@$(BIN)/python -m build --wheel
 	@$(BIN)/python scripts/sbom.py
 
-audit: setup ## Known weaknesses of the locked packages, by pip-audit; says when it cannot be said
-	@$(BIN)/python scripts/audit.py
+audit: setup $(VENV)/.gaitval-audit ## Known weaknesses of the locked packages, by pip-audit
+	@# --strict: a package that the database does not know fails too, and so does a mirror without it.
+	@$(BIN)/pip-audit --strict --require-hashes --disable-pip --progress-spinner off \
+		$(patsubst %,--requirement %,$(wildcard locks/*.txt))
+
+$(VENV)/.gaitval-audit: pyproject.toml constraints.txt | setup
+	@$(BIN)/python -m pip install --disable-pip-version-check --quiet \
+		-c constraints.txt -e '.[audit]'
+	@touch $@
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
 	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks
-	find gaitval tests benchmarks -name __pycache__ -type d -exec rm -rf {} +
+	find gaitval extras tests benchmarks -name __pycache__ -type d -exec rm -rf {} +

@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from numpy.typing import NDArray
 
 LIBRARIES = (
+    # Those whose version can change a number of a result.
     "dartpy",
     "ezc3d",
     "yourdfpy",
@@ -40,8 +41,8 @@ LIBRARIES = (
 
 
 PARTIAL = ".partial-"
-"""How the name of a file begins that is still being written (`replacing`), and of a folder that
-is needed only for a while (`scratch`)."""
+"""First letters of the name of a file that is still being written (`replacing`), or of a temporary
+folder (`scratch`)."""
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
@@ -55,7 +56,12 @@ DEPTH = 50
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Say which file could not be written because of the disk or its permissions, and what to do.
+    """If the block cannot write because of the disk or its permissions, name the file and the fix.
+
+    Parameters
+    ----------
+    path : the file or folder that the block writes. An error that names a file elsewhere is not
+        about it, and is raised unchanged.
 
     Raises
     ------
@@ -83,8 +89,17 @@ def _of_another(error: Exception, path: Path) -> bool:
 
 
 def why_unwritable(error: Exception) -> str | None:
-    """What a disk has against a file, and the mend; None for any other error."""
-    # Libraries that write in another language tell the system's error in words only.
+    """Why the operating system refused to write a file, and how to fix it.
+
+    Parameters
+    ----------
+    error : any exception.
+
+    Returns
+    -------
+    Words for the middle of a message; None if the error is not about a full disk or permissions.
+    """
+    # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
     number = error.errno if isinstance(error, OSError) else None
     for kinds, told in (
         (_NO_ROOM, "there is no space left for it. Free some space"),
@@ -96,7 +111,7 @@ def why_unwritable(error: Exception) -> str | None:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it, unless it is there.
+    """Make `folder`, and those above it, unless it is there.
 
     Raises
     ------
@@ -129,6 +144,8 @@ def replacing(path: Path) -> Iterator[Path]:
     path = Path(path)
     with writing(path):
         make_folder(path.parent)
+        # In the same folder, because a file can only be replaced in one step within a file system;
+        # with the same suffix, because some libraries choose the format by it.
         handle, name = tempfile.mkstemp(
             dir=path.parent, prefix=f"{PARTIAL}{path.stem}-", suffix=path.suffix
         )
@@ -136,6 +153,7 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary = Path(name)
         try:
             yield temporary
+            # `mkstemp` makes a file that only its owner may read, but results are for everybody.
             temporary.chmod(0o644)
             temporary.replace(path)
         finally:
@@ -144,7 +162,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def scratch(folder: Path) -> Iterator[Path]:
-    """A folder in `folder` for files that are needed only for a while, removed when the block ends.
+    """A folder in `folder` for temporary files, removed when the block ends.
 
     What a kill leaves is removed by `remove_partial`; nobody would look for it among the temporary
     files of a system.
@@ -161,8 +179,12 @@ def scratch(folder: Path) -> Iterator[Path]:
 
 
 def remove_partial(folder: Path) -> None:
-    """Remove what a killed process left of files that it was writing; call it with the folder
-    locked, because another process may be writing.
+    """Remove what a killed process left half written.
+
+    Parameters
+    ----------
+    folder : of a run, with up to three levels of folders below it that are searched. Call it with
+        the folder locked, because another process may be writing.
     """
     for depth in ("", "*/", "*/*/", "*/*/*/"):
         for left in folder.glob(f"{depth}{PARTIAL}*"):
@@ -172,19 +194,42 @@ def remove_partial(folder: Path) -> None:
                 left.unlink(missing_ok=True)
 
 
+def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
+    """Copy files from one folder to another, each whole or not at all."""
+    for name in names:
+        copy_file(source / name, target / name)
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Copy a file, whole or not at all."""
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
+
+
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text whole or not at all."""
+    """Write `text` as UTF-8 to `path`, whole or not at all.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")  # the same on every system
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON with sorted keys, so that equal values give equal bytes. NaN is refused."""
+    """Write `value` as JSON to `path`, with sorted keys, so that equal values give equal bytes.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    ValueError : there is a NaN or an infinity, which JSON does not have.
+    """
     write_text(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file of a run folder.
+    """Value of the JSON file `path` of a run folder.
 
     Raises
     ------
@@ -205,12 +250,13 @@ def read_json(path: Path) -> Any:
 def read_toml(
     path: Path, refusal: type[GaitvalError], mend: str = "Check the path"
 ) -> dict[str, Any]:
-    """Read a TOML file that a person wrote; a byte order mark at its beginning is accepted.
+    """Read a TOML file that a person wrote; a byte order mark at its start is accepted.
 
     Parameters
     ----------
-    refusal : the error that is raised.
-    mend : what to do if the file is missing.
+    path : of the file.
+    refusal : type of the error that is raised.
+    mend : what to do if the file is missing, as the last sentence of the message, without a stop.
 
     Raises
     ------
@@ -226,11 +272,25 @@ def read_toml(
 
 
 def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str, Any]:
-    """Values of TOML `text`; the message of a refusal names `origin`."""
+    """Values of TOML text.
+
+    Parameters
+    ----------
+    text : of the file.
+    origin : where it is from, which the message of an error names.
+    refusal : type of the error that is raised.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`: the text is not TOML, is nested too deeply, or has an integer
+        of more than `DIGITS` digits (inside, a ValueError or RecursionError).
+    """
     try:
         values = tomllib.loads(text)
         _check_depth(values)
         for value in _leaves(values):
+            # TOML allows integers of any length, and turning a huge one into a float raises an
+            # error far from here.
             if isinstance(value, int) and abs(value) >= 10**DIGITS:
                 raise ValueError(f"an integer has more than {DIGITS} digits")
         return values
@@ -239,7 +299,7 @@ def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str,
 
 
 def _check_depth(value: Any, levels: int = DEPTH) -> None:
-    """Raise RecursionError for a value that others could not walk through."""
+    """Raise RecursionError for a value nested deeper than recursive functions can read."""
     if isinstance(value, dict | list):
         if levels == 0:
             raise RecursionError
@@ -259,6 +319,7 @@ def _text(path: Path, refusal: type[GaitvalError], mend: str) -> str:
     """The UTF-8 text of a file, without a byte order mark; raises UnicodeDecodeError."""
     path = Path(path)
     try:
+        # Reading a pipe would wait for ever, and a device might never end.
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "a pipe or a device"
             raise refusal(f"{path}: is {what}, but a file is read here. Give the file itself.")
@@ -287,7 +348,17 @@ def _told(error: Exception) -> str:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
-    """Write named arrays as a compressed npz without pickle."""
+    """Write named arrays as a compressed npz without pickle.
+
+    Parameters
+    ----------
+    path : of the file.
+    arrays : of numbers or text; Python objects cannot be stored.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
     import numpy as np
 
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -295,7 +366,17 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
 
 
 def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]:
-    """Read the arrays `names` of an npz without unpickling; see `write_arrays`."""
+    """Read arrays that `write_arrays` wrote, without unpickling.
+
+    Parameters
+    ----------
+    path : of the npz file.
+    names : of the arrays to read; others in the file are ignored.
+
+    Raises
+    ------
+    ArtefactError : the file is missing, a folder or damaged, or lacks one of `names`.
+    """
     import numpy as np
 
     try:
@@ -319,12 +400,12 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
 
 
 def file_hash(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
+    """SHA-256 of the bytes of the file `path`, hexadecimal."""
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def value_hash(value: Any) -> str:
-    """SHA-256 of a JSON-serialisable value, independent of key order."""
+    """SHA-256 of a JSON-serialisable `value`, independent of key order, hexadecimal."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 

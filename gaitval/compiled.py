@@ -1,6 +1,6 @@
 """numba for all compiled functions, with a cache that notices every change of their sources.
 
-numba's cache checks only the function's own file: after an edit of `contact.py`, a compiled
+numba's cache checks only the function's own file: after an edit of `forces.py`, a compiled
 function of `walker.py` that calls into it would still run the old code. So the cache is in a folder
 named by the hash of all files with compiled functions or with constants that these read.
 """
@@ -16,6 +16,7 @@ from gaitval.compiling import announce
 
 SOURCES = (
     "compiled.py",
+    *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
     "inverse/change_splines.py",
@@ -29,7 +30,6 @@ SOURCES = (
     "inverse/residual_derivatives.py",
     "model/body.py",
     "lanes.py",
-    "model/contact_law.py",
     "model/tree.py",
     "policy/judgement.py",
     "policy/observation.py",
@@ -38,7 +38,6 @@ SOURCES = (
     "policy/walking_group.py",
     "reference/harmonic_square.py",
     "reference/walking_laws.py",
-    "model/contact.py",
     "simulation/dynamics.py",
     "simulation/physics_steps.py",
     "simulation/side_by_side.py",
@@ -47,6 +46,8 @@ SOURCES = (
 
 
 def _cache_folder() -> Path:
+    # All sources in one hash: numba does not record which compiled function calls which, so an edit
+    # of one file must discard every function that might have inlined it.
     digest = hashlib.sha256()
     for name in SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
@@ -57,9 +58,13 @@ def _cache_folder() -> Path:
 def _compiled(function: Any, **options: Any) -> Any:
     settings: Any = numba.config
     before = settings.CACHE_DIR  # NUMBA_CACHE_DIR of the user, if set
+    # numba reads the folder when the decorator runs, not when the function is first called, so it
+    # only needs to be set here and other packages' functions keep their own.
     settings.CACHE_DIR = before or str(_cache_folder())
     announce(Path(settings.CACHE_DIR))
     try:
+        # No `fastmath`: it may reorder sums, and results would differ between processors and
+        # between lanes and doubles.
         return numba.njit(cache=True, error_model="numpy", **options)(function)
     finally:
         settings.CACHE_DIR = before
@@ -69,6 +74,10 @@ def njit(function: Any) -> Any:
     """Compile a function with numba on its first call, or load it from the cache.
 
     Division by zero gives infinity or NaN, as in NumPy.
+
+    Parameters
+    ----------
+    function : a module's function that numba can compile; its file must be one of `SOURCES`.
     """
     return _compiled(function)
 
@@ -77,10 +86,19 @@ def njit_borrowing(function: Any) -> Any:
     """`njit` for a function that neither creates nor returns arrays: it works in those it is given,
     which outlive the call, so numba need not count references to them. Counting every view and
     every tuple member took a third of the time of a physics step.
+
+    Parameters
+    ----------
+    function : as `njit` takes it; numba refuses to compile one that creates an array.
     """
     return _compiled(function, _nrt=False)
 
 
 def njit_unlocked(function: Any) -> Any:
-    """`njit` for a function that runs beside others in threads: it holds no lock of Python's."""
+    """`njit` for a function that runs beside others in threads: it holds no lock of Python's.
+
+    Parameters
+    ----------
+    function : as `njit` takes it. It must only write to arrays that no other thread touches.
+    """
     return _compiled(function, nogil=True)

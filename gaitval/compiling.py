@@ -1,7 +1,8 @@
-"""Says that numba compiles, which takes about a minute the first time and happens once a machine.
+"""Prints that numba compiles, which takes about a minute the first time and happens once per
+machine.
 
-From the command line and from Python alike it is one line on stderr; nothing is said while
-everything comes from the cache (`compiled`), and nothing by worker processes.
+From the command line and from Python alike it is one line on stderr. Nothing is printed while
+everything comes from the cache (`compiled`), nor by worker processes.
 """
 
 import multiprocessing
@@ -13,11 +14,11 @@ from typing import Any, Final
 from numba.core import event
 
 WORTH_A_WORD: Final = 3.0
-"""s of compiling after which it is said also if other functions were compiled earlier."""
+"""s of compiling after which the line is printed also if the cache was not empty."""
 
 
 class Announcer(event.Listener):
-    """Hears of every compilation, and says it once.
+    """Notices every compilation, and prints a line once.
 
     Parameters
     ----------
@@ -32,6 +33,8 @@ class Announcer(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """A compilation starts, perhaps within another."""
+        # Compiling one function compiles those that it calls: only the outermost start and end
+        # measure, or nested times would be counted twice.
         if self._depth == 0:
             self._since = monotonic()
             if self._cache is not None:
@@ -47,6 +50,7 @@ class Announcer(event.Listener):
                 self._tell("what was not used before, once, less than a minute")
 
     def _tell(self, how: str) -> None:
+        # A worker process would repeat what its parent has printed already.
         if self._told or multiprocessing.parent_process() is not None:
             return
         self._told = True
@@ -57,7 +61,7 @@ _heard: list[Announcer] = []
 
 
 def announce(cache: Path) -> None:
-    """From now on say when something is compiled; a second call does nothing.
+    """From now on print a line when something is compiled; a second call does nothing.
 
     Parameters
     ----------
@@ -66,4 +70,6 @@ def announce(cache: Path) -> None:
     if not _heard:
         empty = not cache.is_dir() or not any(cache.iterdir())
         _heard.append(Announcer(cache if empty else None))
+        # The listener lives as long as the process; `_heard` also keeps it from being registered
+        # twice.
         event.register("numba:compile", _heard[0])  # type: ignore[no-untyped-call]

@@ -9,7 +9,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -35,14 +35,14 @@ LANGUAGES = (
 """Languages of the pages: that of the templates, and one for each catalogue."""
 
 LARGEST = 1e9
-"""No number is larger, nor its inverse: the largest constant is the modulus of the contact, 3e6 Pa,
-and squares and sums of what is larger leave what a float resolves."""
+"""Bound on every number and its inverse. The largest constant is the modulus of the contact, 3e6
+Pa; squares and sums of much larger numbers exceed the resolution of a float."""
 LARGEST_SEED = 2**32 - 2
 """NumPy's and cma's random numbers take 32 bits; the search's seed is one more than the run's."""
 ROLLOUT_SAMPLES = 1_000_000
-"""Most samples between updates, of all environments: each takes 1.3 kB of shared memory."""
+"""Most samples between updates, over all environments: each takes 1.3 kB of shared memory."""
 REPEATS = 1_000_000
-"""No count of rounds, cycles or directions is larger: it would run for years, or fill the memory
+"""Bound on counts of rounds, cycles and directions: more would run for years, or fill the memory
 before the first walk."""
 
 
@@ -111,22 +111,33 @@ class RecordSettings(Section):
     use: Literal["all", "kinematics"] = "all"
     """`all`: angles, moments and forces; the walk is then fitted to the record that it is compared
     with. `kinematics`: angles, speed and timing only; moments and forces are predicted, and the
-    recorded ones are read by nothing but the comparison (docs/untold.md)."""
+    recorded ones are read by nothing but the comparison (docs/held-out.md)."""
     holdout: str = ""
-    """Name of a trial that the run is not told and is compared with; the walk is then predicted
-    from the person's other trials. Empty: the subject's own trial, which is told."""
+    """Name of a trial that is held out and compared with; the walk is then predicted from the
+    person's other trials. Empty: the subject's own trial, which is known to the model."""
     speed: NotNegative = 0.0
     """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
 
 
-class ContactSettings(Section):
-    """Hunt-Crossley contact of the foot spheres with the ground, OpenSim's smooth form.
+class ScalingSettings(Section):
+    """How a person's measurements become the body."""
 
-    Friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s), stiffness and
-    dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the
-    foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
+    symmetric: bool = True
+    """Both sides of the body are the mean of right and left. If false, each arm and leg has its own
+    lengths, masses and inertia, and its own row in the scaling table."""
+
+
+class ContactSettings(Section):
+    """Contact of the foot spheres with the ground (`gaitval.contact`).
+
+    Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s),
+    stiffness and dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with
+    PredSim's 1 MPa the foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
     """
 
+    law: Literal["hunt_crossley", "cubic"] = "hunt_crossley"
+    """`hunt_crossley`: OpenSim's smooth form (Serrancolí et al. 2019). `cubic`: a cubic spring
+    (Ackermann and van den Bogert 2010); it reads the settings that begin with its name."""
     stiffness: Positive = 3_067_776.0
     """Plane strain modulus E, Pa."""
     dissipation: Positive = 2.0
@@ -137,9 +148,24 @@ class ContactSettings(Section):
     """Viscous friction coefficient, s/m."""
     transition_velocity: Positive = 0.2
     """Slip velocity at which friction is fully developed, m/s."""
+    cubic_stiffness: Positive = 5e7
+    """Force on a sphere / penetration³, N/m³. As in OpenSim Moco's form of the law; it is meant for
+    two points under a foot, and six spheres sink in by 13 mm under a body that stands."""
+    cubic_dissipation: Positive = 1.0
+    """Force of a penetration rate of 1 m/s over that at rest, s/m."""
+    cubic_friction_velocity: Positive = 0.05
+    """Slip velocity at which friction is 46 % developed, m/s."""
     event_threshold: Positive = 20.0
     """Vertical force above which a foot counts as on the ground, N (the smooth form leaves a
     few newtons just above the ground)."""
+
+    def scaled(self, stiffness: float, dissipation: float) -> Self:
+        """The same law, with the factors `stiffness` and `dissipation` on these constants."""
+        prefix = f"{self.law}_" if f"{self.law}_stiffness" in type(self).model_fields else ""
+        factors = {f"{prefix}stiffness": stiffness, f"{prefix}dissipation": dissipation}
+        return self.model_copy(
+            update={name: getattr(self, name) * factor for name, factor in factors.items()}
+        )
 
 
 class ServoSettings(Section):
@@ -167,7 +193,7 @@ class EnvironmentSettings(Section):
     """Around the left heel strike observations and actions are mirrored, so the policy learns one
     step for both legs (extended observation only; the reference keeps its sides)."""
     physics_step: float = Field(0.002, ge=1e-5, le=0.05)
-    """s; a longer one than 0.05 has not the 10 Hz that are compared."""
+    """s; at most 0.05, so that the 10 Hz content used in the comparison is resolved."""
     steps_per_action: int = Field(5, ge=1, le=1000)
     """Physics steps for one action."""
     action_scale: Positive = 0.2
@@ -176,9 +202,9 @@ class EnvironmentSettings(Section):
     """Actions are clipped at this."""
     arm_share: Fraction = 0.0
     """Fraction of an action's offset that reaches shoulders and elbows. 0: the arms swing as in the
-    reference, and the policy has no use of them; nothing was recorded of what they did."""
+    reference and the policy cannot move them; the record does not contain them."""
     centring: Fraction = 0.5
-    """Share of a trained policy's habit that is taken from its actions outside training. The habit
+    """Share of a trained policy's action bias that is removed outside training. The action bias
     is what it does at each phase when the body is exactly on the reference, where nothing needs to
     be done; it is learned under noise, pushes and other bodies, and moves the walk away from the
     reference. 0: the policy as trained."""
@@ -192,7 +218,7 @@ class EnvironmentSettings(Section):
     rotation_tolerance: Positive = 0.7
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
-    """... or this far from its reference place along the walkway or beside it, m."""
+    """... or this far from its reference position, along the walkway or sideways, m."""
     initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
@@ -203,7 +229,7 @@ class EnvironmentSettings(Section):
     """Largest push, N; the magnitude is uniform from 0 (the paper's 0-800 N) ..."""
     push_focus: NotNegative = 450.0
     """... but every other push is drawn from 0 to this, N: beyond it a sideways push makes a slow
-    walker fall whatever it does, and teaches nothing."""
+    walker fall whatever it does, so nothing is learned."""
     push_seconds: float = Field(0.05, gt=0, le=10)
     """Duration of a push, s (the paper's 50 ms). A push acts during whole actions; the last one
     with less force if the duration is not a multiple of an action's, so the impulse is exact."""
@@ -311,8 +337,8 @@ class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
     samples: CountOfSamples = "auto"
-    """Environment steps of every training of the run, whatever it starts from. `auto`: what a
-    training with this start needs, see `SAMPLES_FROM`."""
+    """Environment steps of every training of the run, whatever it starts from. `auto`: by its
+    start, see `SAMPLES_FROM`."""
     workers: int = Field(2, ge=1, le=1024)
     """Processes; each runs its share of the environments, in groups of eight: more processes than
     environments / 8 are not started."""
@@ -355,7 +381,7 @@ class TrainingSettings(Section):
     each checkpoint, so that a training resumed from it gives the same policy bit for bit."""
 
     def samples_from(self, start: Start) -> int:
-        """Environment steps of a training with this start."""
+        """Environment steps of a training from `start`."""
         return SAMPLES_FROM[start] if self.samples == "auto" else self.samples
 
 
@@ -363,10 +389,10 @@ class IdentificationSettings(Section):
     """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
     method: Literal["posterior", "none"] = "posterior"
-    """`none`: the body stays as scaled, and the policy alone is learned."""
+    """`none`: the body stays as scaled; only the policy is learned."""
     parameters: Literal["paper", "extended"] = "paper"
-    """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are found
-    too (`gaitval.model.extended`), and reported; the walker's stay as they are."""
+    """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
+    identified (`gaitval.model.extended`) and reported, but not used by the walker."""
     population: int = Field(8, ge=4, le=10_000)
     """The paper's 8."""
     generations: int = Field(400, ge=1, le=REPEATS)
@@ -379,13 +405,13 @@ class IdentificationSettings(Section):
     rounds: int = Field(2, ge=1, le=1000)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 1.4
-    """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's
-    own: at the square root of two, what the walker adds is as large as what the reference misses
-    by, if the two are independent."""
+    """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's:
+    at the square root of two, the walker adds an error as large as the reference's, if the two are
+    independent."""
 
 
 class NoiseSettings(Section):
-    """Errors of a record, as standard deviations, by which a body is judged (`identify`)."""
+    """Errors of a record, as standard deviations, which weight it in identification."""
 
     angle_offset: Positive = 0.035
     """Of an angle throughout the cycle, rad: 2 degrees, from where markers are put (McGinley 2009:
@@ -393,10 +419,9 @@ class NoiseSettings(Section):
     angle: Positive = 0.014
     """RMS of an angle's error about its offset, rad: 0.8 degrees, mostly skin."""
     angle_harmonics: int = Field(4, ge=1, le=24)
-    """Harmonics up to which it is spread evenly; beyond they fall with the square of their
-    number."""
+    """Harmonics up to which it is spread evenly; higher ones fall with their order squared."""
     moment: Positive = 0.05
-    """Nm/kg, of hip flexion, knee and ankle moments, besides what wrong joint centres do."""
+    """Nm/kg, of hip flexion, knee and ankle moments, besides the effect of wrong joint centres."""
     adduction_moment: Positive = 0.08
     """Nm/kg, of the hip adduction moment."""
     vertical_force: Positive = 0.015
@@ -406,8 +431,7 @@ class NoiseSettings(Section):
     medial_force: Positive = 0.006
     """Body weights."""
     independent: Positive = 6.0
-    """Numbers that a curve of moment or force is worth: its errors are correlated along the
-    cycle."""
+    """Independent values in a curve of moment or force: errors correlate over the cycle."""
     joint_centre: Positive = 0.01
     """m, of the joint centres that the laboratory's moments are about."""
     plate: Positive = 0.01
@@ -415,15 +439,12 @@ class NoiseSettings(Section):
 
 
 class CorrectionSettings(Section):
-    """Change of the motion that the trained policy is given, with which it walks most like its
-    reference (`correct`).
-    """
+    """Change of the motion given to the policy that makes its walk most like the reference."""
 
     rounds: int = Field(1, ge=0, le=1000)
     """How often the effect of each change is measured; 0: no correction."""
     range_rounds: int = Field(2, ge=0, le=1000)
-    """The same for a policy of several speeds (`gaitval predict`), which is further from each of
-    its references."""
+    """For a policy of several speeds (`gaitval predict`), whose walks are further from theirs."""
     harmonics: int = Field(6, ge=0, le=8)
     """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero."""
     largest: Positive = 0.052
@@ -451,9 +472,7 @@ class ValidationSettings(Section):
 
 
 class PushSettings(Section):
-    """Tests of recovery from a horizontal push at the pelvis that lasts
-    `environment.push_seconds`.
-    """
+    """Tests of recovery from a horizontal push of `environment.push_seconds` at the pelvis."""
 
     phases: Phases = (0.0, 0.25, 0.5, 0.75)
     """Phases of the right gait cycle at which a push begins."""
@@ -506,11 +525,11 @@ def _has_a_catalogue(language: str) -> str:
 
 
 class ReportSettings(Section):
-    """How the pages look; no number on them depends on it."""
+    """Language and paper of the pages; no number depends on them."""
 
     language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
-    """Language of the pages. Citations, licences, rows that quote the project's evidence, and what
-    an import decided and found are in English in all of them."""
+    """Language of the pages. Citations, licences, rows that quote the project's evidence, and the
+    decisions and findings of an import are always in English."""
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
 
@@ -532,6 +551,7 @@ class Configuration(Section):
     validation: ValidationSettings = ValidationSettings()
     pushes: PushSettings = PushSettings()
     processing: ProcessingSettings = ProcessingSettings()
+    scaling: ScalingSettings = ScalingSettings()
     report: ReportSettings = ReportSettings()
 
     @model_validator(mode="after")
@@ -549,6 +569,7 @@ class Configuration(Section):
                 f"validation.consecutive_cycles {validation.consecutive_cycles} are fewer than the "
                 f"{validation.cycles} that are compared; give at least validation.cycles"
             )
+        # a filter cannot cut off above half the sample rate
         nyquist = 0.5 / self.environment.physics_step
         if validation.filter_frequency >= nyquist:
             raise ValueError(
@@ -584,6 +605,7 @@ def _setting(text: str) -> dict[str, Any]:
         parsed: Any = parse_toml(f"value = {value}", f"--set {text:.80}", ConfigurationError)
         parsed = parsed["value"]
     except ConfigurationError:
+        # a bare word is taken as text; a broken list, table or number is an error
         if value[:1] in "[{" or value.lstrip("+-").isdigit():
             raise
         parsed = value
@@ -619,8 +641,9 @@ def _explain(error: ValidationError, origin: str) -> str:
                 known = annotation
             instead = NO_LONGER.get(where, f"unknown; the known ones are {_names(known)}")
             lines.append(f"{where}: {instead}.")
-        elif problem["type"] == "value_error":  # in our words, which say how to mend it
+        elif problem["type"] == "value_error":  # in our words, which say how to fix it
             lines.append(f"{where}: {problem['ctx']['error']}.".removeprefix(": "))
+        # pydantic reports a list and the number in it: the number is enough
         elif any(
             len(other["loc"]) > len(place) and other["loc"][: len(place)] == problem["loc"]
             for other in problems

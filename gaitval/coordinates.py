@@ -34,12 +34,17 @@ SIDES: Final[tuple[Side, Side]] = ("right", "left")
 
 
 def opposite(side: Side) -> Side:
-    """The other side of the body."""
+    """The other side of the body than `side`."""
     return "left" if side == "right" else "right"
 
 
 def split_side(name: str) -> tuple[str, str]:
-    """`("right", "knee_angle")` of `"knee_angle_r"`; no side for the midline."""
+    """Side and name without side of the coordinate `name`.
+
+    Returns
+    -------
+    `("right", "knee_angle")` of `"knee_angle_r"`; the side is `""` for the midline.
+    """
     side = {"_r": "right", "_l": "left"}.get(name[-2:], "")
     return side, name[:-2] if side else name
 
@@ -88,6 +93,9 @@ AXES: Final[dict[str, tuple[float, float, float]]] = {
     "subtalar_angle_r": (1, 0, 0),
     "mtp_angle_r": (0, -1, 0),
     "hip_flexion_l": (0, -1, 0),
+    # Left axes of adduction, inversion and internal rotation point the other way, so that a
+    # positive value means the same movement; flexion turns about the transverse axis, which both
+    # sides share.
     "hip_adduction_l": (-1, 0, 0),
     "hip_rotation_l": (0, 0, -1),
     "knee_angle_l": (0, 1, 0),
@@ -134,7 +142,13 @@ at the knee and elbow."""
 
 
 def mirrored(name: str) -> str:
-    """Name of the same coordinate on the other side; midline names are unchanged."""
+    """Name of the same coordinate on the other side; names of the midline are unchanged.
+
+    Parameters
+    ----------
+    name : of a coordinate, such as `hip_flexion_r`. Its sign needs no change: see the table above.
+        Midline coordinates keep their name, but bending and rotation of the trunk change sign.
+    """
     if name.endswith("_r"):
         return name[:-1] + "l"
     if name.endswith("_l"):

@@ -12,10 +12,10 @@ class GaitvalError(Exception):
 
     exit_code = 2
     goes_on: tuple[str, ...] = ()
-    """Options with which the same command goes on, without what was wrong."""
+    """Options with which the same command continues, without what was wrong."""
 
     def with_way_on(self, *options: str) -> Self:
-        """The same error, with options that the command can go on with."""
+        """The same error, with the `options` that let the command continue."""
         self.goes_on = options
         return self
 
@@ -55,4 +55,6 @@ class ArchiveError(GaitvalError):
 class ToleranceError(GaitvalError):
     """A result is outside the tolerance that it was checked against."""
 
+    # 1 for a result that is not good enough; the other errors, with 2, end commands that cannot
+    # run.
     exit_code = 1

@@ -14,7 +14,7 @@ from gaitval.errors import ArtefactError
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """Lock the folder for this process, until the block or the process ends.
+    """Lock `folder` for this process, until the block or the process ends.
 
     It is made if it is not there, and what a killed process left half written is removed.
 
@@ -34,6 +34,7 @@ def held(folder: Path) -> Iterator[None]:
             "or give this run its own folder with --out."
         ) from None
     except OSError as error:
+        # A full disk, a quota or a read-only system: `writing` turns these into its own message.
         with writing(folder / ".lock"):
             if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
                 raise
@@ -42,9 +43,11 @@ def held(folder: Path) -> Iterator[None]:
             "that you may write to. Delete it, or give another folder with --out."
         ) from None
     try:
+        # Only now: before the lock is held, the partial files might be those of a running process.
         remove_partial(folder)
         write_text(holder, str(os.getpid()))
         yield
     finally:
+        # The holder's file goes first: once the lock is released, it may already be another's.
         holder.unlink(missing_ok=True)
         lock.release()

@@ -1,4 +1,4 @@
-"""What a long stage has found so far, one result a line, so that it goes on after a kill."""
+"""What a long stage has found so far, one result per line, so that it continues after a kill."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence
@@ -12,7 +12,7 @@ Result = TypeVar("Result")
 
 
 class Journal:
-    """Results in the order in which they were found; a later run takes them up in that order.
+    """Results in the order in which they were found; a later run reads them in that order.
 
     It is for work that is the same every time, such as a search whose next points follow from the
     results before. Whoever owns the file removes it when inputs or code have changed. Numbers come
@@ -28,6 +28,8 @@ class Journal:
         self._stored: list[Any] = []
         if path is None or not path.exists():
             return
+        # Bytes of the lines that are complete. What follows them is cut off, or the next result
+        # would be appended to half a line.
         whole = 0
         with writing(path), path.open("rb+") as file:
             for line in file:
@@ -35,6 +37,7 @@ class Journal:
                     self._stored.append(json.loads(line))
                 except ValueError:
                     break  # the process was killed while it wrote this line
+                # A number may have been cut short and still be JSON, such as 12 of 123.
                 if not line.endswith(b"\n"):
                     self._stored.pop()
                     break
@@ -71,5 +74,7 @@ class Journal:
             return
         with writing(self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
+            # Opened and closed for each result: a kill then loses at most the line that is being
+            # written.
             with self._path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(json.dumps(value) + "\n")

@@ -10,6 +10,16 @@ same operations in the same order, and each of them is rounded as IEEE 754 says.
 
 Sine, cosine and exponential are polynomials of this module: a library's are scalar, and differ from
 machine to machine.
+
+How numba is extended here. A new type needs a class for type inference (`_Lanes`), a model that
+maps it to a type of LLVM (`_LanesModel`), and for every operation a signature and a function that
+writes LLVM's instructions ("lowering"). Operators are registered by symbol (`_operator`), functions
+are `intrinsic`s: a Python function that runs at type inference and returns the signature and the
+lowering. None of the code in a lowering runs when the program computes; it runs once, when numba
+compiles. In numba's conventions `context` is the code generator for the processor, `builder` writes
+LLVM's instructions, `sig` is the signature that was chosen and `args` are LLVM's values.
+
+It is long because numba needs a signature and a lowering for every operation.
 """
 
 import math
@@ -27,6 +37,9 @@ from numba.np.arrayobj import make_array, populate_array
 
 from gaitval.compiled import njit_borrowing
 
+# One AVX-512 register: 8 x 64 bits. LLVM splits the vector into two or four registers where they
+# are shorter (AVX, or SSE2 and NEON), with the same rounding. `WIDTH` is part of the names of the
+# types below, because numba compares types, and finds functions in its cache, by name.
 WIDTH = 8
 
 
@@ -36,19 +49,28 @@ def _instructions(function: Any) -> Any:
 
 
 class _Lanes(types.Type):
+    """Eight doubles, for type inference."""
+
     def __init__(self) -> None:
         super().__init__(name=f"Lanes{WIDTH}")
 
+    # Lets a plain number stand where lanes are expected, as in `0.5 * x`: numba then casts it with
+    # `_number_in_lanes`. "Safe", not "exact", so that two plain numbers are still multiplied as
+    # numbers.
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         if isinstance(other, types.Float):
             return Conversion.safe
         return None
 
+    # A variable that is a number on one path and lanes on another, such as a sum that starts at
+    # 0.0, is lanes on both.
     def unify(self, typingctx: Any, other: Any) -> Any:
         return self if isinstance(other, types.Float) else None
 
 
 class _Mask(types.Type):
+    """What a comparison of lanes gives: a truth value per lane, for `where` and `everywhere`."""
+
     def __init__(self) -> None:
         super().__init__(name=f"Mask{WIDTH}")
 
@@ -59,6 +81,8 @@ _VECTOR = ir.VectorType(_DOUBLE, WIDTH)
 _BITS = ir.IntType(64)
 
 
+# A primitive model: in variables, in arrays and as an argument a value has the same LLVM type,
+# without a Python object around it.
 @register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
@@ -68,12 +92,15 @@ class _LanesModel(models.PrimitiveModel):
 @register_model(_Mask)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
+        # One bit per lane, as LLVM's `fcmp` gives and its `select` takes.
         super().__init__(manager, kind, ir.VectorType(ir.IntType(1), WIDTH))
 
 
 def _spread(builder: Any, value: Any, count: int = WIDTH) -> Any:
     """A vector with `value` in every lane."""
     kind = ir.VectorType(value.type, count)
+    # LLVM's idiom for a broadcast: put the number in lane 0 of an undefined vector, then take lane
+    # 0 for every lane. Its optimiser turns the pair into one instruction.
     first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.IntType(32)(0))
     order = ir.Constant(ir.VectorType(ir.IntType(32), count), [0] * count)
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), order)
@@ -81,12 +108,21 @@ def _spread(builder: Any, value: Any, count: int = WIDTH) -> Any:
 
 @lower_cast(types.Float, _Lanes)
 def _number_in_lanes(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+    """The cast that `_Lanes.can_convert_from` promises; single precision is widened first."""
     return _spread(builder, context.cast(builder, value, fromty, types.float64))
 
 
 def _operator(symbols: tuple[Any, ...], result: Any, instruction: Any) -> None:
-    """Type and lower a binary operator of two vectors."""
+    """Make numba know a binary operator of two vectors: its type and its LLVM instruction.
+
+    Parameters
+    ----------
+    symbols : of Python's `operator`; `x += y` is a symbol of its own.
+    result : `LANES` or `MASK`.
+    instruction : (builder, x, y) to LLVM's value.
+    """
     for symbol in symbols:
+        # A class for each symbol: numba stores what it has resolved in the template's class.
         template = type(
             "LanesOperator", (ConcreteTemplate,), {"cases": [signature(result, LANES, LANES)]}
         )
@@ -97,10 +133,14 @@ def _operator(symbols: tuple[Any, ...], result: Any, instruction: Any) -> None:
             return instruction(builder, *args)
 
 
+# Without fast-math flags: with them LLVM may reorder sums and fuse a product with a sum, and lanes
+# would no longer equal doubles bit for bit.
 _operator((operator.add, operator.iadd), LANES, lambda b, x, y: b.fadd(x, y))
 _operator((operator.sub, operator.isub), LANES, lambda b, x, y: b.fsub(x, y))
 _operator((operator.mul, operator.imul), LANES, lambda b, x, y: b.fmul(x, y))
 _operator((operator.truediv, operator.itruediv), LANES, lambda b, x, y: b.fdiv(x, y))
+# "Ordered" is false where a number is NaN and "unordered" is true, as Python and IEEE 754 have it:
+# NaN is not less than, equal to or greater than anything, but it differs from everything.
 _operator((operator.lt,), MASK, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _operator((operator.le,), MASK, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 _operator((operator.gt,), MASK, lambda b, x, y: b.fcmp_ordered(">", x, y))
@@ -120,12 +160,20 @@ def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _of_one(name: str) -> Any:
-    """A function of one number or vector that LLVM has an instruction for."""
+    """A function of one number or vector that LLVM has an instruction for.
+
+    Parameters
+    ----------
+    name : LLVM's intrinsic without its type, such as `sqrt` of `llvm.sqrt.v8f64`. Only those whose
+        result IEEE 754 fixes are used: LLVM's sine may call a library, and would differ.
+    """
 
     def typed(typingctx: Any, x: Any) -> Any:
         kind = LANES if isinstance(x, _Lanes) else types.float64
 
         def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            # The declaration is per module of LLVM, and functions of both kinds may be in one
+            # module.
             vector = _VECTOR if kind is LANES else _DOUBLE
             function = cgutils.get_or_insert_function(
                 builder.module,
@@ -141,16 +189,26 @@ def _of_one(name: str) -> Any:
 
 sqrt = _of_one("sqrt")
 floor = _of_one("floor")
+# The nearest whole number, as a double; halves are rounded to the even one.
 nearest = _of_one("nearbyint")
 magnitude = _of_one("fabs")
 
 
 @_instructions
 def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
-    """`yes` where the condition holds, else `no`; both are computed."""
+    """`yes` where the condition holds, else `no`; both are computed, so neither may be too costly.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    condition : a truth value, or one per lane.
+    yes, no : numbers or lanes; numbers if the condition is a truth value.
+    """
     kind = LANES if isinstance(condition, _Mask) else types.float64
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        # The signature has made lanes of numbers among `yes` and `no`, so both have the condition's
+        # width.
         return builder.select(*args)
 
     return signature(kind, condition, kind, kind), lower
@@ -158,11 +216,18 @@ def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
 
 @_instructions
 def everywhere(typingctx: Any, condition: Any) -> Any:
-    """Whether the condition holds in every lane."""
+    """Whether the condition holds in every lane.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    condition : a truth value, or one per lane.
+    """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if not isinstance(condition, _Mask):
             return args[0]
+        # Eight bits read as one signed byte: all are set if it is -1.
         bits = ir.IntType(WIDTH)
         return builder.icmp_signed("==", builder.bitcast(args[0], bits), bits(-1))
 
@@ -171,16 +236,26 @@ def everywhere(typingctx: Any, condition: Any) -> Any:
 
 @_instructions
 def power_of_two(typingctx: Any, x: Any) -> Any:
-    """2ˣ of a whole number between -1022 and 1023."""
+    """2ˣ, exactly.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    x : a whole number between -1022 and 1023, or lanes of them; others are not checked.
+    """
     kind = LANES if isinstance(x, _Lanes) else types.float64
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         (value,) = args
         bits = ir.VectorType(_BITS, WIDTH) if kind is LANES else _BITS
+        # 2⁵² + 2⁵¹ brings any small whole number, also a negative one, between 2⁵² and 2⁵³, where
+        # doubles are exactly the whole numbers: the number is then in the low bits of the mantissa.
+        # 1023 is the bias of a double's exponent.
         magic, shift = _DOUBLE(float(2**52 + 2**51 + 1023)), _BITS(52)
         if kind is LANES:
             magic, shift = _spread(builder, magic), _spread(builder, shift)
-        # The low bits of the sum are those of the whole number plus the exponent's bias.
+        # So the low bits of the sum are x + 1023. Shifted by the 52 bits of the mantissa they are
+        # the exponent of a double with mantissa 1; the sum's own exponent falls out at the top.
         whole = builder.bitcast(builder.fadd(value, magic), bits)
         return builder.bitcast(builder.shl(whole, shift), value.type)
 
@@ -189,7 +264,14 @@ def power_of_two(typingctx: Any, x: Any) -> Any:
 
 @_instructions
 def width(typingctx: Any, x: Any) -> Any:
-    """How many numbers there are in one."""
+    """How many numbers there are in `x`: 8 of lanes, 1 of a double.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    x : its value is not used. The result is a constant of the compiler, so that a loop over lanes
+        costs doubles nothing.
+    """
     count = WIDTH if isinstance(x, _Lanes) else 1
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -200,7 +282,14 @@ def width(typingctx: Any, x: Any) -> Any:
 
 @_instructions
 def lane(typingctx: Any, x: Any, i: Any) -> Any:
-    """The number in lane i."""
+    """The number in lane `i` of `x`; of a double, itself.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    x : lanes or a double.
+    i : 0 to 7; not checked.
+    """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.extract_element(*args) if isinstance(x, _Lanes) else args[0]
@@ -210,7 +299,15 @@ def lane(typingctx: Any, x: Any, i: Any) -> Any:
 
 @_instructions
 def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
-    """The same numbers but for the one in lane i."""
+    """`x` with `number` in lane `i`, and the other lanes unchanged; of a double, `number`.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    x : lanes or a double; it is not changed, because values of LLVM never are.
+    i : 0 to 7; not checked.
+    number : a double.
+    """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vector, place, value = args
@@ -220,13 +317,20 @@ def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
 
 
 def _view(context: Any, builder: Any, kinds: Any, array: Any, extent: Any) -> Any:
-    """A view of an array's memory; `kinds` are the array's type and the view's, and `extent` of
-    (shape, strides) gives its own shape, strides and bytes of an item.
+    """A view of an array's memory as an array of another type.
+
+    Parameters
+    ----------
+    kinds : numba's types of the array and of the view.
+    array : LLVM's value of the array.
+    extent : of the array's (shape, strides), those of the view and the bytes of its items.
     """
     kind, result = kinds
     source, out = make_array(kind)(context, builder, array), make_array(result)(context, builder)
     shape = cgutils.unpack_tuple(builder, source.shape)
     shape, strides, size = extent(shape, cgutils.unpack_tuple(builder, source.strides))
+    # `meminfo` is numba's owner of the memory and `parent` the NumPy array that it may come from.
+    # The view has both, so the memory lives as long as the view does.
     populate_array(
         out,
         data=builder.bitcast(source.data, out.data.type),
@@ -236,25 +340,34 @@ def _view(context: Any, builder: Any, kinds: Any, array: Any, extent: Any) -> An
         meminfo=source.meminfo,
         parent=source.parent,
     )
+    # numba takes the returned value for a new reference and drops one when it goes out of scope, so
+    # one is added here. `njit_borrowing` compiles without reference counts, and needs none.
     if context.enable_nrt:
         context.nrt.incref(builder, result, out._getvalue())
     return out._getvalue()
 
 
 def _lanes_type(kind: Any) -> Any:
+    """The type that `in_lanes` gives for the type `kind`."""
     if isinstance(kind, types.NamedTuple):
         members = [_lanes_type(member) for member in kind.types]
+        # numba types a named tuple whose members have one type as a `NamedUniTuple`. A `NamedTuple`
+        # of equal members would be another type to it, and no function would accept it.
         if all(member == members[0] for member in members):
             return types.NamedUniTuple(members[0], len(members), kind.instance_class)
         return types.NamedTuple(members, kind.instance_class)
     if isinstance(kind, types.NamedUniTuple):
         return types.NamedUniTuple(_lanes_type(kind.dtype), kind.count, kind.instance_class)
     if isinstance(kind, types.Array) and kind.dtype == types.float64:
+        # Not aligned: LLVM would load `<8 x double>` with an instruction that needs an address
+        # divisible by 64, which NumPy's memory often is not, and the process would be killed. An
+        # unaligned load of aligned memory costs nothing.
         return types.Array(LANES, kind.ndim - 1, "C", aligned=False)
     return kind
 
 
 def _to_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """The value `value` of type `kind`, with its arrays of doubles as arrays of lanes."""
     result = _lanes_type(kind)
     if isinstance(kind, types.NamedTuple | types.NamedUniTuple):
         members = cgutils.unpack_tuple(builder, value)
@@ -262,13 +375,20 @@ def _to_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         return context.make_tuple(builder, result, converted)
     if result == kind:
         return value
+    # The last axis becomes the item: 8 x 8 bytes. Nothing here can see whether it is eight long and
+    # contiguous; arrays that `with_lanes` made are.
     return _view(context, builder, (kind, result), value, lambda a, b: (a[:-1], b[:-1], 8 * WIDTH))
 
 
 @_instructions
 def in_lanes(typingctx: Any, arrays: Any) -> Any:
-    """An array (…, 8) of doubles as an array of lanes, without a copy; of a named tuple, all its
-    arrays of doubles.
+    """Arrays of doubles as arrays of lanes, without a copy.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    arrays : a contiguous array (…, 8), or a named tuple, also nested, whose arrays of doubles all
+        are such. Another length is not noticed: the lanes would be those of other memory.
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -278,8 +398,30 @@ def in_lanes(typingctx: Any, arrays: Any) -> Any:
 
 
 @_instructions
+def numbers_in_lanes(typingctx: Any, arrays: Any) -> Any:
+    """A named tuple of arrays (8,) of doubles as the same tuple of lanes."""
+    result = types.NamedUniTuple(LANES, len(arrays), arrays.instance_class)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        loaded = []
+        for kind, value in zip(arrays, cgutils.unpack_tuple(builder, args[0]), strict=True):
+            data = make_array(kind)(context, builder, value).data
+            vector = builder.bitcast(data, _VECTOR.as_pointer())
+            loaded.append(builder.load(vector, align=8))
+        return context.make_tuple(builder, result, loaded)
+
+    return signature(result, arrays), lower
+
+
+@_instructions
 def in_numbers(typingctx: Any, array: Any) -> Any:
-    """An array of lanes as an array (…, 8) of doubles, without a copy."""
+    """Lanes as an array (…, 8) of doubles, without a copy: the inverse of `in_lanes`.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    array : an array (…) of lanes.
+    """
     result = types.Array(types.float64, array.ndim + 1, "C")
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -293,8 +435,16 @@ def in_numbers(typingctx: Any, array: Any) -> Any:
 
 
 def with_lanes(arrays: Any) -> Any:
-    """Named tuples of arrays of doubles with a last axis of eight, all zero, for `in_lanes`;
-    integers stay.
+    """New arrays for `in_lanes`, all zero, with a last axis of eight; integers are kept as they
+    are.
+
+    Parameters
+    ----------
+    arrays : an array (…), or a named tuple, also nested, of arrays.
+
+    Returns
+    -------
+    The same with an array (…, 8) in the place of each array (…) of doubles.
     """
     if isinstance(arrays, tuple):
         return type(arrays)(*(with_lanes(member) for member in arrays))
@@ -302,7 +452,9 @@ def with_lanes(arrays: Any) -> Any:
 
 
 # Cody and Waite's three parts of π/2, and the polynomials of fdlibm's sine and cosine (Sun
-# Microsystems 1993) on -π/4 ... π/4: errors below one unit in the last place.
+# Microsystems 1993) on -π/4 ... π/4: errors below one unit in the last place. The first two parts
+# have 33 bits each, so that their product with a number of quarter turns of up to 20 bits is exact
+# in the 53 bits of a double; the third is what is left of π/2.
 _PI_1, _PI_2, _PI_3 = (
     1.57079632673412561417e00,
     6.07710050630396597660e-11,
@@ -312,10 +464,20 @@ _PI_1, _PI_2, _PI_3 = (
 
 @njit_borrowing
 def sine_cosine(x: Any) -> Any:
-    """Sine and cosine of an angle (rad) of up to 1e5 or so."""
+    """Sine and cosine of the angle `x` (rad) of up to 1e5 or so, a double or lanes.
+
+    Returns
+    -------
+    Sine and cosine, to less than one unit in the last place (fdlibm, Sun Microsystems 1993).
+    """
+    # x = turns · π/2 + y with |y| ≤ π/4. One subtraction of turns · π/2 would cancel the leading
+    # digits and leave its rounding error; three, of the parts in order of size, do not.
     turns = nearest(x * 0.63661977236758138)
     y = ((x - turns * _PI_1) - turns * _PI_2) - turns * _PI_3
     z = y * y
+    # Horner's scheme, with the leading term (y of the sine, 1 of the cosine) added last, so that
+    # only its rounding counts. The brackets are the order of operations: another order would round
+    # differently.
     s = y + y * z * (
         -1.66666666666666324348e-01
         + z
@@ -353,6 +515,8 @@ def sine_cosine(x: Any) -> Any:
             )
         )
     )
+    # turns modulo 4 is the quadrant. Its last bit exchanges sine and cosine, (c, -s), its second
+    # bit turns both by π, (-s, -c). Bits are found with `floor`, because lanes have no integers.
     half = 0.5 * turns
     odd = half != floor(half)
     quarter = 0.5 * floor(half)
@@ -363,9 +527,11 @@ def sine_cosine(x: Any) -> Any:
 
 @njit_borrowing
 def exponential(x: Any) -> Any:
-    """eˣ; beyond -700 ... 700 that of the bound."""
+    """eˣ of `x`, a double or lanes; beyond -700 ... 700 that of the bound. NaN is passed on."""
+    # Within ±700 2ⁿ is a normal double, which `power_of_two` needs. NaN is neither below nor above.
     x = where(x < -700.0, -700.0, x)
     x = where(x > 700.0, 700.0, x)
+    # x = n · ln 2 + r with |r| ≤ ½ ln 2, ln 2 in two parts as π/2 is in three above.
     n = nearest(x * 1.44269504088896338700)
     r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10
     # Taylor's polynomial of degree 13 on ±½ ln 2: truncated at 4e-18.
@@ -418,7 +584,15 @@ def exponential(x: Any) -> Any:
 
 @njit_borrowing
 def arctangent(y: Any, x: Any) -> Any:
-    """Angle (rad) of the point (x, y) from the x axis; a library's, lane by lane."""
+    """Angle (rad, -π to π) of the point (x, y) from the x axis, a double or lanes.
+
+    It is a library's, lane by lane: unlike sine and cosine, which are this module's, its last bit
+    may differ from machine to machine.
+
+    Parameters
+    ----------
+    y, x : both doubles or both lanes.
+    """
     angle = y
     for i in range(width(y)):
         angle = with_lane(angle, i, math.atan2(lane(y, i), lane(x, i)))

@@ -13,25 +13,27 @@ _LARGE: Final = 4 * 1024 * 1024
 
 
 def seldom_search() -> None:
-    """Have Python search less often for objects that only refer to each other, and not at its end.
+    """Let Python search less often for objects that only refer to each other, and not when it ends.
 
-    By itself it searches whenever there are 700 new ones: that took a fourteenth of the time of a
-    report, and the end of a study 2 s. Still less often, and a report takes more memory.
+    By default it searches whenever there are 700 new ones: that took a fourteenth of the time of a
+    report, and the end of a study 2 s. With a still rarer search a report takes more memory.
     """
     gc.set_threshold(10_000, 5, 5)
+    # Frozen objects are outside the search that the interpreter makes as it ends.
     atexit.register(gc.freeze)
 
 
 def give_back_soon() -> None:
-    """Have glibc give back large blocks at once, and share one heap among threads.
+    """Make glibc give back large blocks at once, and share one heap among threads.
 
-    By itself it raises the size of what it gives back with every large block that was freed, and
-    keeps the others: after a training that was a sixth of a process. Nothing happens with another
-    C library.
+    By default it raises the size of what it gives back with every large block that was freed, and
+    keeps the others: after a training that was a sixth of a process. With another C library nothing
+    happens.
     """
     library = _glibc()
     if library is not None:
         for what, value in ((_MMAP_THRESHOLD, _LARGE), (_TRIM_THRESHOLD, _LARGE), (_ARENA_MAX, 1)):
+            # Setting a threshold also stops glibc from raising it by itself (mallopt(3)).
             library.mallopt(what, value)
 
 
@@ -47,5 +49,6 @@ def give_back_now() -> None:
 def _glibc() -> ctypes.CDLL | None:
     if sys.platform != "linux":
         return None
+    # None opens the process itself; the symbol exists only in glibc, not in musl.
     library = ctypes.CDLL(None)
     return library if hasattr(library, "gnu_get_libc_version") else None

@@ -11,9 +11,9 @@ To install from it, with every file checked:
     python -m pip install --no-deps gaitval-*.whl
 """
 
+import argparse
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +48,9 @@ def _line(item: dict[str, Any]) -> str:
 
 def main() -> None:
     """Write `locks/SYSTEM.txt` from pip's report."""
-    report = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("report", type=Path, help="what `pip install --report` wrote")
+    report = json.loads(parser.parse_args().report.read_text(encoding="utf-8"))
     where = report["environment"]
     system = "-".join(
         [where["sys_platform"], where["platform_machine"], f"py{where['python_version']}"]

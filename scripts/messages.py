@@ -1,4 +1,4 @@
-"""The texts of the pages, for translation: of the templates, and what comes with the results.
+"""Shipped: writes gaitval/reporting/languages, the texts of pages and results, for translation.
 
 `python scripts/messages.py` brings every catalogue in `gaitval/reporting/languages` up to date: new
 texts are added without a translation, those that no page has any more are removed. Texts that come

@@ -8,8 +8,8 @@ with their licences and what depends on what; and what is bundled into it
 version is the same; they are left out of a package that no lock has.
 """
 
+import argparse
 import json
-import sys
 import uuid
 from importlib import metadata
 from pathlib import Path
@@ -141,8 +141,10 @@ def bill() -> dict[str, Any]:
 
 def main() -> None:
     """Write the bill."""
-    given = sys.argv[1:]
-    path = Path(given[0]) if given else ROOT / "dist" / f"{NAME}-{metadata.version(NAME)}.cdx.json"
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("file", nargs="?", type=Path, help="default: in dist/, beside the wheel")
+    path = parser.parse_args().file
+    path = path or ROOT / "dist" / f"{NAME}-{metadata.version(NAME)}.cdx.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(bill(), indent=1) + "\n", encoding="utf-8")
     print(path)

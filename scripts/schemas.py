@@ -1,4 +1,4 @@
-"""Write the JSON schemas of results from their models.
+"""Shipped: writes gaitval/metrics/metrics.schema.json and the other schemas of results.
 
     python scripts/schemas.py [--check]
 
@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gaitval.judging.results import JUDGE_VERSION, JudgeResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
     SCHEMA_VERSION,
@@ -20,6 +19,7 @@ from gaitval.metrics.results import (
 )
 from gaitval.metrics.typed import schema
 from gaitval.session.results import IMPORT_VERSION, ImportResult
+from gaitval_judge.results import JUDGE_VERSION, JudgeResult
 
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 
@@ -33,7 +33,7 @@ def schemas() -> dict[Path, dict[str, Any]]:
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
         ),
-        PACKAGE / "judging/judge.schema.json": schema(
+        PACKAGE.parent / "extras/gaitval_judge/judge.schema.json": schema(
             JudgeResult, name="judge", version=JUDGE_VERSION
         ),
         PACKAGE / "session/import.schema.json": schema(

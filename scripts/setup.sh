@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the virtual environment of this checkout, with the exact versions of constraints.txt.
-# Does nothing when it is up to date; mends it when an earlier call was interrupted.
+# Does nothing when it is up to date; repairs it when an earlier call was interrupted.
 # Runs in bash 3.2 and later (macOS has 3.2).
 #
 # Environment: GAITVAL_VENV  where the environment goes (default .venv)
@@ -84,11 +84,11 @@ install_packages() {
     $root apt-get update -qq || echo "setup: apt-get update failed; trying to go on." >&2
     $root env DEBIAN_FRONTEND=noninteractive \
         apt-get install --yes --no-install-recommends "$@" ||
-        stop "apt-get could not install $*. Its message is above; mend that and run this again."
+        stop "apt-get could not install $*. Its message is above; fix that and run this again."
 }
 
 # Debian packages that are missing: dartpy loads libGL, weasyprint loads Pango (for the PDF).
-# Elsewhere than on Linux the imports at the end tell.
+# Elsewhere than on Linux the imports at the end show it.
 missing_packages() {
     "$python" - <<'END'
 import ctypes

@@ -1,4 +1,4 @@
-"""Bundles the part of three.js that the replay in the report uses into one file.
+"""Shipped: writes gaitval/reporting/vendor, the part of three.js that the replay uses, in one file.
 
     python scripts/vendor_three.py             needs node and npm, and a package registry
     python scripts/vendor_three.py --check     compares the file with its record; needs neither
@@ -9,6 +9,7 @@ every file that npm fetches; the same versions give the same bytes. Written are
 itself, and `three.json`: name, version, licence, where it comes from, and the hashes.
 """
 
+import argparse
 import hashlib
 import json
 import shutil
@@ -85,12 +86,12 @@ def problems() -> list[str]:
 
 def main() -> None:
     """Write the bundle, or check it."""
-    if sys.argv[1:] == ["--check"]:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--check", action="store_true", help="compare the file with its record")
+    if parser.parse_args().check:
         if found := problems():
             sys.exit("\n".join(found) + "\nRun scripts/vendor_three.py.")
         return
-    if sys.argv[1:]:
-        sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         files = bundled(Path(folder))
     FOLDER.mkdir(exist_ok=True)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The wheel alone does the main job: builds an sdist, a wheel of it, installs that into a new
-# virtual environment and runs `gaitval subject 5` from an empty folder.
+# virtual environment without extras and runs `gaitval subject 5` from an empty folder.
 #
 #   bash scripts/wheel_check.sh [--set section.key=value ...]    (settings go to `gaitval subject`)
 #
@@ -38,6 +38,14 @@ import gaitval
 package = Path(gaitval.__file__).resolve()
 assert Path(sys.argv[1]).resolve() not in package.parents, f"{package} is the checkout's"
 END
+# Installed without extras: a wing is there, and says what it lacks.
+"$commands/gaitval" judge --help >/dev/null
+status=0
+"$commands/gaitval" cohort table.csv 2>said || status=$?
+if [ "$status" -ne 2 ] || ! grep -q "gaitval\[cohort\]" said; then
+    echo "wheel_check: gaitval cohort without Dask ended with $status and said: $(cat said)" >&2
+    exit 1
+fi
 "$commands/gaitval" subject 5 "$@"
 for name in metrics.json report.html report.pdf; do
     if [ ! -s "reports/S05/$name" ]; then

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from html_page import only_html, only_quick_tests
 from simulation_fixtures import DartPeer, task_of_subject
 
 from gaitval.policy.processes import ready_to_start
@@ -70,6 +71,16 @@ def _server_of_workers() -> None:
     """The server that forks worker processes has the environment of its start for as long as the
     session lasts: it must not be that of a test which has changed it."""
     ready_to_start()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _pdf_alone_where_asked(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Without the slow tests, the PDF beside a page is an empty one, but in tests of the PDF
+    (`real_pdf`). With them, as in CI, every page is laid out."""
+    with pytest.MonkeyPatch.context() as patch:
+        if only_quick_tests(request.config):
+            only_html(patch)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-import evidence
-import first_evidence
 import pytest
+
+import evidence
+from evidence import first as first_evidence
 
 ROOT = Path(__file__).parents[1]
 
@@ -103,7 +104,9 @@ def test_comparisons_and_mirrored_sides_are_counted_apart(monkeypatch):
         ("expected", "check"): [],
         ("mirrored", "report"): ["b"] * 3,
     }
-    monkeypatch.setitem(sys.modules, "unrecorded_verdicts", SimpleNamespace(count=lambda _: found))
+    monkeypatch.setitem(
+        sys.modules, "evidence.unrecorded_verdicts", SimpleNamespace(count=lambda _: found)
+    )
     given = argparse.Namespace(row="comparisons", runs=[Path("run")])
     row = first_evidence.comparisons(given)
     assert (row.value, row.n) == (1, 2)
@@ -116,7 +119,7 @@ def test_numbers_that_outputs_judge_differently_are_counted(monkeypatch):
         differences=("a: passed, b: FAILED",), numbers=20, failed=3, outputs=("a", "b")
     )
     monkeypatch.setitem(
-        sys.modules, "one_number", SimpleNamespace(compared=lambda folder, data: found)
+        sys.modules, "evidence.one_number", SimpleNamespace(compared=lambda folder, data: found)
     )
     row = first_evidence.outputs(argparse.Namespace(data=None))
     assert (row.value, row.n) == (1, 20)

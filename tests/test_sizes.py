@@ -2,7 +2,7 @@
 
 import ast
 
-from layout_evidence import has_reason, long_files, long_functions, sources
+from evidence.layout import has_reason, long_files, long_functions, sources
 
 
 def test_long_files_say_why():

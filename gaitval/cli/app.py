@@ -6,18 +6,21 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, MutableMapping
+from contextlib import suppress
+from functools import cached_property, partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
-from gaitval import __version__
+from gaitval import __version__, wings
 from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
-from gaitval.errors import GaitvalError
+from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.memory import give_back_soon, seldom_search
 
 STOPPED = 130
@@ -42,22 +45,22 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 
 
 PANELS = {
-    "Main jobs": ("subject", "import", "predict", "judge", "check", "compare", "report"),
+    "Main jobs": ("subject", "import", "predict", "check", "report"),
     "More ways in, and many people": (
-        *("curves", "subjects", "data", "imports", "cohort", "virtual", "screen"),
+        *("curves", "subjects", "data", "imports", "virtual", "screen"),
     ),
-    "Stored accuracy": ("baseline", "history"),
+    "Stored accuracy": ("baseline",),
     "Single stages of a run": (
         *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),
     ),
 }
-"""Commands in the order in which the help shows them, by heading."""
+"""Commands of the core in the order in which the help shows them, by heading."""
 
 _YES_OR_NO = ("true", "false", "yes", "no", "on", "off")
 
 
 def panel_of(name: str) -> str:
-    """The heading of a command in the help."""
+    """The heading under which the help shows the command `name`."""
     return next(panel for panel, names in PANELS.items() if name in names)
 
 
@@ -89,11 +92,46 @@ class Command(TyperCommand):
             if getattr(parameter, "is_flag", False)
             for name in parameter.opts
         }
+        # `--force yes` would otherwise be read as a flag and an unexpected argument
         for flag, value in pairwise(args):
             if flag in flags and value.lower() in _YES_OR_NO:
                 ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
         rest: list[str] = super().parse_args(ctx, args)
         return rest
+
+
+class LaterCommand(Command):
+    """A command with options from the fields of a model, which is loaded when one of them is
+    needed, so that `gaitval --help` does not wait for it.
+    """
+
+    complete: Callable[[], Callable[..., None]]
+    """Gives the function with all of its options."""
+
+    @cached_property
+    def _whole(self) -> Any:
+        alone = typer.Typer(add_completion=False)
+        alone.command(self.name, cls=Command)(type(self).complete())
+        return typer.main.get_command(alone)
+
+    @property
+    def params(self) -> list[Any]:
+        """Arguments and options."""
+        found: list[Any] = self._whole.params
+        return found
+
+    @params.setter
+    def params(self, found: list[Any]) -> None:
+        """Those of the function that stands in for it are not used."""
+
+    @property
+    def callback(self) -> Any:
+        """What the command does."""
+        return self._whole.callback
+
+    @callback.setter
+    def callback(self, found: Any) -> None:
+        """As `params`."""
 
 
 class Group(TyperGroup):
@@ -106,26 +144,68 @@ class Group(TyperGroup):
         return found
 
 
-class _Commands(Group):
-    """Orders the commands, and turns errors that a user can fix into a message and an exit code."""
+class Added(NamedTuple):
+    """A command of a wing, which registers it as an entry point of `wings.COMMANDS`.
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    Attributes
+    ----------
+    app : Typer application of this command alone.
+    after : the command of the core behind which the help shows it.
+    """
+
+    app: typer.Typer
+    after: str
+
+
+class _Commands(Group):
+    """Orders the commands, and turns errors that a user can fix into a message and an exit code.
+
+    A command of a wing is loaded when it is called, or when all are asked for.
+    """
+
+    @property
+    def commands(self) -> MutableMapping[str, Any]:
+        """The core's and those of the wings that can be loaded, in the order of the help."""
         order = [name for names in PANELS.values() for name in names]
-        self.commands = dict(sorted(self.commands.items(), key=lambda each: order.index(each[0])))
+        for name in set(wings.names(wings.COMMANDS)) - set(self._loaded):
+            with suppress(ConfigurationError):  # said when it is called
+                self._load(name)
+        # in reverse, so that those inserted behind one command end up in alphabetical order
+        for name in sorted(self._after, reverse=True):
+            order.insert(order.index(self._after[name]) + 1, name)
+        return {name: self._loaded[name] for name in order}
+
+    @commands.setter
+    def commands(self, core: MutableMapping[str, Any]) -> None:
+        self._loaded = core
+        self._after: dict[str, str] = {}
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command by its name; None if there is none."""
+        if cmd_name not in self._loaded and cmd_name in wings.names(wings.COMMANDS):
+            self._load(cmd_name)
+        return self._loaded.get(cmd_name)
+
+    def _load(self, name: str) -> None:
+        added: Added = wings.load(wings.COMMANDS, name)
+        self._loaded[name] = get_command(added.app)
+        self._loaded[name].name = name
+        self._after[name] = added.after
 
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except GaitvalError as error:
-            display.messages.print(f"[bold red]{ctx.invoked_subcommand}:[/]", end=" ")
+            # Without one, where the command itself could not be loaded.
+            of = ctx.invoked_subcommand or "gaitval"
+            display.messages.print(f"[bold red]{of}:[/]", end=" ")
             display.messages.print(
                 str(error), style="red", markup=False, highlight=False, soft_wrap=True
             )
             for option in error.goes_on:
                 line = shlex.join(["gaitval", *sys.argv[1:]])
                 display.messages.print(
-                    f"To go on without it: {line} {option}",
+                    f"To continue without it: {line} {option}",
                     markup=False, highlight=False, soft_wrap=True,
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
@@ -211,7 +291,7 @@ PaperOption = Annotated[
 def with_pages(
     settings: list[str] | None, language: str | None, paper: str | None
 ) -> list[str] | None:
-    """The settings, and what was asked of the pages."""
+    """`settings` with the `language` and `paper` of the pages, where these are given."""
     asked = {"language": language, "paper": paper}
     added = [f"report.{name}={value}" for name, value in asked.items() if value is not None]
     return [*(settings or ()), *added] or None
@@ -263,24 +343,58 @@ def _paragraphs(text: str) -> str:
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
-def command(
-    *examples: str, name: str | None = None
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Register a command; its help is the docstring, with the examples below."""
+Function = Callable[..., None]
 
-    def register(function: Callable[..., None]) -> Callable[..., None]:
-        shown = "\n".join(f"  {example}" for example in examples)
-        text = _paragraphs(function.__doc__ or "")
-        # \b keeps the lines of the examples.
-        app.command(
-            name,
-            cls=Command,
-            help=f"{text}\n\n\b\nExamples:\n{shown}",
-            rich_help_panel=panel_of(name or function.__name__),
-        )(function)
+
+def command(
+    *examples: str, name: str | None = None, complete: Callable[[Function], Function] | None = None
+) -> Callable[[Function], Function]:
+    """Register a command of the core; its help is the docstring, with the `examples` below.
+
+    Its `name` is the function's by default. `complete` gives the function options in place of its
+    `**options` when they are first needed.
+    """
+
+    def register(function: Function) -> Function:
+        panel = panel_of(name or function.__name__)
+        _register(app, function, examples, panel=panel, name=name, complete=complete)
         return function
 
     return register
+
+
+def added_command(*examples: str, after: str) -> Callable[[Callable[..., None]], Added]:
+    """Make a wing's command of a function, shown in the help behind the core's command `after`."""
+
+    def make(function: Callable[..., None]) -> Added:
+        alone = typer.Typer(
+            add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
+        )
+        _register(alone, function, examples, panel=panel_of(after))
+        return Added(alone, after)
+
+    return make
+
+
+def _register(
+    to: typer.Typer,
+    function: Function,
+    examples: Iterable[str],
+    *,
+    panel: str,
+    name: str | None = None,
+    complete: Callable[[Function], Function] | None = None,
+) -> None:
+    shown = "\n".join(f"  {example}" for example in examples)
+    text = _paragraphs(function.__doc__ or "")
+    # a class per command, since typer takes a class and not an instance
+    later = complete and {"complete": staticmethod(partial(complete, function))}
+    to.command(
+        name or function.__name__,
+        cls=type("_Later", (LaterCommand,), later) if later else Command,
+        help=f"{text}\n\n\b\nExamples:\n{shown}",  # \b keeps the lines of the examples
+        rich_help_panel=panel,
+    )((lambda: None) if later else function)
 
 
 def _version(wanted: bool) -> None:
@@ -303,11 +417,11 @@ _signal: int | None = None
 
 
 def _end_in_order() -> None:
-    """Let a signal that ends the process end it as Ctrl-C does, so that nothing is left behind:
-    processes, half-written files, folders of temporary files.
+    """Handle signals that end the process as Ctrl-C, so that no processes, half-written files or
+    temporary folders remain.
 
-    Python drops what is raised while it calls back into a library, for instance in a weak
-    reference's function during an import; the signal is then sent once more.
+    Python drops exceptions raised while a library calls back, for instance in a weak reference's
+    function during an import; the signal is then sent again.
     """
 
     def end(number: int, _: object) -> None:
@@ -318,6 +432,7 @@ def _end_in_order() -> None:
             raise KeyboardInterrupt
         if first:
             display.messages.print("ended from outside; the same command resumes", style="yellow")
+        # the exit code by which a shell reports a signal
         raise SystemExit(128 + number)
 
     for name, default in (
@@ -326,6 +441,7 @@ def _end_in_order() -> None:
         ("SIGINT", signal.default_int_handler),
     ):
         kind = getattr(signal, name, None)
+        # Windows has no SIGHUP; a handler that somebody else has set, such as nohup's, stays
         if kind is not None and signal.getsignal(kind) == default:
             signal.signal(kind, end)
     shown = sys.unraisablehook

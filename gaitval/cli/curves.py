@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from gaitval.cli import display
-from gaitval.cli.app import command
-from gaitval.cli.recording import AgeOption, CitationOption, LicenceOption
+from gaitval.cli.app import Function, command
 from gaitval.errors import ConfigurationError
 
 CurveFilesArgument = Annotated[
@@ -77,6 +76,14 @@ StanceOption = Annotated[
 ]
 
 
+def _with_person_options(function: Function) -> Function:
+    from gaitval.cli.model_options import with_fields
+    from gaitval.session.request import ImportOptions
+
+    about = ("person", "laboratory", "age", "citation", "licence")
+    return with_fields(function, ImportOptions, *about)
+
+
 @command(
     "gaitval curves --template     # writes means.csv, to fill in",
     "gaitval curves WBDS03walkT05ang.txt WBDS03walkT05knt.txt --speed 1.2 --stride-time 1.08 "
@@ -84,6 +91,7 @@ StanceOption = Annotated[
     "gaitval curves means.csv --speed 1.2 --stride-time 1.08 --mass 70 --height 1.75 "
     "--leg-length 0.9 --sex F --tape thigh=0.41 --tape shank=0.40 --out mine.toml",
     "gaitval curves slow.csv --speed 0.8 --stride-time 1.3 --trial-name slow --to mine.toml",
+    complete=_with_person_options,
 )
 def curves(
     files: CurveFilesArgument = None,
@@ -98,11 +106,9 @@ def curves(
     leg_length: LegLengthOption = None,
     sex: OptionalSexOption = None,
     tape: TapeOption = None,
-    age: AgeOption = None,
     angle_unit: AngleUnitOption = "deg",
     stance: StanceOption = None,
-    citation: CitationOption = "Own recording, not published",
-    licence: LicenceOption = "not stated",
+    **about: Any,
 ) -> None:
     """Turn mean curves into a subject, or into a further trial of one.
 
@@ -113,7 +119,7 @@ def curves(
     angle; forces of the ground on the foot forward, left, up. docs/how-to/own-subject.md has all
     names. Signs, units and sides are checked. Without moments and forces the walk predicts them.
     """
-    from gaitval.datasets.curve_subject import Person, add_trial, new_subject
+    from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
 
     if template:
         _write_template(files or [])
@@ -138,13 +144,13 @@ def curves(
         path = add_trial(files, to, **trial)
     else:
         assert out is not None
-        person = Person(mass, height, leg_length, sex, age, tape or (), citation, licence)
+        person = PersonDetails(mass, height, leg_length, sex, tape=tape or (), **about)
         path = new_subject(files, out, person, **trial)
-    display.plain(f"Subject: {path}; go on with: gaitval subject {path}")
+    display.plain(f"Subject: {path}; continue with: gaitval subject {path}")
 
 
 def _write_template(files: Sequence[Path]) -> None:
-    """Write the table to fill in, and say how to go on."""
+    """Write the table to fill in, and print the next step."""
     from gaitval.artefacts import write_text
     from gaitval.datasets.curve_template import curve_template
     from gaitval.datasets.subject_file import load_subject

@@ -1,4 +1,4 @@
-"""What the command line shows: the live view of stages, and tables."""
+"""What the command line shows: live progress of stages, and tables."""
 
 import csv
 import math
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from rich.console import Console
 from rich.progress import (
@@ -27,6 +27,8 @@ from gaitval.study.watching import BESIDE
 
 if TYPE_CHECKING:
     from gaitval.metrics.regression import Row
+    from gaitval.metrics.results import Metrics
+    from gaitval.metrics.walk_results import PushRecovery
     from gaitval.session.session import Import
 
 VERDICT_ROWS = 10
@@ -41,7 +43,7 @@ messages = Console(stderr=True)
 
 
 class Live(Observer):
-    """Shows stages and their progress: a bar on a terminal, else a line now and then.
+    """Shows stages and their progress: a bar on a terminal, else occasional lines.
 
     `console` may be a terminal or not.
     """
@@ -67,7 +69,7 @@ class Live(Observer):
         self.stage = stage
         self._begun = self._last_line = monotonic()
         self._first_done = -1.0
-        how = {INTERRUPTED: "resumes", BESIDE: "goes on"}.get(reason, "starts")
+        how = {INTERRUPTED: "resumes", BESIDE: "continues"}.get(reason, "starts")
         self.say(f"{stage}: {how} ({reason})")
         if self.console.is_terminal:
             self._show_clock()
@@ -88,6 +90,7 @@ class Live(Observer):
             for name, value in values.items()
             if name not in (unit, "total")
         )
+        # the first report of a stage: what is done by then was done by an earlier call
         if self._first_done < 0:
             self._first_done = done
             self.close()  # the clock, now that it is known how much there is to do
@@ -112,7 +115,7 @@ class Live(Observer):
             self._bar = None
 
     def _show_clock(self) -> None:
-        """A moving bar with the time, for a stage that does not say how far it is."""
+        """A moving bar with the time, for a stage without progress."""
         self.close()
         self._bar = Progress(
             TextColumn("{task.description}"),
@@ -149,13 +152,14 @@ class Live(Observer):
         progressed = done - self._first_done
         if progressed <= 0:
             return ""
+        # of what this call has done: a resumed stage does not start at 0
         seconds = (monotonic() - self._begun) * (total - done) / progressed
         return f"{duration(seconds)} left"
 
 
 @contextmanager
 def live_view() -> Iterator[Live]:
-    """What a command shows of its stages, on `messages`."""
+    """Show the stages of a command on `messages` within the block."""
     live = Live(messages)
     try:
         yield live
@@ -164,7 +168,7 @@ def live_view() -> Iterator[Live]:
 
 
 def plain(text: str) -> None:
-    """Print a line with paths in it: unwrapped, without markup or colours."""
+    """Print a line of `text` with paths in it: unwrapped, without markup or colours."""
     output.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -173,7 +177,7 @@ def _label(name: str) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time in words: 2 min 05 s."""
+    """`seconds` in words: 2 min 05 s."""
     minutes, rest = divmod(round(seconds), 60)
     if minutes >= 60:
         return f"{minutes // 60} h {minutes % 60:02d} min"
@@ -181,13 +185,13 @@ def duration(seconds: float) -> str:
 
 
 def print_csv(path: Path, title: str) -> None:
-    """A CSV file as a table, numbers to four digits."""
+    """Print the CSV file `path` as a table with a `title`, numbers to four digits."""
     with path.open(encoding="utf-8", newline="") as file:
         print_rows(list(csv.reader(file)), title)
 
 
 def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:
-    """A header and rows as a table, numbers to four digits."""
+    """Print `rows`, the header first, as a table with a `title`, numbers to four digits."""
     header, *others = rows
     table = Table(title=title)
     for name in header:
@@ -204,14 +208,14 @@ def _short(cell: str) -> str:
         return cell
 
 
-def print_verdict(metrics: Mapping[str, Any]) -> None:
-    """How a command ends: the verdict in a sentence, and what failed, each limit once with its
-    worst value and what to do: at most `VERDICT_ROWS` rows, acceptance before context.
+def print_verdict(metrics: "Metrics") -> None:
+    """Print the verdict of `metrics` in a sentence, then each failed limit once with its worst
+    value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.
     """
     from gaitval.metrics.verdicts import (
         close_text,
         failed_limits,
-        limit_results,
+        limit_verdicts,
         sentence,
         spread_text,
         target_text,
@@ -220,21 +224,21 @@ def print_verdict(metrics: Mapping[str, Any]) -> None:
 
     plain(f"\n{sentence(metrics)}")
     failed = failed_limits(metrics)
-    shown = failed or limit_results(metrics, "acceptance")
+    shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
-        where = target_text(each.worst["target"])
+        where = target_text(each.worst.target)
         said = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
         plain(
-            f"  {each.first['role']:<11}{each.first['title']}: {each.value_text()}"
+            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
             + (f" ({where})" if where else "")
             + f", limit {each.limit_text()}, {said}"
             + ("" if each.passed else f". {each.remedy}")
         )
-    narrow = [row for each in limit_results(metrics, "acceptance") for row in each.close]
+    narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
     for row in narrow[: max(VERDICT_ROWS - len(shown), 0)]:
-        where = target_text(row["target"])
+        where = target_text(row.target)
         plain(
-            f"  {'narrow':<11}{row['title']}: {value_text(row)}"
+            f"  {'narrow':<11}{row.title}: {value_text(row)}"
             + (f" ({where})" if where else "")
             + f", {spread_text(row)}, {close_text(row)}"
         )
@@ -243,11 +247,11 @@ def print_verdict(metrics: Mapping[str, Any]) -> None:
         plain(f"  and {more} more, in the report and `gaitval validate SUBJECT --all`")
 
 
-def print_tolerances(metrics: Mapping[str, Any]) -> None:
-    """Every verdict of `metrics.json`, one row a limit and target, those that failed in red."""
+def print_tolerances(metrics: "Metrics") -> None:
+    """Print every verdict of `metrics`, a row for each limit and target, failed ones in red."""
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
-    table = Table(title=f"{metrics['subject']['identifier']}: every limit and value")
+    table = Table(title=f"{metrics.subject.identifier}: every limit and value")
     columns = (
         "limit",
         "of",
@@ -261,58 +265,58 @@ def print_tolerances(metrics: Mapping[str, Any]) -> None:
     )
     for name in columns:
         table.add_column(name)
-    for row in metrics["tolerances"]:
-        verdict = "goal" if row["reached"] else "pass" if row["passed"] else "[red]fail[/]"
+    for row in metrics.tolerances:
+        verdict = "goal" if row.reached else "pass" if row.passed else "[red]fail[/]"
         table.add_row(
-            row["title"],
-            target_text(row["target"]),
+            row.title,
+            target_text(row.target),
             value_text(row),
             spread_text(row),
-            bound_text(row, row["tolerance"]),
-            bound_text(row, row["goal"]),
-            row["role"],
-            row["status"],
+            bound_text(row, row.tolerance),
+            bound_text(row, row.goal),
+            row.role,
+            row.status,
             verdict,
         )
     output.print(table)
 
 
-def print_distances(metrics: Mapping[str, Any]) -> None:
-    """Where nothing was recorded: the walk's distance from its prediction, beside how wrong the
-    predictions of held-out trials are.
+def print_distances(metrics: "Metrics") -> None:
+    """Print, where nothing was recorded, the walk's distance in `metrics` from its prediction,
+    beside the errors of predictions of held-out trials.
     """
     from gaitval.metrics.groups import group_rows
 
-    errors = metrics.get("prediction_errors")
-    held_out = {} if errors is None else {row["group"]: row for row in errors["groups"]}
-    table = Table(title=f"{metrics['subject']['identifier']}: distance from the prediction")
+    errors = metrics.prediction_errors
+    held_out = {} if errors is None else {row.group: row for row in errors.groups}
+    table = Table(title=f"{metrics.subject.identifier}: distance from the prediction")
     for name in ("mean RMSE", "walk from prediction", "prediction from held-out trials", "unit"):
         table.add_column(name)
     for row in group_rows(metrics):
         known = held_out.get(row.group)
-        spread = "" if known is None or known["sd"] is None else f" ± {known['sd']:.2g}"
+        spread = "" if known is None or known.sd is None else f" ± {known.sd:.2g}"
         table.add_row(
             row.group,
             "fell" if row.walked is None else f"{row.walked:.3g}",
-            "not known" if known is None else f"{known['mean']:.3g}{spread}",
+            "not known" if known is None else f"{known.mean:.3g}{spread}",
             row.unit,
         )
     output.print(table)
     if errors is not None:
-        whose = "of this person" if errors["own"] else f"of {errors['people']} other people"
+        whose = "of this person" if errors.own else f"of {errors.people} other people"
         output.print(
-            f"The uncertainty of the prediction is that of {errors['trials']} recorded trials "
+            f"The uncertainty of the prediction is that of {errors.trials} recorded trials "
             f"{whose}, each predicted from the same person's others.",
             markup=False, highlight=False, soft_wrap=True,
         )  # fmt: skip
 
 
-def print_groups(metrics: Mapping[str, Any]) -> None:
-    """Errors of groups of curves beside those of predictions without a model, with the skill."""
+def print_groups(metrics: "Metrics") -> None:
+    """Print errors in `metrics` by group beside those of predictions without a model."""
     from gaitval.metrics.groups import group_rows
 
     rows = group_rows(metrics)
-    where = f"{metrics['subject']['identifier']} ({metrics['subject']['source']})"
+    where = f"{metrics.subject.identifier} ({metrics.subject.source})"
     table = Table(title=f"{where}: mean RMSE, and skill against predictions without a model")
     for name in ("group", "", "walker", *rows[0].guesses):
         table.add_column(name)
@@ -328,19 +332,19 @@ def print_groups(metrics: Mapping[str, Any]) -> None:
     output.print(table)
 
 
-def print_pushes(recovery: Mapping[str, Any]) -> None:
-    """Largest push survived by phase and direction; left is positive."""
+def print_pushes(recovery: "PushRecovery") -> None:
+    """Print the largest push survived in `recovery` by phase and direction; left is positive."""
     table = Table(title="Largest push survived, N (degrees from straight ahead, left positive)")
     table.add_column("phase")
-    for direction in recovery["directions"]:
+    for direction in recovery.directions:
         table.add_column(f"{direction:g}", justify="right")
-    for phase, forces in zip(recovery["phases"], recovery["largest"], strict=True):
+    for phase, forces in zip(recovery.phases, recovery.largest, strict=True):
         table.add_row(f"{phase:g}", *(f"{force:g}" for force in forces))
     output.print(table)
 
 
 def print_import(found: "Import") -> None:
-    """Published limits of an import, and its spatiotemporal parameters."""
+    """Print the published limits of the import `found`, and its spatiotemporal parameters."""
     from gaitval.session.summary import limit_rows, scaling_methods, spatiotemporal_rows
 
     table = Table(title=f"{found.request.identifier}: the recording against published limits")
@@ -372,7 +376,7 @@ def print_import(found: "Import") -> None:
 
 
 def print_import_verdict(found: "Import") -> None:
-    """The last lines of an import: what the plates carried, and every limit that failed."""
+    """Print the last lines of the import `found`: what the plates carried, and failed limits."""
     from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
     from gaitval.session.summary import limit_rows
 
@@ -397,12 +401,12 @@ def print_import_verdict(found: "Import") -> None:
 
 
 def print_doubts(found: "Import") -> None:
-    """What is doubtful in an import, and which side was not recorded; nothing if there is none."""
+    """Print the warnings of the import `found`, and which side was not recorded, if any."""
     from gaitval.session.one_side import ONE_SIDE
 
     for trial, doubt in found.doubts:
         missing = doubt.check == ONE_SIDE
-        text = f"Not recorded: {doubt}." if missing else f"Doubt: {trial}: {doubt}."
+        text = f"Not recorded: {doubt}." if missing else f"Warning: {trial}: {doubt}."
         output.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
@@ -415,7 +419,7 @@ def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
 
 
 def print_moved(rows: "Sequence[Row]") -> None:
-    """Measures that moved by more than their margin; nothing if there are none."""
+    """Print the `rows` of measures that moved by more than their margin, if there are any."""
     moved = [row for row in rows if row.change != "kept"]
     if not moved:
         return
@@ -436,7 +440,7 @@ def print_moved(rows: "Sequence[Row]") -> None:
 
 
 def judge_moved(rows: "Sequence[Row]", baseline: Path) -> None:
-    """Show what moved; raise ToleranceError if accuracy was lost."""
+    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost."""
     from gaitval.metrics.regression import lost
 
     print_moved(rows)

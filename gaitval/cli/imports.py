@@ -38,7 +38,7 @@ def imports_command(
     from gaitval.configuration import load_configuration
     from gaitval.session.batch import TABLE, import_batch, read_batch
 
-    people = read_batch(sessions)
+    people = read_batch(sessions, lambda _, text: display.plain(text))
     configuration = load_configuration(config, settings=settings or ())
     with display.live_view() as live:
         outcomes = import_batch(

@@ -18,7 +18,7 @@ def screen(
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
-    """Which parameters of body and ground a walk depends on, and which a record can tell.
+    """Which parameters of body and ground a walk depends on, and which a record can determine.
 
     One after the other is moved by a standard deviation of what is known of it, from six random
     bodies, and the general policy walks: the table has the mean change of the curves. SD, after /
@@ -37,7 +37,8 @@ def screen(
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)
     record = person.record()
-    task = WalkingTask.of(scale_subject(person).model, record, configuration)
+    model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
+    task = WalkingTask.of(model, record, configuration)
     with display.live_view() as live:
         live.started("screen", f"{person.identifier}, general policy")
         found = screened(

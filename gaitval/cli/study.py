@@ -4,13 +4,14 @@ It is long because each command declares its own options, in a line each.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
+from gaitval import wings
 from gaitval.artefacts import read_json
 from gaitval.cli import display
 from gaitval.cli.app import (
@@ -33,7 +34,18 @@ from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
+    from gaitval.metrics.regression import Row
     from gaitval.study.stage import Run
+
+
+class History(Protocol):
+    """Keeps the figures of checks; a wing registers it as "history" in `wings.HISTORIES`."""
+
+    def prepare(self, path: Path) -> None:
+        """Refuse a file that no check can be added to; make it if it is not there."""
+
+    def keep(self, path: Path, rows: "Sequence[Row]", subject: str) -> None:
+        """Add the figures of a check of this moment to a file."""
 
 
 def _configuration(
@@ -211,8 +223,10 @@ def push(
     Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
     cycle. Prints the largest force up to which the walker survived every tested push.
     """
+    from gaitval.metrics.walk_results import StoredPushes
+
     folder = _stage("push", subject, out, config, settings, force)
-    display.print_pushes(read_json(folder / "push.json")["recovery"])
+    display.print_pushes(StoredPushes.model_validate(read_json(folder / "push.json")).recovery)
 
 
 @command("gaitval validate 5", "gaitval validate 5 --all")
@@ -231,15 +245,17 @@ def validate(
     Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails. To
     check a policy against its earlier accuracy, use `gaitval check`.
     """
+    from gaitval.metrics.results import read_metrics
+
     folder = _stage("validate", subject, out, config, settings, force)
-    metrics = read_json(folder / "metrics.json")
+    metrics = read_metrics(folder)
     if every:
         display.print_tolerances(metrics)
     display.print_verdict(metrics)
-    refused = metrics["summary"]["refused"]
+    refused = metrics.summary.refused
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics['summary']['accepted']} values miss their acceptance "
+            f"{refused} of {refused + metrics.summary.accepted} values miss their acceptance "
             f"limit (rows above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
             "shows the curves."
         )
@@ -277,8 +293,8 @@ def predict(
         typer.Option(
             "--holdout",
             metavar="TRIAL",
-            help="Predict this trial of the subject, which the walker is not told, and compare. A "
-            "name, or the file of the same person on another trial.",
+            help="Predict this trial of the subject, which is held out, and compare. A name, or "
+            "the file of the same person on another trial.",
             show_default=False,
         ),
     ] = None,
@@ -291,7 +307,7 @@ def predict(
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
 ) -> None:
-    """Walk at a speed that was not recorded, or that the walker is not told.
+    """Walk at a speed that was not recorded, or that is held out.
 
     What is expected at that speed follows from the person's other trials and from how other people
     change with speed. One policy for each person learns the range of speeds (the first time: 5
@@ -301,12 +317,14 @@ def predict(
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
-    from gaitval.prediction.told import told
+    from gaitval.metrics.results import read_metrics
+    from gaitval.prediction.known import told
     from gaitval.study.predict import run_prediction, run_range
     from gaitval.study.stage import open_run
 
     person = load_subject(subject)
     if holdout is not None and holdout.endswith(".toml"):
+        # a file of another trial: it is added to the person, and held out by its name
         person = person.with_trial(load_subject(holdout))
         holdout = person.trials[-1].name
     wanted = _wanted(speed, holdout)
@@ -318,6 +336,7 @@ def predict(
     name += f"-without-{record.holdout}" if record.holdout else ""
     name += "-kinematics" if record.use == "kinematics" else ""
     folder = out or Path("reports") / name
+    # one range for all speeds: a speed in its settings would train it again for each
     of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
     at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
     with display.live_view() as live:
@@ -325,7 +344,7 @@ def predict(
             run_range(run, force=force)
         with open_run(person, configuration, folder / f"at-{at:g}", live) as run:
             run_prediction(run, folder, force=force)
-    metrics = read_json(run.folder / "metrics.json")
+    metrics = read_metrics(run.folder)
     if record.holdout:
         display.print_groups(metrics)
     else:
@@ -358,7 +377,7 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
     "gaitval subject 5 --scratch     # from nothing",
     "gaitval subject my_patient.toml --start my_walkers   # from another policy",
     "gaitval subject my_patient.toml --out runs/patient",
-    "gaitval subject 5 --use kinematics   # told angles only; moments and forces are predicted",
+    "gaitval subject 5 --use kinematics   # knows angles only; moments and forces are predicted",
     "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
     name="subject",
 )
@@ -381,6 +400,7 @@ def subject_command(
     (Algorithm 1). Stages that are up to date are skipped.
     """
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.metrics.results import read_metrics
     from gaitval.study.run import run_subject
 
     settings = with_pages(settings, language, paper)
@@ -390,7 +410,7 @@ def subject_command(
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False) as run:
         run_subject(run, scratch=scratch, start=start, force=force)
-    metrics = read_json(run.folder / "metrics.json")
+    metrics = read_metrics(run.folder)
     display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
     display.print_verdict(metrics)
@@ -479,25 +499,27 @@ def check(
     what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
     stored; otherwise 0.
     """
-    from gaitval.metrics import history as histories
     from gaitval.metrics.regression import LONG_MEASURES, check_same_measures, compare, write_junit
-    from gaitval.study.baseline import METRICS, changed_inputs, stored_metrics, walk_again
+    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
+    from gaitval.study.inputs import METRICS
     from gaitval.study.seal import inputs_in_words
     from gaitval.study.stored_baselines import find_baseline
 
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
     display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
+    figures: History | None = None
     if history is not None:
-        histories.prepare(history)  # before minutes of walking
+        figures = wings.load(wings.HISTORIES, "history")
+        figures.prepare(history)  # before minutes of walking
     with display.live_view() as live:
         now = walk_again(folder, live, quick=quick)
     rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
     if fewer is None:
         check_same_measures(rows)
     inputs = inputs_in_words(changed_inputs(folder, now))
-    if history is not None:
-        histories.add(history, histories.of_rows(rows, now["subject"]["identifier"]))
+    if history is not None and figures is not None:
+        figures.keep(history, rows, now.subject.identifier)
     if junit is not None:
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)

@@ -99,7 +99,7 @@ def _write_person(out: Path, found: "VirtualPerson") -> None:
     display.plain(
         f"Subject: {path} ({made_of.mass_kg:g} kg, {made_of.height_m:g} m, walks at "
         f"{made_of.walking_speed_m_s:.2f} m/s); truth: {beside} (the {len(truth)} body "
-        f"parameters); go on with: gaitval subject {path}"
+        f"parameters); continue with: gaitval subject {path}"
     )
 
 

@@ -80,7 +80,7 @@ def datasets(folder: Path | None = None) -> list[DatasetState]:
 
 
 def state_of(dataset: Dataset, folder: Path) -> DatasetState:
-    """Which files of a data set are in its folder in `folder`; reads no file completely."""
+    """Which files of `dataset` are in its folder in `folder`; reads no file completely."""
     home = Path(folder) / dataset.name
     known = _lock(home)
     missing = []
@@ -132,7 +132,13 @@ def fetch_dataset(
     on_progress: Progress | None = None,
     base_url: str | None = None,
 ) -> list[Fetched]:
-    """`fetch` for a data set that need not be in the registry."""
+    """`fetch` for a `dataset` that need not be in the registry, into a folder of its name in
+    `folder`.
+
+    `on_progress` is called while bytes arrive; `base_url` is a mirror's, instead of the DOI's
+    repository. Raises ArchiveError if a file cannot be had, is not as published, or cannot be
+    written.
+    """
     home = Path(folder) / dataset.name
     try:
         home.mkdir(parents=True, exist_ok=True)

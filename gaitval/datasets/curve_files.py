@@ -88,11 +88,8 @@ class MeanCurves:
 
 
 def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") -> MeanCurves:
-    """The curves of one trial from one file or several.
-
-    Raises
-    ------
-    RecordError : a file or a curve cannot be used; the message lists what is wrong, and where.
+    """The curves of one trial from one file or several (`paths`), angles in `angle_unit`. Raises
+    RecordError, which lists what is wrong, and where, if a file or a curve cannot be used.
     """
     if any(_is_wbds(path) for path in paths):
         return _from_wbds(paths)
@@ -133,17 +130,13 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
 
 
 def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
-    """Phase of the right cycle at left heel strike, from the pelvis.
+    """Phase of the right cycle at left heel strike, from the pelvis' curves in `angles` (rad); and
+    the root-mean-square difference of the worst curve at this phase, rad.
 
     The pelvis is one body, so its tilt over the left cycle is its tilt over the right cycle,
     shifted in time; list and rotation are too, with the sign changed. The phase is the shift with
     the smallest sum of squared differences, each curve less its mean (the means differ by the
     markers' asymmetry, below 0.25°).
-
-    Returns
-    -------
-    phase, mismatch
-        The mismatch is the root-mean-square difference of the worst curve, rad.
     """
     phase = np.arange(200) / 200
 
@@ -159,6 +152,7 @@ def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
 
     best = minimize_scalar(
         lambda shift: float(np.sum(differences(shift) ** 2)),
+        # A step is about half a stride.
         bounds=(0.4, 0.6),
         method="bounded",
         options={"xatol": 1e-7},
@@ -168,15 +162,11 @@ def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
 
 
 def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> dict[str, Any]:
-    """The values of a subject, or of one of its trials, that follow from mean curves.
+    """The values of a subject, or of one of its trials, that follow from mean curves; `stance` is
+    the stance fraction, where there are no forces to find it from.
 
-    Parameters
-    ----------
-    stance : stance fraction, where there are no forces to find it from.
-
-    Raises
-    ------
-    RecordError : the curves of right and left are not of one pelvis, or too noisy.
+    Raises RecordError, which says `where`, if the `curves` of right and left are not of one pelvis,
+    or too noisy.
     """
     angles = {
         name: fit_curve(name, _PHASE, values, ANGLE_TOLERANCE, where)
@@ -194,7 +184,7 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
     if not curves.forces:
         if stance is None:
             raise RecordError(
-                f"{where}: there are no forces to tell when the feet leave the ground. Give "
+                f"{where}: there are no forces to show when the feet leave the ground. Give "
                 "--stance, the stance fraction of the gait cycle (about 0.62), or forces."
             )
         both = StanceFraction(right=stance, left=stance)
@@ -202,6 +192,7 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
             "stance_fraction": both,
             "gait": Gait(samples=SAMPLES, angles=angles),
         }
+    # Rows where the source's own filter leaves an edge are left out of the fit of moments.
     trusted = np.delete(np.arange(SAMPLES), curves.seam)
     ends = {side: stance_fraction(curves.forces[side][:, 2]) for side in SIDES}
     fitted = {side: fit_force(curves.forces[side], ends[side], where) for side in SIDES}

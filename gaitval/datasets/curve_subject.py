@@ -7,17 +7,19 @@ from typing import Any, NamedTuple, get_args
 
 from gaitval.artefacts import write_text
 from gaitval.datasets.curve_files import AngleUnit, gait_values, read_mean_curves
+from gaitval.datasets.identity import identity
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 
 
-class Person(NamedTuple):
+class PersonDetails(NamedTuple):
     """What is known of a person besides the curves; kg, m, years.
 
     Attributes
     ----------
     tape : texts `thigh=0.41`.
+    person, laboratory : who it is; None if that was not given.
     """
 
     mass: float | None
@@ -28,19 +30,16 @@ class Person(NamedTuple):
     tape: Sequence[str]
     citation: str
     licence: str
+    person: str | None = None
+    laboratory: str | None = None
 
 
-def new_subject(files: Sequence[Path], out: Path, person: Person, **trial: Any) -> Path:
-    """Write the subject of a person's mean curves; returns the path.
+def new_subject(files: Sequence[Path], out: Path, person: PersonDetails, **trial: Any) -> Path:
+    """Write the subject of a person's mean curves (`files`) to `out`, after which it is named;
+    returns the path.
 
-    Parameters
-    ----------
-    out : the file, after which the subject is named.
-    trial : see `_of_trial`.
-
-    Raises
-    ------
-    RecordError, SubjectError, ConfigurationError : curves, person or options cannot be used.
+    `trial` as `_of_trial` takes it. Raises RecordError, SubjectError or ConfigurationError if
+    curves, `person` or options cannot be used.
     """
     missing = [
         option
@@ -56,8 +55,13 @@ def new_subject(files: Sequence[Path], out: Path, person: Person, **trial: Any) 
         raise ConfigurationError(f"a new subject needs {', '.join(missing)} too.")
     _check_target(out)
     name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.stem).strip("_") or "subject"
+    known = identity(
+        person.person, person.laboratory, sources=[file.name for file in files], name=name
+    )
     values = {
         "identifier": name,
+        **known._asdict(),
+        "trial": trial["name"],
         "source": f"{name} {trial['name']}",
         "citation": person.citation,
         "licence": person.licence,
@@ -70,15 +74,16 @@ def new_subject(files: Sequence[Path], out: Path, person: Person, **trial: Any) 
         **_of_trial(files, **trial),
     }
     write_text(out, make_subject(values, str(out)).to_toml())
+    if known.guessed and trial.get("tell"):
+        trial["tell"](f"Assumed: {known.guessed}. Say so with --person and --laboratory.")
     return out
 
 
 def add_trial(files: Sequence[Path], to: Path, **trial: Any) -> Path:
-    """Add a trial to a subject's file; returns the path.
+    """Add a trial from `files` to a subject's file `to`; returns the path.
 
-    Raises
-    ------
-    RecordError, SubjectError : the curves cannot be used, or the trial is there already.
+    `trial` as `_of_trial` takes it. Raises RecordError or SubjectError if the curves cannot be
+    used, or the trial is there already.
     """
     subject = load_subject(str(to))
     name = trial["name"]
@@ -88,6 +93,7 @@ def add_trial(files: Sequence[Path], to: Path, **trial: Any) -> Path:
         **subject.model_dump(exclude={"trials", "gait", "plates", "low_pass", "paper"}),
         "left_phase_from_force": None,
         "mean_vertical_force": None,
+        "trial": name,
         "source": f"{subject.person} {name}",
         **_of_trial(files, **trial),
     }

@@ -28,11 +28,12 @@ def cause_of(error: Exception) -> str:
 
 
 def download_part(url: str, part: Path, file: ArchiveFile, on_progress: Progress | None) -> None:
-    """Complete `part`, continuing from what it contains; try again while the network fails.
+    """Complete `part` of `file` from `url`, continuing from what it contains; try again while the
+    network fails. `on_progress` is called while bytes arrive.
 
     Only attempts that leave `part` no longer than before count as failures. So a connection that is
-    cut again and again still gives a whole file if the server can continue files, and an error if
-    it cannot.
+    cut again and again still gives a whole file if the server can continue files, and an
+    ArchiveError if it cannot.
     """
     best = part.stat().st_size if part.exists() else 0
     waits = iter(WAITS)
@@ -109,8 +110,8 @@ def _check_status(answer: requests.Response, file: ArchiveFile) -> None:
         return
     if status in (404, 410):
         raise ArchiveError(
-            f"{answer.url}: no such file (HTTP status {status}). {file.name} may have moved; tell "
-            "the maintainers of gaitval."
+            f"{answer.url}: no such file (HTTP status {status}). {file.name} may have moved; "
+            "report it to the maintainers of gaitval."
         )
     if status == 429 or status >= 500:
         raise requests.HTTPError(f"the server answers with HTTP status {status}", response=answer)

@@ -53,8 +53,8 @@ def _plausible_build(mass: float, height: float) -> bool:
 
 
 def mass_and_height_problems(mass: float, height: float) -> list[str]:
-    """What is wrong with a body mass (kg) and a stature (m), one sentence each; wrong units and
-    swapped values are named.
+    """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each; wrong
+    units and swapped values are named.
     """
     if _plausible_build(mass, height):
         return []
@@ -205,7 +205,7 @@ def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[
 
 
 def implausible(values: Mapping[str, Any]) -> list[str]:
-    """Every implausible value of a subject's tables, one sentence each.
+    """Every implausible value of a subject's tables (`values`), one sentence each.
 
     It works on the keys that are there, so it can add to the list of missing and malformed keys.
     """

@@ -56,7 +56,7 @@ class Repository:
         if file.name not in listing:
             raise ArchiveError(
                 f"{file.name}: not among the files of doi:{self.doi}, which are: "
-                f"{', '.join(sorted(listing)[:8])}. Tell the maintainers of gaitval."
+                f"{', '.join(sorted(listing)[:8])}. Report it to the maintainers of gaitval."
             )
         return listing[file.name]
 
@@ -72,8 +72,8 @@ class Repository:
         if file.md5 is not None and stated.lower() != file.md5:
             raise ArchiveError(
                 f"{file.name}: doi:{self.doi} now states MD5 {stated}, but gaitval's registry has "
-                f"{file.md5}. The publication was changed; nothing was downloaded. Tell the "
-                "maintainers of gaitval."
+                f"{file.md5}. The publication was changed; nothing was downloaded. Report it to "
+                "the maintainers of gaitval."
             )
         return address
 

@@ -15,12 +15,9 @@ SAMPLE: Final = ("standing.c3d", "walking.c3d", "truth.csv", "truth.json", "READ
 
 
 def copy_sample(folder: Path) -> list[Path]:
-    """Copy the sample into a folder; returns the files there.
-
-    Raises
-    ------
-    ArchiveError : a file of one of these names is there already and is another.
-    ArtefactError : the folder cannot be written to.
+    """Copy the sample into `folder`; returns the files there. Raises ArchiveError if a file of one
+    of these names is there already and is another, ArtefactError if the folder cannot be written
+    to.
     """
     source = resources.files("gaitval") / "samples"
     contents = {name: (source / name).read_bytes() for name in SAMPLE}

@@ -133,11 +133,7 @@ class Gait(StoredPart):
         self, stance: Mapping[Side, float]
     ) -> dict[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]]:
         """The ground reaction of both feet, body weights; that of a side not recorded is the other
-        side's, mirrored, over that side's own stance.
-
-        Parameters
-        ----------
-        stance : stance fractions.
+        side's, mirrored, over that side's own stance fraction in `stance`.
         """
         found = {}
         for side in SIDES:

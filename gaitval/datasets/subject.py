@@ -6,9 +6,10 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 """
 
 import difflib
-import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal, Self
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -18,7 +19,9 @@ from pydantic import (
     model_validator,
 )
 
-from gaitval.coordinates import Side
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import (
     Forces,
@@ -27,7 +30,9 @@ from gaitval.datasets.stored_gait import (
     keys_problems,
 )
 from gaitval.datasets.subject_toml import toml_of
+from gaitval.display import Displayed, curve_frame, value_frame
 from gaitval.errors import SubjectError
+from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import (
     REQUIRED_ANGLES,
@@ -39,6 +44,9 @@ from gaitval.gait.record import (
     Origin,
     StoredPart,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MARKERS: Final = tuple(
     f"{side}.{name}"
@@ -120,7 +128,7 @@ class Printed(StoredPart):
     walking_speed_m_s: Number
 
 
-class Subject(StoredPart):
+class Subject(Displayed, StoredPart):
     """A person and their recorded gait.
 
     Raises
@@ -132,8 +140,16 @@ class Subject(StoredPart):
 
     identifier: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
     """Name of the subject, also of its run folder: "S05"."""
+    person: Annotated[str, Field(min_length=1)]
+    """Who it is in the laboratory: "WBDS14". Laboratory and person together say who is whom."""
+    trial: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+    """Name of the trial that the subject's own values are of: "T05"."""
+    laboratory: Annotated[str, Field(min_length=1)]
+    """Who recorded, or the dataset: "WBDS"."""
+    guessed: str | None = None
+    """What of person and laboratory nobody gave, and where it was taken from; None if all was."""
     source: str
-    """Person and trial in the source dataset: "WBDS14 T05"."""
+    """Where the record is from, for readers: "WBDS14 T05"."""
     citation: str
     licence: str
     sex: Literal["F", "M"]
@@ -190,17 +206,6 @@ class Subject(StoredPart):
         return self
 
     @property
-    def trial(self) -> str:
-        """Name of the trial that the subject's own values are of: the last word of `source`."""
-        last = "".join(self.source.split()[-1:])
-        return re.sub(r"[^A-Za-z0-9_-]", "", last) or "recorded"
-
-    @property
-    def person(self) -> str:
-        """Who it is in the source, its first word: "WBDS14"; the identifier if it is empty."""
-        return (self.source.split() or [self.identifier])[0]
-
-    @property
     def described(self) -> str:
         """The source, and which of its curves were not recorded."""
         said = "".join(
@@ -236,11 +241,8 @@ class Subject(StoredPart):
         return self.model_copy(update={"markers": {}, "measurements": {}, "tape": {}})
 
     def on_trial(self, name: str) -> "Subject":
-        """The same person with the values of another trial; the others stay as `trials`.
-
-        Raises
-        ------
-        SubjectError : there is no trial of this name.
+        """The same person with the values of another trial; the others stay as `trials`. Raises
+        SubjectError if there is no trial of this `name`.
         """
         if name == self.trial:
             return self
@@ -257,16 +259,16 @@ class Subject(StoredPart):
         rest = [trial for trial in self.trials if trial is not chosen]
         taken = {field: getattr(chosen, field) for field in Trial.model_fields if field != "name"}
         taken |= {"plates": plates}
-        source = " ".join([*self.source.split()[:-1], name])
-        trials = (self.as_trial(), *rest)
-        return self.model_copy(update={**taken, "source": source, "trials": trials})
+        about = {"trial": name, "source": f"{self.person} {name}"}
+        return self.model_copy(update=taken | about | {"trials": (self.as_trial(), *rest)})
+
+    def is_person_of(self, other: "Subject") -> bool:
+        """Whether both are of the same person: the same laboratory, and the same person in it."""
+        return (self.laboratory, self.person) == (other.laboratory, other.person)
 
     def with_trial(self, other: "Subject") -> "Subject":
-        """The person with the own trial of another file added to `trials`.
-
-        Raises
-        ------
-        SubjectError : it is another person's, or a trial that is there already.
+        """The person with the own trial of another file (`other`) added to `trials`. Raises
+        SubjectError if it is another person's, or a trial that is there already.
         """
         differences = [
             f"{name} {here:g} and {there:g}"
@@ -279,6 +281,9 @@ class Subject(StoredPart):
         ]
         if self.sex != other.sex:
             differences.append(f"sex {self.sex} and {other.sex}")
+        if not (self.is_person_of(other) or self.guessed or other.guessed):
+            named = (f"{each.person} of {each.laboratory}" for each in (self, other))
+            differences.append(" and ".join(named))
         if differences:
             raise SubjectError(
                 f"{other.identifier} ({other.source}): a trial of another person than "
@@ -315,12 +320,8 @@ class Subject(StoredPart):
         return self.gait.forces is not None
 
     def measured(self) -> GaitRecord:
-        """The recorded gait as it was measured; a side that was not is the other one's mirror
-        image (`origin` says which).
-
-        Raises
-        ------
-        SubjectError : no moments and forces were recorded.
+        """The recorded gait as it was measured; a side that was not is the other one's mirror image
+        (`origin` says which). Raises SubjectError if no moments and forces were recorded.
         """
         if self.gait.forces is None:
             raise SubjectError(
@@ -344,6 +345,56 @@ class Subject(StoredPart):
     def to_toml(self) -> str:
         """The subject as TOML; numbers have six significant digits, each curve is one line."""
         return toml_of(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the TOML file, whole or not at all; `load_subject` reads it."""
+        write_text(Path(path), self.to_toml())
+
+    def title(self) -> str:
+        """Name, person and trial."""
+        return f"Subject {self.identifier} ({self.source})"
+
+    def overview(self) -> "pd.DataFrame":
+        """Build and gait, in SI units."""
+        stance = {
+            side: self.stance_fraction.of(side)
+            if self.origin(side, "stance") == "recorded"
+            else None
+            for side in SIDES
+        }
+        return value_frame(
+            [
+                ("", "mass", self.mass_kg, "kg"),
+                ("", "height", self.height_m, "m"),
+                ("", "leg length", self.leg_length_m, "m"),
+                ("", "walking speed", self.walking_speed_m_s, "m/s"),
+                ("", "stride time", self.stride_time_s, "s"),
+                *((side, "stance fraction", value, "1") for side, value in stance.items()),
+            ]
+        ).drop(columns="percent")
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Recorded joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body
+        weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
+        (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
+        was not recorded (`origin`) has no rows.
+        """
+        curves = recorded_curves(self.record())
+
+        def recorded(
+            values: dict[str, Array], kind: Literal["angles", "kinetics"]
+        ) -> dict[str, Array]:
+            origin = {side[0]: self.origin(side, kind) for side in SIDES}
+            return {n: v for n, v in values.items() if origin[n[-1]] == "recorded"}
+
+        return curve_frame(
+            replace(
+                curves,
+                angles=recorded(curves.angles, "angles"),
+                moments=recorded(curves.moments, "kinetics"),
+                forces=recorded(curves.forces, "kinetics"),
+            ).named()
+        )
 
 
 def _same_curves(one: Gait, other: Gait) -> bool:
@@ -389,17 +440,9 @@ def _sentence(error: Mapping[str, Any]) -> str:
 
 
 def make_subject(values: Mapping[str, Any], where: str) -> Subject:
-    """A subject from its tables.
-
-    Parameters
-    ----------
-    values : the tables and keys of a subject file.
-    where : name of the file or trial, for messages.
-
-    Raises
-    ------
-    SubjectError
-        Lists every missing, unknown, malformed or implausible value.
+    """A subject from `values`, the tables and keys of a subject file; `where` names the file or
+    trial in messages. Raises SubjectError, which lists every missing, unknown, malformed or
+    implausible value.
     """
     try:
         return Subject.model_validate(values)

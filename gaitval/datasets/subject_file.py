@@ -7,20 +7,21 @@ from pathlib import Path
 from typing import Final
 
 from gaitval.artefacts import parse_toml, read_toml
+from gaitval.datasets.identity import with_identity
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import SubjectError
 
-BUILTIN: Final[dict[str, str]] = {
-    "S01": "WBDS01 T05",
-    "S02": "WBDS02 T06",
-    "S03": "WBDS12 T06",
-    "S04": "WBDS21 T04",
-    "S05": "WBDS14 T05",
-    "S06": "WBDS24 T07",
-    "S07": "WBDS26 T03",
-    "S08": "WBDS29 T01",
-    "S09": "WBDS31 T03",
-    "S10": "WBDS39 T02",
+BUILTIN: Final[dict[str, tuple[str, str]]] = {
+    "S01": ("WBDS01", "T05"),
+    "S02": ("WBDS02", "T06"),
+    "S03": ("WBDS12", "T06"),
+    "S04": ("WBDS21", "T04"),
+    "S05": ("WBDS14", "T05"),
+    "S06": ("WBDS24", "T07"),
+    "S07": ("WBDS26", "T03"),
+    "S08": ("WBDS29", "T01"),
+    "S09": ("WBDS31", "T03"),
+    "S10": ("WBDS39", "T02"),
 }
 """The paper's ten subjects: person and treadmill trial of the WBDS dataset."""
 
@@ -28,17 +29,16 @@ BUILTIN: Final[dict[str, str]] = {
 def parse_subject(text: str, where: str) -> Subject:
     """Read a subject from TOML `text`; `where` names the file in messages.
 
-    Raises
-    ------
-    SubjectError
-        Invalid TOML, or the problems that `make_subject` lists.
+    A file of an earlier gaitval says neither person nor laboratory: `Subject.guessed` says what was
+    taken for them. Raises SubjectError for invalid TOML, or with the problems that `make_subject`
+    lists.
     """
-    return make_subject(parse_toml(text, where, SubjectError), where)
+    return make_subject(with_identity(parse_toml(text, where, SubjectError)), where)
 
 
 def _read_file(path: Path) -> Subject:
     mend = "Check the path of the subject file"
-    return make_subject(read_toml(path, SubjectError, mend), str(path))
+    return make_subject(with_identity(read_toml(path, SubjectError, mend)), str(path))
 
 
 @cache  # a study asks for all ten half a dozen times
@@ -53,16 +53,9 @@ def builtin_subjects() -> tuple[Subject, ...]:
 
 
 def load_subject(name_or_path: str | int | Path) -> Subject:
-    """Load a built-in subject or a subject file.
-
-    Parameters
-    ----------
-    name_or_path : 5, "5", "S05", the dataset's name "WBDS14", or a path to a .toml file.
-
-    Raises
-    ------
-    SubjectError
-        When no such subject exists, or the file has problems (all are listed).
+    """Load a built-in subject or a subject file: `name_or_path` is 5, "5", "S05", the dataset's
+    name "WBDS14", or a path to a .toml file. Raises SubjectError if there is no such subject, or
+    the file has problems (all are listed).
     """
     name = str(name_or_path).strip()
     if name.lower().endswith(".toml") or "/" in name:
@@ -72,10 +65,10 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
         if identifier in BUILTIN:
             return _read_builtin(identifier)
     if match := re.fullmatch(r"WBDS0*([1-9]\d*)", name.upper()):
-        for identifier, source in BUILTIN.items():
-            if source.startswith(f"WBDS{int(match[1]):02d} "):
+        for identifier, (person, _) in BUILTIN.items():
+            if person == f"WBDS{int(match[1]):02d}":
                 return _read_builtin(identifier)
-    valid = ", ".join(f"{key} ({source.split()[0]})" for key, source in BUILTIN.items())
+    valid = ", ".join(f"{key} ({person})" for key, (person, _) in BUILTIN.items())
     raise SubjectError(
         f"{name!r}: no such subject. The built-in ones are {valid}; or give the path of a .toml "
         "file."

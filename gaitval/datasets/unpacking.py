@@ -19,7 +19,7 @@ MEMBERS_LIMIT: Final = 100_000
 
 
 def check_disk(folder: Path, needed: int) -> None:
-    """Refuse to fill the disk of a folder."""
+    """Raise ArchiveError rather than fill the disk of `folder` with `needed` bytes."""
     free = shutil.disk_usage(folder).free
     if free < needed + DISK_MARGIN:
         raise ArchiveError(
@@ -30,12 +30,12 @@ def check_disk(folder: Path, needed: int) -> None:
 
 
 def unpack(archive: Path, folder: Path) -> None:
-    """Unpack a ZIP archive into `folder`, whole or not at all; an old `folder` is replaced.
+    """Unpack the ZIP file `archive` into `folder`, whole or not at all; an old `folder` is
+    replaced.
 
-    Raises
-    ------
-    ArchiveError : not a ZIP archive, or a damaged one; a member lies outside the folder (absolute
-        path or ".."), or is a link; more than `UNPACKED_LIMIT` bytes or `MEMBERS_LIMIT` members.
+    Raises ArchiveError if it is not a ZIP archive, or a damaged one; a member lies outside the
+    folder (absolute path or ".."), or is a link; more than `UNPACKED_LIMIT` bytes or
+    `MEMBERS_LIMIT` members.
     """
     try:
         with zipfile.ZipFile(archive) as stored:

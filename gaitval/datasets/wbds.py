@@ -36,6 +36,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.datasets.wbds_files import (
@@ -86,6 +87,8 @@ def left_phase_from_force(forces: Mapping[Side, Array]) -> float:
     phase is the shift that leaves least in the odd harmonics (1, 3, 5, 7) of the sum.
     """
     harmonics = np.array([1, 3, 5, 7])
+    # Without row 100, which repeats row 0: a period of 100 samples. A shift by φ multiplies
+    # harmonic n by exp(-2πi n φ).
     right, left = (np.fft.rfft(forces[side][:100, 2])[harmonics] for side in SIDES)
     best = minimize_scalar(
         lambda shift: float(
@@ -149,6 +152,9 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     return make_subject(
         {
             "identifier": identifier,
+            "person": person,
+            "trial": trial,
+            "laboratory": WBDS,
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
@@ -182,8 +188,7 @@ def build_subjects(data_folder: Path, out_folder: Path) -> list[Path]:
         When a file of the dataset is missing or cannot be used.
     """
     written = []
-    for identifier, source in BUILTIN.items():
-        person, trial = source.split()
+    for identifier, (person, trial) in BUILTIN.items():
         path = Path(out_folder) / f"{identifier}.toml"
         subject = read_trial(data_folder, identifier, person, trial)
         for further in FURTHER_TRIALS.get(identifier, ()):

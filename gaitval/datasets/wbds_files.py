@@ -167,18 +167,11 @@ def _read_processed(
 
 
 def read_angles(path: Path) -> dict[str, Array]:
-    """Mean angles of a `…ang.txt` file.
+    """Mean angles of the `…ang.txt` file `path`, by keys of `ANGLE_NAMES`: (101,) rad each,
+    project's signs, 0 to 100 % of the side's cycle.
 
-    Returns
-    -------
-    dict
-        Keys of `ANGLE_NAMES`; (101,) rad each, project's signs, 0 to 100 % of the side's cycle.
-
-    Raises
-    ------
-    RecordError
-        Missing or renamed columns, an exchanged file, truncation, NaN, radians, or hip and knee
-        columns whose curves are not a hip's and a knee's.
+    Raises RecordError for missing or renamed columns, an exchanged file, truncation, NaN, radians,
+    or hip and knee columns whose curves are not a hip's and a knee's.
     """
     path = Path(path)
     found = _read_processed(path, _columns(list(_ANGLES)), other="Moment", may_be_nan="")
@@ -251,15 +244,11 @@ def _kinetics_problems(found: Mapping[str, Array]) -> list[str]:
 
 
 def read_kinetics(path: Path) -> Kinetics:
-    """Mean moments and ground reactions of a `…knt.txt` file.
+    """Mean moments and ground reactions of the `…knt.txt` file `path`.
 
-    Swing is coded 0 in some files and NaN in others; both become zero.
-
-    Raises
-    ------
-    RecordError
-        Missing or renamed columns, an exchanged file, truncation, NaN in moments or stance,
-        moments in Nm, forces in N, or implausible signs.
+    Swing is coded 0 in some files and NaN in others; both become zero. Raises RecordError for
+    missing or renamed columns, an exchanged file, truncation, NaN in moments or stance, moments in
+    Nm, forces in N, or implausible signs.
     """
     path = Path(path)
     names = [*_MOMENTS, *_FORCES]
@@ -282,7 +271,7 @@ def read_kinetics(path: Path) -> Kinetics:
 
 
 def table_rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
-    """Rows of a CSV file by the names of its columns, of which some are needed."""
+    """Rows of the CSV file `path` by the names of its columns, of which some are `needed`."""
     reader = csv.DictReader(_text(path).splitlines())
     problems = [
         f"row 1: column {name} is missing. Add it."
@@ -294,7 +283,7 @@ def table_rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
 
 
 def number_in(path: Path, row: Mapping[str, str], column: str) -> float:
-    """The finite number of a row in this column."""
+    """The number in a `column` of a `row` of `path`. Raises RecordError if it is not finite."""
     try:
         value = float(row[column])
     except (TypeError, ValueError):
@@ -308,17 +297,11 @@ def number_in(path: Path, row: Mapping[str, str], column: str) -> float:
 
 
 def read_static_markers(path: Path, person: str) -> dict[str, tuple[float, float, float]]:
-    """Standing marker positions of one person, m, REP-103 axes of the laboratory.
+    """Standing marker positions of one `person` ("WBDS14"), m, REP-103 axes of the laboratory, from
+    `path`: `static_markers_10subjects.csv`, mm, x forward, y up, z right.
 
-    Parameters
-    ----------
-    path : `static_markers_10subjects.csv`, mm, x forward, y up, z right.
-    person : "WBDS14".
-
-    Raises
-    ------
-    RecordError
-        Missing file, column or person, a value that is not a number, or metres for millimetres.
+    Raises RecordError for a missing file, column or person, a value that is not a number, or metres
+    for millimetres.
     """
     path = Path(path)
     rows = table_rows(path, ["Subject", *(f"{name}{axis}" for name in MARKERS for axis in "XYZ")])

@@ -6,7 +6,9 @@ import numpy as np
 
 
 class RecordAccuracy(NamedTuple):
-    """Departures from a record that weigh the same, rad, Nm/kg, body weights (BW)."""
+    """Departures from a record that weigh the same in a fit: angles in rad, moments in Nm/kg,
+    forces in body weights (BW).
+    """
 
     sagittal: float = np.deg2rad(1.2)
     frontal: float = np.deg2rad(1.0)

@@ -26,11 +26,17 @@ def without_gaps(
     Parameters
     ----------
     cycles : of one foot.
-    time : (T,) s, of the marker frames.
+    time : (T,) s, of the marker frames, uniformly spaced.
     seen : (T,) whether the markers show the pelvis and this foot's leg.
-    longest_gap_s : gaps up to this long are bridged.
+    longest_gap_s : s; gaps up to this long are bridged, so they do not matter.
+
+    Returns
+    -------
+    tuple
+        The cycles in the same order; one with a longer gap has it among its `reasons`.
     """
     cycles = tuple(cycles)
+    # The same length in frames: (T − 1) / duration is the marker rate.
     longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
     gaps = [
         (float(time[begin]), float(time[end - 1]))
@@ -39,6 +45,7 @@ def without_gaps(
     ]
     found = []
     for cycle in cycles:
+        # Two intervals overlap if each begins before the other ends.
         inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
         if inside:
             reasons = tuple(
@@ -56,17 +63,28 @@ def without_odd_support(
 ) -> dict[Side, tuple[GaitCycle, ...]]:
     """The same cycles; those whose first double support is unlike the others are not valid.
 
-    The median is that of both sides; with fewer than three cycles none is judged.
+    Parameters
+    ----------
+    cycles : of both feet. The median is that of both sides; with fewer than three cycles none is
+        judged.
+
+    Returns
+    -------
+    dict
+        The cycles by side, in the same order; an odd one has the reason among its `reasons`.
     """
     support = {side: np.array([_first_support(cycle) for cycle in cycles[side]]) for side in SIDES}
     known = np.concatenate([support[side] for side in SIDES])
     known = known[np.isfinite(known)]
+    # Of two that differ, neither is known to be the wrong one.
     if len(known) < 3:
         return dict(cycles)
     usual = float(np.median(known))
     return {
         side: tuple(
             cycle
+            # `not … >` lets an unknown share (NaN) pass: a toe-off that is missing is already a
+            # reason of its own (`cycles._faults`).
             if not abs(share - usual) > ODD_SUPPORT
             else _refused(
                 cycle,

@@ -143,9 +143,10 @@ def cut_cycles(
 
     Parameters
     ----------
-    events : of both feet.
+    events : of both feet, in any order.
+    side : the foot whose heel strikes begin and end the cycles.
     forces : of `assign_forces`; without them no cycle is valid for kinetics.
-    fewest : cycles that must be valid for kinematics.
+    fewest : number of cycles that must be valid for kinematics.
 
     Raises
     ------
@@ -162,8 +163,11 @@ def cut_cycles(
     durations = np.diff(strikes)
     usual = float(np.median(durations)) if len(durations) else np.nan
     cycles = []
+    # A missed strike makes one cycle of two strides; `_faults` rejects it by its duration and by
+    # its doubled events.
     for start, end in pairwise(map(float, strikes)):
         between = [found[(found > start) & (found < end)] for found in inner]
+        # If there are several, the first is stored, but `_faults` makes such a cycle not valid.
         toe_off, opposite_toe_off, opposite_strike = (
             float(found[0]) if len(found) else np.nan for found in between
         )
@@ -194,7 +198,10 @@ def require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) 
 
     Parameters
     ----------
-    strikes : heel strikes that were found.
+    cycles : of one foot, valid and not valid.
+    side : of these cycles, for the message.
+    fewest : number of cycles that must be valid for kinematics.
+    strikes : number of heel strikes of this foot that were found, for the message.
 
     Raises
     ------
@@ -231,6 +238,8 @@ def _faults(side: Side, start: float, end: float, usual: float, between: list[Ar
             reasons.append(f"{'no' if not len(found) else len(found)} {name} in it")
     if not reasons:
         toe_off, opposite_toe_off, opposite_strike = (float(found[0]) for found in between)
+        # In walking the other foot leaves the ground and lands again before this foot leaves it. In
+        # running it lands after this foot's toe-off: there is no double support.
         if not opposite_toe_off < opposite_strike < toe_off:
             reasons.append("its events are not in the order of walking (is it running?)")
     return reasons
@@ -242,6 +251,7 @@ def _shown(forces: FootForces | None, side: Side, start: float, end: float) -> t
         return False, "no force plates: no kinetics"
     samples = forces.time
     spacing = 1.0 / forces.rate
+    # An event may lie one sample beyond the ends, because it is found between samples.
     if start < samples[0] - spacing or end > samples[-1] + spacing:
         return False, "it is outside the time of the forces: no kinetics"
     inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
@@ -261,7 +271,8 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
     Parameters
     ----------
     time : (T,) s, uniformly spaced.
-    values : (T, ...).
+    values : (T, ...) in any unit, at these times.
+    cycle : from whose heel strike to the next one the values are cut; within the times.
 
     Raises
     ------
@@ -282,6 +293,7 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
             + " They are from another trial, or were cut. Give the values of the whole trial."
         )
     wanted = np.linspace(cycle.start, cycle.end, SAMPLES)
+    # `lone`: a strike exactly at a frame does not need the frame beyond it, which may be in a gap.
     return interpolated(values, (wanted - time[0]) / spacing, lone=True)
 
 
@@ -290,8 +302,21 @@ Part = tuple[Array, Array, Sequence[GaitCycle]]
 
 
 def average(parts: Iterable[Part]) -> AverageCurve | None:
-    """Mean and standard deviation of a quantity over the cycles of one or several trials; None if
-    there is no cycle.
+    """Mean and standard deviation of a quantity over the cycles of one or several trials.
+
+    Parameters
+    ----------
+    parts : one (times, values, cycles) for each trial, see `Part`; every cycle counts the same,
+        whatever its trial.
+
+    Returns
+    -------
+    AverageCurve or None
+        None if there is no cycle.
+
+    Raises
+    ------
+    RecordError : as `normalise`.
     """
     curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
     if not curves:
@@ -332,6 +357,8 @@ def belt_speed(
         inside = (recording.time >= begin) & (recording.time <= end)
         middle = (0.5 * (feet[side].heel + feet[side].front) @ forward)[inside]
         if len(middle) > 2 and np.isfinite(middle).all():
+            # The slope of a line through the whole flat-foot phase averages the markers' noise. It
+            # is negated because a belt carries the foot backwards.
             speeds.append(-np.polyfit(recording.time[inside], middle, 1)[0])
     if not speeds:
         raise RecordError(
@@ -393,8 +420,11 @@ def spatiotemporal(
     first, second = places.of(side, start), places.of(side, end)
     between = places.of(other, opposite_strike)
     stride_time = end - start
+    # Two steps in a stride, 60 s in a minute.
     cadence = 120.0 / stride_time
     stride_length = (second - first)[:, 0]
+    # The step of this foot that ends the cycle: the other foot has landed within the cycle, this
+    # one lands at its end.
     step_length, step_width = length_and_width(side, second, between)
     return SpatioTemporal(
         side=side,
@@ -405,6 +435,7 @@ def spatiotemporal(
         step_length=step_length,
         step_width=step_width,
         stance_fraction=(toe_off - start) / stride_time,
+        # The first period ends with the other foot's toe-off, the second begins with its strike.
         double_support_fraction=((opposite_toe_off - start) + (toe_off - opposite_strike))
         / stride_time,
         speed=stride_length / stride_time,
@@ -441,6 +472,8 @@ class _Places:
         belt = belt_speed(recording, events, landmarks=landmarks)
         self.time = recording.time
         self.heels: dict[Side, Array] = {
+            # A foot at rest on the belt moves backwards at the belt's speed v. Adding v t makes it
+            # stand still, so places of successive strikes compare as they do over ground.
             side: np.stack([foot.heel @ forward + belt * self.time, foot.heel @ leftward], axis=1)
             for side, foot in foot_markers(recording, landmarks).items()
         }
@@ -451,6 +484,7 @@ class _Places:
         """(n, 2) place of the foot after each of these strikes; NaN where it is not seen."""
         found = np.full((len(strikes), 2), np.nan)
         for row, strike in enumerate(strikes):
+            # The trial's median stance, because the last stance may not end within the recording.
             begin, end = (strike + share * self.usual for share in FLAT_FOOT)
             flat = self.heels[side][(self.time >= begin) & (self.time <= end)]
             if len(flat) > 2:

@@ -1,4 +1,4 @@
-"""Heel strikes and toe-offs: of forces beside those of markers, stored ones beside those found."""
+"""Compare heel strikes and toe-offs: of forces and of markers, stored in the file and found."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import foot_contacts
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, EventKind, FootForces
 
 SAME_SECONDS: Final = 0.15
@@ -25,7 +25,7 @@ KINDS: Final[dict[EventKind, str]] = {"heel_strike": "heel strikes", "toe_off": 
 
 @dataclass(frozen=True)
 class StoredEvents:
-    """Stored events of one kind beside those found.
+    """Stored events of one kind, compared with those found.
 
     Attributes
     ----------
@@ -55,11 +55,23 @@ class StoredEvents:
 
 
 def stored_events(stored: Sequence[Event], found: Sequence[Event]) -> tuple[StoredEvents, ...]:
-    """The events of a file beside those found; empty where the file has none."""
+    """Compare the events that a file stores with those found in its markers and forces.
+
+    Parameters
+    ----------
+    stored : events that the file contains.
+    found : events of `events.find_events` in the same trial.
+
+    Returns
+    -------
+    tuple
+        One comparison for each kind of event that the file has; empty if it has none.
+    """
     compared = []
     for kind in KINDS:
         differences, mine, other_foot = [], [e for e in stored if e.kind == kind], 0
         for event in mine:
+            # Signed time to the nearest event found, for either foot; infinite if there is none.
             away = {
                 side: min(
                     (e.time - event.time for e in found if (e.side, e.kind) == (side, kind)),
@@ -72,6 +84,7 @@ def stored_events(stored: Sequence[Event], found: Sequence[Event]) -> tuple[Stor
             (other,) = away.values()
             if abs(own) <= SAME_SECONDS:
                 differences.append(own)
+            # At an event of the other foot and at none of its own, so the side is wrong.
             elif abs(other) <= SAME_SECONDS:
                 other_foot += 1
         if mine:
@@ -88,29 +101,45 @@ def stored_events(stored: Sequence[Event], found: Sequence[Event]) -> tuple[Stor
     return tuple(compared)
 
 
-def event_doubts(compared: Sequence[StoredEvents]) -> Iterator[Doubt]:
-    """What the file's events contradict."""
+def event_doubts(compared: Sequence[StoredEvents]) -> Iterator[QualityFlag]:
+    """Warnings about the events that a file stores.
+
+    Parameters
+    ----------
+    compared : of `stored_events`.
+
+    Yields
+    ------
+    warning
+        For a kind of event that is more often at one of the other foot than at one of its own, or
+        whose mean difference is above `LARGEST_MEAN_S`.
+    """
     for one in compared:
         if one.other_foot > one.matched:
-            yield Doubt(
+            yield QualityFlag(
                 "events of the file", KINDS[one.kind], one.other_foot, one.matched, "events",
                 f"{one}: right and left are exchanged in the file's events or in its markers",
             )  # fmt: skip
         elif one.matched and abs(one.mean_s) > LARGEST_MEAN_S:
-            yield Doubt(
+            yield QualityFlag(
                 "events of the file", KINDS[one.kind], abs(one.mean_s), LARGEST_MEAN_S, "s",
                 f"{one}: at most {1000 * LARGEST_MEAN_S:.0f} ms is the difference of methods. "
                 "Those found are used",
             )  # fmt: skip
 
 
-def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[Doubt]:
-    """Strikes and toe-offs of the forces that stray from those of the markers.
+def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
+    """Warnings about strikes and toe-offs of the forces that stray from those of the markers.
 
     Parameters
     ----------
     forces : on the feet, at the plates' rate.
     shown : events of the markers (`marker_events`).
+
+    Yields
+    ------
+    warning
+        For the event of each kind that strays most, if by more than `LARGEST_STRAY_S`.
     """
     for edge, (kind, name) in enumerate(KINDS.items()):
         late = [
@@ -121,11 +150,13 @@ def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[Doubt
         ]
         if len(late) < FEWEST_EVENTS:
             continue
+        # The median lag is the systematic difference of the two methods. Only what one event strays
+        # from it is a fault of the plate.
         usual = float(np.median([lag for *_, lag in late]))
         side, time, lag = max(late, key=lambda one: abs(one[2] - usual))
         stray = lag - usual
         if abs(stray) > LARGEST_STRAY_S:
-            yield Doubt(
+            yield QualityFlag(
                 "events of forces and markers", f"{side} foot", abs(stray), LARGEST_STRAY_S, "s",
                 f"by the forces, one of its {name} is at {time:.2f} s, {1000 * abs(stray):.0f} ms "
                 f"{'later' if stray > 0 else 'earlier'} than the markers show it, beside the "
@@ -139,6 +170,8 @@ def _contacts(forces: FootForces, kind: EventKind, edge: int) -> Iterator[Event]
         loaded = forces.force[:, column, 2] > 0.0
         for sample in foot_contacts(loaded, rate=forces.rate)[edge]:
             around = slice(max(sample - 1, 0), sample + 1)
+            # At an end of the trial the recording was cut, which is no event; and the force must be
+            # known on both sides of the edge.
             if 0 < sample < len(loaded) and forces.valid[around, column].all():
                 yield Event(float(forces.start + sample / forces.rate), side, kind)
 

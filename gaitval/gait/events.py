@@ -43,7 +43,7 @@ SHORTEST_STRIDE: Final = 0.5
 """s. Two push-offs of a foot are never closer: 240 steps/min is faster than people walk."""
 
 BOUNCE_SECONDS: Final = 0.05
-"""A foot unloaded for less than this has not begun its swing."""
+"""A foot unloaded for less than this has not started its swing."""
 SCUFF_SECONDS: Final = 0.1
 """A foot loaded for less than this has only brushed the plate; no stance is this short."""
 SAME_EVENT_SECONDS: Final = 0.1
@@ -83,6 +83,8 @@ def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int
     """
     on = loaded.copy()
     scuffs = 0
+    # Bounces first: a stance that a bounce interrupts would otherwise look like two short contacts,
+    # and both could be dropped as scuffs.
     for state, shortest in ((False, BOUNCE_SECONDS), (True, scuff_s)):
         for begin, end in zip(*runs(on == state), strict=True):
             if begin > 0 and end < len(on) and end - begin < shortest * rate:
@@ -101,6 +103,12 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
     Parameters
     ----------
     forces : filtered at `force_cutoff_hz`; at a lower cut-off the strike comes early.
+    processing : its `force_threshold_n`, N, is the vertical force at which contact begins and ends.
+
+    Returns
+    -------
+    tuple
+        Events of both feet; times in s on the recording's clock.
     """
     events = []
     threshold, rate = processing.force_threshold_n, forces.rate
@@ -109,6 +117,8 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
         for begin, end in zip(*foot_contacts(vertical > threshold, rate=rate), strict=True):
             if not forces.valid[begin:end, column].all():
                 continue
+            # Kind, outermost loaded sample, direction into the contact (+1 or −1), and the number
+            # of samples outside the contact on that side.
             edges: list[tuple[EventKind, int, int, int]] = [
                 ("heel_strike", begin, 1, begin),
                 ("toe_off", end - 1, -1, len(vertical) - end),
@@ -116,6 +126,9 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
             for kind, sample, inward, before in edges:
                 if before == 0:
                     continue  # the trial begins or ends on the ground
+                # The line through the two outermost loaded samples falls to the threshold `share`
+                # of a sample outside them: at most one sample, because the next one is below the
+                # threshold.
                 rise = vertical[sample + inward] - vertical[sample]
                 excess = vertical[sample] - threshold
                 share = 1.0 if rise <= 0.0 else min(1.0, excess / rise)
@@ -137,6 +150,11 @@ def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tupl
     recording : z up, m.
     landmarks : see `foot_markers`; of the pelvis, `R.ASIS`, `L.ASIS`, `R.PSIS`, `L.PSIS` or
         `Sacrum`.
+
+    Returns
+    -------
+    tuple
+        Events of both feet; times in s on the recording's clock.
 
     Raises
     ------
@@ -165,7 +183,9 @@ def _foot_events(
         return []
     apart = max(1, int(SHORTEST_STRIDE * rate))
     offs, _ = find_peaks(-ahead, prominence=LEAST_PROMINENCE * excursion, distance=apart)
+    # A dip of the path while the foot is in the forward half of its excursion is no push-off.
     offs = offs[ahead[offs] < ahead.min() + 0.5 * excursion]
+    # Vertical velocity of the middle of the foot, m/s, negative downwards: a landing is a minimum.
     speed = np.gradient(0.5 * (heel + front)) * rate
     sinks, _ = find_peaks(-speed)
     sinks = sinks[(heel[sinks] < heel.min() + LOW_HEEL * np.ptp(heel)) & (speed[sinks] < 0.0)]
@@ -178,6 +198,7 @@ def _foot_events(
             landings.append(int(between[np.argmin(speed[between])]))
     if landings:
         typical = np.median(speed[landings])
+        # Both sides are negative, so `<` keeps the landings that sink faster.
         landings = [frame for frame in landings if speed[frame] < SMALLEST_SHARE * typical]
     kinds: list[tuple[EventKind, Array, list[int]]] = [
         ("toe_off", ahead, [int(frame) for frame in offs]),
@@ -195,13 +216,26 @@ def _vertex(values: Array, sample: int) -> float:
     """Position of an extremum between samples: the vertex of the parabola through three samples."""
     before, here, after = values[sample - 1 : sample + 2]
     curvature = before - 2.0 * here + after
+    # y(x) = y₀ + b x + ½ c x², with central difference b and second difference c, has its vertex
+    # at x = −b / c.
     return sample + (0.5 * (before - after) / curvature if curvature else 0.0)
 
 
 def marker_stance(recording: Recording, *, landmarks: Mapping[str, str]) -> Flags:
-    """(T, 2) whether each foot, right first, is on the ground at each marker frame.
+    """Whether each foot is on the ground at each marker frame.
 
-    From `marker_events`; a foot without events is on the ground throughout.
+    Parameters
+    ----------
+    recording, landmarks : as for `marker_events`, from whose events the stances follow.
+
+    Returns
+    -------
+    array
+        (T, 2) right foot first; a foot without events is on the ground throughout.
+
+    Raises
+    ------
+    RecordError : as `marker_events`.
     """
     stance = np.ones((len(recording.markers), 2), dtype=bool)
     events = marker_events(recording, landmarks=landmarks)
@@ -211,6 +245,7 @@ def marker_stance(recording: Recording, *, landmarks: Mapping[str, str]) -> Flag
             if event.kind == "toe_off":
                 stance[recording.time > event.time, column] = False
             else:
+                # The first event is a strike, so the foot was in the air before it.
                 if number == 0:
                     stance[:, column] = False
                 stance[recording.time >= event.time, column] = True
@@ -233,7 +268,17 @@ def find_events(
     ----------
     recording : cleaned, z up, m.
     forces : of `assign_forces` at `force_cutoff_hz`; None without plates.
+    processing : as for `force_events`.
     landmarks : see `foot_markers`.
+
+    Returns
+    -------
+    tuple
+        Events of both feet; times in s on the recording's clock.
+
+    Raises
+    ------
+    RecordError : as `marker_events`.
     """
     from_force = set(force_events(forces, processing)) if forces is not None else set()
     events = sorted(

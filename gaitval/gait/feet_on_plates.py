@@ -44,10 +44,26 @@ class Feet:
 
 
 def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
-    """Feet at the times of the forces; a marker in a gap is NaN."""
+    """The feet at the times of the forces.
+
+    Parameters
+    ----------
+    recording : in the project's axes, with force plates.
+    landmarks : see `foot_markers`.
+
+    Returns
+    -------
+    Feet
+        A marker in a gap is NaN, and counts as not on the ground.
+
+    Raises
+    ------
+    RecordError : as `marker_events`.
+    """
     markers = foot_markers(recording, landmarks)
     stance_frames = marker_stance(recording, landmarks=landmarks)
     frames = (recording.force_time - recording.start) * recording.marker_rate
+    # Stance is yes or no, so it is that of the nearest frame; positions are interpolated.
     nearest = np.clip(np.rint(frames).astype(int), 0, len(recording.markers) - 1)
     stance = stance_frames[nearest]
     outlines, lows = [], []
@@ -65,8 +81,17 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
 
 
 def reaches(plate: Plate, outline: Array) -> Flags:
-    """(T,) whether a foot may touch a plate: part of its outline is over it, or within 2 cm of
-    it.
+    """Whether a foot may touch a plate: part of its outline is over it, or within 2 cm of it.
+
+    Parameters
+    ----------
+    plate : a plate without corners may be anywhere, so every foot may touch it.
+    outline : (T, n, 3) m, of `Feet.outlines`.
+
+    Returns
+    -------
+    array
+        (T,) True where the foot may touch the plate.
     """
     if not np.isfinite(plate.corners).all():
         return np.ones(len(outline), dtype=bool)
@@ -76,8 +101,21 @@ def reaches(plate: Plate, outline: Array) -> Flags:
 
 
 def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
-    """(T, n) whether points (T, n, 3) are over the plate, widened by a margin in m."""
+    """Whether points are over a plate, whatever their height.
+
+    Parameters
+    ----------
+    plate : with known corners.
+    points : (T, n, 3) m.
+    margin : m, by which the plate is widened on all sides.
+
+    Returns
+    -------
+    array
+        (T, n); False for a point that is NaN.
+    """
     centre, axes = plate.corners.mean(axis=0), plate_axes(plate.corners)
+    # In its own axes the plate is a rectangle about its middle.
     half = np.abs((plate.corners - centre) @ axes).max(axis=0)[:2] + margin
     with np.errstate(invalid="ignore"):
         inside = np.abs((points - centre) @ axes)[..., :2] <= half
@@ -85,7 +123,19 @@ def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
 
 
 def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
-    """(T,) whether both feet are on the plate, at least partly."""
+    """Whether both feet are on one plate, at least partly.
+
+    Parameters
+    ----------
+    plate : one without corners is never shared, because nothing is known of its place.
+    feet : of `feet_of`.
+    rate : Hz, of the force samples.
+
+    Returns
+    -------
+    array
+        (T,) True where both are; periods under `SHORTEST_SHARED_SECONDS` are left out.
+    """
     if not np.isfinite(plate.corners).all():
         return np.zeros(len(plate.force), dtype=bool)
     standing = [
@@ -101,7 +151,20 @@ def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
 
 
 def distances_to_feet(plate: Plate, feet: Feet, begin: int, end: int) -> Array:
-    """(n, 2) m: horizontal distance from the centre of pressure to the outline of each foot."""
+    """Horizontal distance from the centre of pressure to the outline of each foot.
+
+    Parameters
+    ----------
+    plate : whose centre of pressure is meant.
+    feet : of `feet_of`.
+    begin, end : first force sample of a contact, and the first one after it; n samples.
+
+    Returns
+    -------
+    array
+        (n, 2) m, right foot first; 0 inside the outline, NaN where the foot or the point is
+        unknown.
+    """
     point = plate.centre_of_pressure[begin:end, :2]
     return np.stack(
         [_outside(point, outline[begin:end, :, :2]) for outline in feet.outlines], axis=1
@@ -118,12 +181,16 @@ def _outside(point: Array, outline: Array) -> Array:
     for first, second in combinations(range(outline.shape[1]), 2):
         a, b = outline[:, first], outline[:, second]
         along = b - a
+        # Markers at one point have no direction; the bound only keeps the division finite.
         length = np.maximum((along**2).sum(axis=1), 1e-12)
+        # Foot of the perpendicular, kept between the ends of the segment.
         share = np.clip(((point - a) * along).sum(axis=1) / length, 0.0, 1.0)
+        # `fmin` ignores NaN: a marker in a gap leaves out its own segments and triangles only.
         best = np.fmin(best, np.linalg.norm(point - a - share[:, None] * along, axis=1))
     for corners in combinations(range(outline.shape[1]), 3):
         a, b, c = (outline[:, corner] for corner in corners)
         turns = np.sign([_turn(p, q, point) for p, q in ((a, b), (b, c), (c, a))])
+        # Inside a triangle a point is on the same side of all three edges.
         best[(turns[0] == turns[1]) & (turns[1] == turns[2])] = 0.0
     return np.where(np.isfinite(best), best, np.nan)
 
@@ -135,6 +202,16 @@ def _turn(start: Array, end: Array, point: Array) -> Array:
 
 
 def nearest_foot(distances: Array) -> int:
-    """Column of the foot that is nearer on average (n, 2); the right one if neither is seen."""
+    """The foot that is nearer on average.
+
+    Parameters
+    ----------
+    distances : (n, 2) m, of `distances_to_feet`.
+
+    Returns
+    -------
+    int
+        Its column: 0 for the right foot, also if neither is seen, 1 for the left one.
+    """
     known = np.where(np.isfinite(distances), distances, np.inf)
     return int(np.argmin(np.median(known, axis=0)))

@@ -43,6 +43,8 @@ def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4
             f"one period of the low-pass at {cutoff_hz:g} Hz: the trial is too short to filter. "
             "Give a longer one."
         )
+    # The bilinear transformation maps a digital frequency f to the analogue tan(π f / rate). The
+    # correction holds for analogue filters, so it is made there, and arctan returns.
     warped = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2.0) - 1.0) ** (1.0 / order)
     sections = butter(order // 2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
     filtered = values.reshape(len(values), -1).copy()
@@ -50,6 +52,7 @@ def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4
     if seen.all():
         filtered = _both_ways(sections, filtered, period)
     else:
+        # Columns have different gaps, and a recursive filter that meets one NaN returns only NaN.
         for column in range(filtered.shape[1]):
             for begin, end in zip(*runs(seen[:, column]), strict=True):
                 block = filtered[begin:end, column]
@@ -72,6 +75,11 @@ def low_pass_simulated(values: ArrayLike, *, step: float, frequency: float) -> A
     values : (T, ...) uniformly sampled, without gaps.
     step : s, time between samples.
     frequency : Hz, below about 0.8 of half the sample rate.
+
+    Returns
+    -------
+    array
+        Filtered values of the same shape; a single sample is returned as it is.
     """
     values = np.asarray(values, dtype=float)
     if len(values) < 2:

@@ -76,8 +76,9 @@ def assign_forces(
     Parameters
     ----------
     recording : cleaned and zeroed, in the project's axes.
+    processing : cut-offs and order of the low-pass, and the force threshold.
     landmarks : see `foot_markers`.
-    cutoff_hz : `force_cutoff_hz` if not given; `moment_force_cutoff_hz` for inverse dynamics.
+    cutoff_hz : Hz; `force_cutoff_hz` if not given, `moment_force_cutoff_hz` for inverse dynamics.
 
     Returns
     -------
@@ -120,6 +121,8 @@ def assign_forces(
         order=processing.filter_order,
     )
     on = filtered[:, :, 2] > processing.force_threshold_n
+    # The sum of several plates' wrenches has no surface of its own; the centre of pressure is put
+    # on their median level.
     height = float(np.median(shares.heights))
     forces = _from_wrench(recording.force_rate, recording.start, filtered, on, shares.valid, height)
     return forces, tuple(sorted(findings, key=lambda finding: (finding.start, finding.names)))
@@ -134,11 +137,12 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
 
     Parameters
     ----------
-    times : (N,) s.
+    forces : of `assign_forces`.
+    times : (N,) s on the recording's clock.
 
     Raises
     ------
-    RecordError : times outside those of the forces.
+    RecordError : `times` outside those of the forces.
     """
     old = forces.time
     spacing = float(times[1] - times[0]) if len(times) > 1 else 1.0 / forces.rate
@@ -148,6 +152,7 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
             f"Forces from {old[0]:.3f} to {old[-1]:.3f} s cannot be resampled at times from "
             f"{times[0]:.3f} to {times[-1]:.3f} s: they are of another trial or of another length."
         )
+    # Back to the wrench about the origin, M = p × F + T. In the air F is zero, so any p will do.
     point = np.nan_to_num(forces.centre_of_pressure)
     moment = np.cross(point, forces.force) + forces.free_moment
     wrench = np.concatenate([forces.force, moment], axis=2)
@@ -155,12 +160,15 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
     if rate < forces.rate:
         wrench = low_pass(wrench, rate=forces.rate, cutoff_hz=0.45 * rate)
     samples = (times - old[0]) * forces.rate
+    # 1e-9 keeps a time that equals a sample's but for rounding at that sample.
     below = np.clip(np.floor(samples + 1e-9).astype(int), 0, len(old) - 1)
     above = np.minimum(below + 1, len(old) - 1)
     share = np.clip(samples - below, 0.0, 1.0)
     taken = (1.0 - share)[:, None, None] * wrench[below] + share[:, None, None] * wrench[above]
+    # At a sample's own time the next sample does not matter.
     exact = share < 1e-6
     nearest = np.where(share < 0.5, below, above)
+    # The low-pass lets force leak into swing, so contact is that of the nearest original sample.
     on = np.isfinite(forces.centre_of_pressure[nearest, :, 2]) & (taken[:, :, 2] > 0.0)
     heights = np.nanmedian(forces.centre_of_pressure[:, :, 2])
     valid = forces.valid[below] & (forces.valid[above] | exact[:, None])
@@ -192,6 +200,7 @@ def _share_out(
     used = np.zeros(samples, dtype=bool)
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         # the filter also needs the rise and fall below the threshold
+        # They reach at most half-way to the next contact, so that no sample counts twice.
         before = (ends[number - 1] + begin) // 2 if number else 0
         after = (end + begins[number + 1]) // 2 if number + 1 < len(begins) else samples
         reach = int(SETTLING_SECONDS * recording.force_rate)
@@ -204,12 +213,16 @@ def _share_out(
             if not mine.any():
                 continue
             shares.touched[mine, column] = True
+            # The tails belong to the foot that begins the contact and to the one that ends it.
             if mine[begin]:
                 mine[window.start : begin] = True
             if mine[end - 1]:
                 mine[end : window.stop] = True
+            # All wrenches are about the same origin, so those of a foot on two plates simply add
+            # up.
             shares.wrench[mine, column, :3] += plate.force[mine]
             shares.wrench[mine, column, 3:] += moment[mine]
+        # One foot owns a shared contact, but both touch the plate.
         shares.touched[begin:end] |= sharing[begin:end, None]
         findings += judge_contact(
             recording, plate, feet, begin, end, owner, distances, sharing, shares.valid
@@ -261,6 +274,7 @@ def _from_wrench(
     px = (h Fx − My) / Fz and py = (h Fy + Mx) / Fz (Winter 2009, chapter 5).
     """
     force = np.where(on[:, :, None], wrench[:, :, :3], 0.0)
+    # Where a foot is in the air the division is by NaN, so its centre of pressure is NaN.
     moment = wrench[:, :, 3:]
     vertical = np.where(on, force[:, :, 2], np.nan)
     point = np.stack(

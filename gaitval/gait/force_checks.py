@@ -1,4 +1,4 @@
-"""What physics says of the forces of a walk: which plates cannot be right, or are doubtful.
+"""What physics says of the forces of a walk: plates that are implausible or cannot be right.
 
 A wrong sign, two exchanged axes or a dead channel of a force plate give wrong moments and no other
 sign of it. The limits were measured on recordings whose forces agree with the motion: WBDS01 T01
@@ -16,8 +16,8 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import foot_contacts
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_axes
 from gaitval.mocap.pressed_plates import LONGEST_LEVER_M
 from gaitval.mocap.recording import FootForces, Plate, Recording
@@ -43,8 +43,8 @@ LOADED: Final = 0.2
 """Fraction of a contact's peak above which its centre of pressure and free moment are used."""
 
 DEAD_FORCE: Final = (0.01, 0.002)
-"""Range of a horizontal force under load over the vertical force: doubtful, and impossible; at
-least 0.06 sideways and 0.2 along."""
+"""Range of a horizontal force under load over the vertical force: below the first there is a
+warning, below the second the plate cannot be right; at least 0.06 sideways and 0.2 along."""
 DEAD_MOMENT_M: Final = (0.003, 0.0005)
 """Range of the vertical moment about the plate's middle over the vertical force, m: likewise; at
 least 0.008. Of a foot in the very middle of a plate only the free moment is left."""
@@ -58,7 +58,7 @@ STUCK_SECONDS: Final = 0.025
 """A channel that stays the same for longer under load has not been read anew: in the recordings at
 most one sample of 300 Hz repeats the one before."""
 STUCK_STEPS: Final = 4.0
-"""A channel that was stuck goes on by more than so many of its smallest changes."""
+"""A channel that was stuck continues with a jump of more than this many of its smallest changes."""
 STUCK_SHARE: Final = 1e-10
 """Of the weight (and of a metre): changes below this are the rounding of turned axes."""
 CLIPPED_SHARE: Final = 1e-4
@@ -76,13 +76,25 @@ class Stance:
 
 
 def whole_stances(recording: Recording, forces: FootForces) -> tuple[Stance, ...]:
-    """Stances that the plates show whole, with the plate that carries most of each."""
+    """Stances that the plates show whole.
+
+    Parameters
+    ----------
+    recording : with the plates.
+    forces : of `assign_forces`, at the plates' rate.
+
+    Returns
+    -------
+    tuple
+        The right foot's stances, then the left's, each with the plate that carries most of it.
+    """
     found = []
     for column, side in enumerate(SIDES):
         loaded = forces.force[:, column, 2] > 0.0
         for begin, end in zip(*foot_contacts(loaded, rate=forces.rate), strict=True):
             if begin == 0 or end == len(loaded) or not forces.valid[begin:end, column].all():
                 continue
+            # Sums of the vertical force are impulses but for the sample time, which they share.
             shares = [plate.force[begin:end, 2].sum() for plate in recording.plates]
             name = recording.plates[int(np.argmax(shares))].name
             found.append(Stance(side, name, int(begin), int(end)))
@@ -111,17 +123,21 @@ class StanceFigures:
 
 
 def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceFigures:
-    """What the force on a foot does in a stance.
+    """Measures of the force on a foot over one stance.
 
     Parameters
     ----------
-    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces.
+    stance : of `whole_stances`.
+    forces : of `assign_forces`, whose samples the stance counts.
+    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces; NaN where not seen.
     """
     column, window = SIDES.index(stance.side), slice(stance.begin, stance.end)
+    # y is to the left, so +y is towards the middle line for the right foot only.
     inward = 1.0 if stance.side == "right" else -1.0
     force = forces.force[window, column]
     samples, impulse = len(force), force[:, 2].sum()
     late, early = force[int(0.6 * samples) :, :2], force[: int(0.4 * samples), :2]
+    # Ratios of impulses: the sample time cancels.
     difference = (late.sum(axis=0) - early.sum(axis=0)) / impulse
     middle = slice(int(0.15 * samples), int(0.85 * samples))
     away = (pelvis[window] - forces.centre_of_pressure[window, column])[middle]
@@ -134,20 +150,29 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
         sideways=float(difference[1]),
         inward=float(inward * force[middle, 1].sum() / impulse),
         lean=float(inward * np.mean(away[:, 1] / away[:, 2])) if len(away) else np.nan,
+        # A percentile, because one sample of noise would decide the largest value.
         twist=float(np.percentile(np.abs(twist[heavy]) / force[heavy, 2], 95.0)),
         late_twist=float(inward * twist[half:].sum() / force[half:, 2].sum()),
     )
 
 
-def force_doubts(recording: Recording, forces: FootForces, pelvis: Array) -> tuple[Doubt, ...]:
-    """What is doubtful in the forces of a walk, plate by plate.
+def force_doubts(
+    recording: Recording, forces: FootForces, pelvis: Array
+) -> tuple[QualityFlag, ...]:
+    """Warnings about the forces of a walk, plate by plate.
 
     Parameters
     ----------
     recording : cleaned and zeroed, in the project's axes, walking along +x.
     forces : of `assign_forces`.
     pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces.
+
+    Returns
+    -------
+    tuple
+        Warnings about single channels of the plates first, then those about whole stances.
     """
+    # A sign or an axis is wrong for a plate, not for a foot: stances of both feet count together.
     by_plate: dict[str, list[tuple[Stance, StanceFigures]]] = {}
     for stance in whole_stances(recording, forces):
         figures = stance_figures(stance, forces, pelvis)
@@ -163,12 +188,12 @@ def force_doubts(recording: Recording, forces: FootForces, pelvis: Array) -> tup
     return tuple(found)
 
 
-def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[Doubt]:
+def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[QualityFlag]:
     """Braking before propulsion, and a push towards the middle line."""
     braking = float(np.mean([one.braking for one in figures]))
     sideways = float(np.mean([one.sideways for one in figures]))
     if abs(sideways) > max(EXCHANGED, 2.0 * abs(braking)):
-        yield Doubt(
+        yield QualityFlag(
             "fore-aft and sideways force", where, abs(sideways), EXCHANGED, "1",
             "braking and propulsion are in the sideways force (its impulse changes by "
             f"{100 * abs(sideways):.1f} % of the vertical one from early to late stance, the "
@@ -178,7 +203,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
         )  # fmt: skip
         return
     if braking < LEAST_BRAKING:
-        yield Doubt(
+        yield QualityFlag(
             "braking before propulsion", where, braking, LEAST_BRAKING, "1",
             "a walking foot is pushed back first and forward later, but here the fore-aft impulse "
             f"changes by {100 * braking:.1f} % of the vertical one from early to late stance (at "
@@ -189,7 +214,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
     inward = float(np.mean([one.inward for one in figures]))
     lean = float(np.mean([one.lean for one in figures]))  # NaN where no marker shows the pelvis
     if inward < LEAST_INWARD:
-        yield Doubt(
+        yield QualityFlag(
             "push towards the middle line", where, inward, LEAST_INWARD, "1",
             f"the foot is pushed outwards by {-100 * inward:.1f} % of the vertical impulse, but "
             "the body, which the force carries, is inwards of it: the sideways force has the "
@@ -198,10 +223,10 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
         )  # fmt: skip
 
 
-def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[Doubt]:
+def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Iterator[QualityFlag]:
     twist = float(np.mean([one.twist for one in figures]))
     if twist > LARGEST_FREE_MOMENT_M:
-        yield Doubt(
+        yield QualityFlag(
             "size of the free moment", where, twist, LARGEST_FREE_MOMENT_M, "m",
             f"the free moment is {100 * twist:.1f} cm times the vertical force (at most "
             f"{100 * LARGEST_FREE_MOMENT_M:.0f} cm in walking; friction under a foot allows "
@@ -211,7 +236,7 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
         )  # fmt: skip
     late = float(np.mean([one.late_twist for one in figures]))
     if late < TURNED_FREE_MOMENT_M:
-        yield Doubt(
+        yield QualityFlag(
             "direction of the free moment", where, late, TURNED_FREE_MOMENT_M, "m",
             f"in late stance the ground turns the foot outwards ({-1000 * late:.1f} mm times the "
             "vertical force), which in walking is inwards: the free moment has the wrong sign",
@@ -219,22 +244,30 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
         )  # fmt: skip
 
 
-def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
-    """Channels of a plate that do not move with the load, or are cut off.
+def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
+    """Warnings about channels of a plate that do not move with the load, or are cut off.
 
     Parameters
     ----------
+    plate : in the project's axes.
     rate : Hz, of the plate's samples.
+
+    Yields
+    ------
+    warning
+        For dead, saturated and stuck channels; `certain` where no walking can look like that.
     """
     where = f"plate {plate.name}"
     loaded = plate.force[:, 2] > CERTAIN_LOAD_N / 2
     if np.count_nonzero(loaded) < CLIPPED_SAMPLES * 4:
         yield from _dead_vertical(plate, where)
         return
+    # Stands for the body weight, which a single plate does not know; the peaks of stance are near
+    # it.
     weight = float(np.percentile(plate.force[loaded, 2], 95.0))
     for what, size, (doubtful, impossible), unit in _ranges(plate, loaded, weight):
         if size < doubtful:
-            yield Doubt(
+            yield QualityFlag(
                 "dead channel", where, size, doubtful, unit,
                 f"{what} hardly changes under load (range {size:.2g} {unit}, in walking above "
                 f"{doubtful:g} {unit}): its channel is dead, or has no calibration",
@@ -245,19 +278,22 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[Doubt]:
         longest = _longest_at_extreme(plate.force[:, axis], loaded, 0.02 * weight) / rate
         if longest > max(CLIPPED_SECONDS, CLIPPED_SAMPLES / rate):
             saturated = True
-            yield Doubt(
+            yield QualityFlag(
                 "saturated channel", where, longest, CLIPPED_SECONDS, "s",
                 f"the {name} force stays at its largest value for {1000 * longest:.0f} ms: the "
                 "amplifier or the converter is saturated there. Record with a larger range",
                 plate=plate.name,
             )  # fmt: skip
+    # A saturated channel repeats itself too; one warning is enough.
     if not saturated:
         yield from _stuck(plate, loaded, weight, rate)
 
 
-def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[Doubt]:
+def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[QualityFlag]:
     """The channel that repeats itself for longest, if that is too long."""
     axes, centre = _own_axes(plate)
+    # A repeated sample is exactly equal only in the plate's own axes and about its own middle:
+    # turned into other axes each component mixes several channels.
     channels = {
         f"{name} force": (plate.force @ axes)[:, axis]
         for axis, name in enumerate(("first horizontal", "second horizontal", "vertical"))
@@ -271,11 +307,12 @@ def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[
         }
     longest, stuck = 0.0, ""
     for name, values in channels.items():
+        # A channel that hardly moves repeats itself without being stuck; `_ranges` judges it.
         if np.ptp(values[loaded]) > DEAD_FORCE[1] * DEAD_MOMENT_M[1] * weight:
             seconds = _longest_stuck(values, loaded, STUCK_SHARE * weight) / rate
             longest, stuck = max((longest, stuck), (seconds, name))
     if longest > max(STUCK_SECONDS, CLIPPED_SAMPLES / rate):
-        yield Doubt(
+        yield QualityFlag(
             "stuck channel", f"plate {plate.name}", longest, STUCK_SECONDS, "s",
             f"its {stuck} stays exactly the same for {1000 * longest:.0f} ms while a foot is on "
             "it: samples were lost there and the last one repeated. Look at the raw channels",
@@ -284,10 +321,12 @@ def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[
 
 
 def _longest_stuck(values: Array, loaded: Flags, rounding: float) -> int:
-    """Samples under load for which a channel repeats itself and then jumps. One that is stored in
-    steps also repeats itself at a peak, but goes on by one step.
+    """Samples under load for which a channel repeats itself and then jumps.
+
+    A channel that is stored in steps also repeats itself at a peak, but then changes by one step.
     """
     changes = np.abs(np.diff(values))
+    # The smallest change above rounding is the step in which the file stores the channel.
     jump = STUCK_STEPS * float(changes[changes > rounding].min(initial=np.inf))
     longest = 0
     for begin, end in zip(*runs(loaded[1:] & (changes <= rounding)), strict=True):
@@ -296,12 +335,12 @@ def _longest_stuck(values: Array, loaded: Flags, rounding: float) -> int:
     return longest
 
 
-def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:
+def _dead_vertical(plate: Plate, where: str) -> Iterator[QualityFlag]:
     """A plate that somebody pushes along, but not down."""
     along = float(np.ptp(plate.force[:, :2], axis=0).max())
     down = float(np.abs(plate.force[:, 2]).max())
     if along > CERTAIN_LOAD_N / 4 and down < along / 2:
-        yield Doubt(
+        yield QualityFlag(
             "dead channel", where, down, along / 2, "N",
             f"its vertical force is at most {down:.3g} N, but its horizontal force changes by "
             f"{along:.0f} N: the vertical channel is dead, or has no calibration",
@@ -309,15 +348,17 @@ def _dead_vertical(plate: Plate, where: str) -> Iterator[Doubt]:
         )  # fmt: skip
 
 
-def place_doubts(plate: str, outside: int, used: int) -> Iterator[Doubt]:
-    """A centre of pressure that is not under the foot in most contacts with a plate.
+def place_doubts(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
+    """Warning about a centre of pressure that is not under the foot in most contacts with a plate.
 
     Parameters
     ----------
-    outside : contacts that were left out for that reason; used : stances that were not.
+    plate : its name.
+    outside : number of contacts that were left out for that reason.
+    used : number of stances that were not.
     """
     if outside > used:
-        yield Doubt(
+        yield QualityFlag(
             "centre of pressure under the foot", f"plate {plate}", outside, used, "contacts",
             f"the centre of pressure is outside the foot in {outside} of {outside + used} "
             "contacts, whose forces are not used: the plate's corners, origin or moments are "
@@ -355,6 +396,7 @@ def _longest_at_extreme(values: Array, loaded: Flags, least: float) -> int:
     longest = 0
     for sign in (1.0, -1.0):
         top = float((sign * values[loaded]).max())
+        # A component that stays near zero is not cut off at its small largest value.
         if top > least:
             at_top = loaded & (sign * values >= (1.0 - CLIPPED_SHARE) * top)
             begins, ends = runs(at_top)

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, runs
-from gaitval.gait.doubts import Doubt
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
 
 LARGEST_NOISE: Final = 0.004
@@ -31,8 +31,8 @@ STUCK_FRAMES: Final = 5
 STUCK_TRAVEL: Final = 0.02
 """m that the marker moves meanwhile."""
 COARSE: Final = 1e-4
-"""m. Of a file that is rounded to more nothing is said: at a turn, a coordinate that swings by 2 cm
-once a second is within half a millimetre for 0.07 s, and within 0.05 mm for 0.02 s."""
+"""m. Files rounded more coarsely are not checked: at a turning point, a coordinate that swings by
+2 cm once a second is within half a millimetre for 0.07 s, and within 0.05 mm for 0.02 s."""
 
 LARGEST_HEIGHT_CHANGE: Final = 0.02
 """m. When a foot is flat, each of its markers is as high as in standing, but for what the floor of
@@ -46,23 +46,28 @@ FLAT_PERCENTILE: Final = 15.0
 """Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
 FEWEST_MARKERS: Final = 4
 NAMED: Final = 3
-"""Markers that a doubt names; of more it says how many."""
+"""Markers that a warning names; if there are more it gives their number."""
 _ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
 
 
-def trajectory_doubts(recording: Recording) -> Iterator[Doubt]:
-    """Markers whose trajectories cannot be as the cameras saw them.
+def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
+    """Warnings about markers whose trajectories cannot be as the cameras saw them.
 
     Parameters
     ----------
     recording : as read, in the axes of its file, along which coordinates are cut off or repeated.
+
+    Yields
+    ------
+    warning
+        One about noise, for all markers together, and one for each marker with a stuck coordinate.
     """
     noise = _noise(recording)
     noisy = [name for name in noise if noise[name] > LARGEST_NOISE]
     if noisy:
         worst = max(noisy, key=lambda name: noise[name])
         where = ", ".join(noisy) if len(noisy) <= NAMED else f"{len(noisy)} of {len(noise)} markers"
-        yield Doubt(
+        yield QualityFlag(
             "noise", where, noise[worst], LARGEST_NOISE, "m",
             f"from frame to frame {worst} scatters by {1000 * noise[worst]:.1f} mm (cameras: below "
             f"1 mm; at most {1000 * LARGEST_NOISE:.0f} mm): angles and moments of single cycles "
@@ -72,7 +77,7 @@ def trajectory_doubts(recording: Recording) -> Iterator[Doubt]:
         path = recording.markers[:, number]
         seconds = _longest_stuck(path, recording.marker_rate) / recording.marker_rate
         if seconds > 0.0:
-            yield Doubt(
+            yield QualityFlag(
                 "stuck coordinate", name, seconds, STUCK_SECONDS, "s",
                 f"one of its coordinates stays exactly the same for {seconds:.2f} s while the "
                 "marker moves on: the trajectory was cut off at the edge of the volume, or filled. "
@@ -92,6 +97,7 @@ def _noise(recording: Recording) -> dict[str, float]:
     for number, name in enumerate(recording.names):
         own = wander[:, number][np.isfinite(wander[:, number]).all(axis=1)]
         if len(own):
+            # Root mean square over the three coordinates.
             found[name] = float(MEDIAN_TO_SD * np.sqrt((np.median(own, axis=0) ** 2).mean()))
     return found
 
@@ -100,6 +106,7 @@ def _longest_stuck(path: Array, rate: float) -> int:
     """Frames for which a coordinate repeats itself while the marker moves on, 0 if they are few."""
     longest = 0
     for column in range(3):
+        # NaN in front keeps the length: change t is that from frame t − 1 to t.
         changes = np.abs(np.diff(path[:, column], prepend=np.nan))
         if changes[changes > 0.0].min(initial=np.inf) > COARSE:
             continue
@@ -113,29 +120,38 @@ def _longest_stuck(path: Array, rate: float) -> int:
 
 def foot_marker_doubts(
     standing: Recording, walking: Recording, landmarks: Mapping[str, str]
-) -> Iterator[Doubt]:
-    """Markers of the feet that are higher or lower in the walk's flat foot than in standing.
+) -> Iterator[QualityFlag]:
+    """Warnings about foot markers that are higher or lower in the walk's flat foot than in
+    standing.
 
     Parameters
     ----------
     standing, walking : in the project's axes (REP-103, z up).
     landmarks : see `foot_markers`.
+
+    Yields
+    ------
+    warning
+        One for each marker beyond `LARGEST_HEIGHT_CHANGE`; if there is none, one for the pair
+        beyond `LARGEST_ASYMMETRY`.
     """
     changes = _height_changes(standing, walking, landmarks)
     if len(changes) < FEWEST_MARKERS:
         return
+    # Another height of the floor moves all markers alike, so the median change takes it out.
     floor = float(np.median(list(changes.values())))
     moved = {mark: change - floor for mark, change in changes.items()}
     far = [mark for mark, change in moved.items() if abs(change) > LARGEST_HEIGHT_CHANGE]
     for mark in far:
         size = abs(moved[mark])
-        yield Doubt(
+        yield QualityFlag(
             "height of a foot's marker", landmarks[mark], size, LARGEST_HEIGHT_CHANGE, "m",
             f"with the foot flat it is {1000 * size:.0f} mm "
             f"{'higher' if moved[mark] > 0.0 else 'lower'} in walking than in standing (elsewhere "
             f"within {1000 * LARGEST_HEIGHT_CHANGE:.0f} mm): it has moved or is mislabelled in "
             "one of the trials, or the foot is never put down flat",
         )  # fmt: skip
+    # A marker that is reported already would make the feet asymmetric, too.
     if not far:
         yield from _asymmetry(changes, landmarks)
 
@@ -158,8 +174,9 @@ def _height_changes(
     return changes
 
 
-def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> Iterator[Doubt]:
+def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> Iterator[QualityFlag]:
     """The landmark whose height changes most differently in the two feet, if that is too much."""
+    # Keys without the side, so that the feet compare; each foot's own median takes out the floor.
     beside = {
         side: {
             mark[2:]: change - float(np.median(list(own.values()))) for mark, change in own.items()
@@ -173,7 +190,7 @@ def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> It
     part = max(sorted(both), key=lambda part: abs(beside["R"][part] - beside["L"][part]))
     right, left = (beside[side][part] for side in "RL")
     if abs(right - left) > LARGEST_ASYMMETRY:
-        yield Doubt(
+        yield QualityFlag(
             "height of a foot's marker", " and ".join(landmarks[f"{side}.{part}"] for side in "RL"),
             abs(right - left), LARGEST_ASYMMETRY, "m",
             "from standing to the flat foot of the walk they rise by "

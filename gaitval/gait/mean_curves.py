@@ -36,13 +36,25 @@ def stance_fraction(vertical: Array) -> float:
     vertical : (101,) body weights, zero in swing. Interpolated linearly between rows.
     """
     # The rows before the next heel strike belong to it, so they are not searched.
+    # The force falls through the threshold between this row and the next, on a straight line.
     last = int(np.flatnonzero(vertical[:90] >= STANCE_THRESHOLD)[-1])
     above, below = vertical[last], vertical[last + 1]
     return float(last + (above - STANCE_THRESHOLD) / (above - below)) / 100
 
 
 def mean_vertical_force(forces: Mapping[Side, Array]) -> float:
-    """Mean of right + left vertical force over the gait cycle, body weights."""
+    """Mean of right + left vertical force over the gait cycle; 1 in every periodic motion.
+
+    Parameters
+    ----------
+    forces : (101, 3) body weights, forward, left, up, of each foot.
+
+    Returns
+    -------
+    float
+        Body weights.
+    """
+    # Row 100 is row 0 of the next cycle; without it every instant counts once.
     return float(sum(forces[side][:100, 2].mean() for side in SIDES))
 
 
@@ -51,7 +63,11 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
 
     Parameters
     ----------
-    name, path : the curve and its file, for messages.
+    name : of the curve, for the message.
+    phase : (n,) in 0…1 of the gait cycle.
+    values : (n,) in any unit.
+    tolerance : in the unit of `values`; the fit takes the fewest harmonics that reach it.
+    path : the curve's file, for the message.
 
     Raises
     ------
@@ -77,12 +93,17 @@ def fit_force(force: Array, stance: float, path: Path | str) -> Force:
     Parameters
     ----------
     force : (101, 3) body weights, forward, left, up.
-    stance : stance fraction.
+    stance : stance fraction, as of `stance_fraction`.
     path : the file, for messages.
+
+    Raises
+    ------
+    RecordError : as `fit_curve`.
     """
     if force[100, 2] == 0.0 < force[0, 2]:
         # over ground the next landing is beside the plates; it is the same instant of the cycle
         force = np.vstack([force[:100], force[:1]])
+    # Stance, and the strike that ends the cycle: the same instant as row 0, it closes the curve.
     rows = np.append(np.arange(int(stance * 100) + 1), 100)
     forward, left, up = (
         fit_curve(f"ground reaction {axis}", rows / 100, force[rows, i], FORCE_TOLERANCE, path)

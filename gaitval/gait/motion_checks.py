@@ -1,4 +1,4 @@
-"""Whether forces and markers tell of the same motion: Newton's law over the whole body.
+"""Whether forces and markers agree on the motion: Newton's law over the whole body.
 
 The ground must give each foot what the body's acceleration needs. The limits were measured on the
 recordings named in `force_checks`; each constant gives the values there.
@@ -16,8 +16,8 @@ from scipy.ndimage import binary_erosion
 from gaitval.arrays import Array, Flags
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.force_checks import Stance
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, FootForces
 
 LEAST_SECONDS: Final = 0.3
@@ -32,9 +32,10 @@ LEAST_CORRELATION: Final = 0.7
 """Between what the motion needs and what the plates show, vertically: at least 0.84, but for two
 trials whose markers jump in those frames (0.44 and less), of which nothing is concluded."""
 RATE_RATIOS: Final = ((0.5, 1.8), (0.4, 2.4))
-"""Vertical acceleration of the markers over that of the forces, doubtful and impossible outside:
-0.72 to 1.06. It changes with the square of the frame rate: a rate that is written double makes it
-at least 2.9, half at most 0.27."""
+"""Vertical acceleration of the markers over that of the forces. Outside the first range there is a
+warning, outside the second the rate cannot be right; in the recordings 0.72 to 1.06. It changes
+with the square of the frame rate: a rate that is written double makes it at least 2.9, half at most
+0.27."""
 FORCE_RATIOS: Final = (0.4, 1.8)
 """What the motion needs fore and aft over what a plate shows: 0.62 to 1.19."""
 LARGEST_DRIFT: Final = 0.05
@@ -54,16 +55,26 @@ LEG_SHARE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1)."""
 
 
-def weight_doubts(needed: Array, loads: FootForces) -> Iterator[Doubt]:
-    """Plates that carry more or less than the body weighs, by `needed` of `motion_doubts`; whatever
-    else they show is then in the wrong unit, too.
+def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
+    """Warning about plates that carry more or less than the body weighs; whatever else they show is
+    then in the wrong unit, too.
+
+    Parameters
+    ----------
+    needed : (T, 3) N, as for `motion_doubts`.
+    loads : on the feet at the same frames.
+
+    Yields
+    ------
+    warning
+        One at most; none with less than `LEAST_SECONDS` of known forces.
     """
     known = _known(loads)
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return
     ratio = float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
     if abs(ratio - 1.0) > LARGEST_WEIGHT_ERROR:
-        yield Doubt(
+        yield QualityFlag(
             "weight", "all plates", ratio, 1.0 + np.copysign(LARGEST_WEIGHT_ERROR, ratio - 1.0),
             "1", f"the plates carry {ratio:.2f} times what the body weighs: the mass, or the unit "
             "of the forces, is wrong",
@@ -71,9 +82,12 @@ def weight_doubts(needed: Array, loads: FootForces) -> Iterator[Doubt]:
 
 
 def _known(loads: FootForces) -> Flags:
-    """Where both feet's forces are known. Where a foot comes or goes that no plate shows, its force
-    is missing before it is known to be.
+    """Where the forces of both feet are known, less `EDGE_SECONDS` at the edges.
+
+    Where a foot lands that no plate shows, its force is missing a little before the markers show
+    the landing.
     """
+    # `border_value` 1: at an end of the trial no foot comes or goes.
     return binary_erosion(
         np.asarray(loads.valid.all(axis=1)),
         iterations=round(EDGE_SECONDS * loads.rate),
@@ -83,8 +97,8 @@ def _known(loads: FootForces) -> Flags:
 
 def motion_doubts(
     needed: Array, loads: FootForces, stances: Sequence[Stance], force_rate: float, mass_kg: float
-) -> Iterator[Doubt]:
-    """Doubts about the forces, from the motion.
+) -> Iterator[QualityFlag]:
+    """Warnings about the forces that follow from the motion.
 
     Parameters
     ----------
@@ -92,13 +106,22 @@ def motion_doubts(
         marker frames.
     loads : on the feet at the marker frames, filtered as the motion is.
     stances : of `whole_stances`, in samples at `force_rate`.
+    force_rate : Hz, of the plates.
     mass_kg : of the person.
+
+    Yields
+    ------
+    warning
+        About the frame rate; if that is right, about each plate's fore-aft force, the mean
+        horizontal force and the vertical force.
     """
     known = _known(loads)
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return
     weight = mass_kg * STANDARD_GRAVITY
     total = loads.force.sum(axis=1)
+    # Less the weight, both are mass times vertical acceleration. A wrong frame rate changes that of
+    # the markers by its square, and that of the plates not at all.
     ratio, correlation = _against(total[known, 2] - weight, needed[known, 2] - weight)
     if correlation > LEAST_CORRELATION and not _within(ratio, RATE_RATIOS[0]):
         yield _rate_doubt(ratio)
@@ -107,15 +130,17 @@ def motion_doubts(
         carried = np.zeros(len(known))
         for stance in stances:
             if stance.plate == name:
+                # Stances are in force samples, the loads at the marker frames.
                 frames = slice(*(round(at * loads.rate / force_rate) for at in _ends(stance)))
                 carried[frames] += loads.force[frames, SIDES.index(stance.side), 0]
+        # The other plates are taken to be right: this one has to supply what they leave.
         rest = total[:, 0] - carried
         alone = known & (np.abs(carried) > 0.0)
         if np.count_nonzero(alone) < LEAST_SECONDS * loads.rate:
             continue
         ratio, together = _against(carried[alone], (needed[:, 0] - rest)[alone])
         if abs(together) > LEAST_CORRELATION and not _within(ratio, FORCE_RATIOS):
-            yield Doubt(
+            yield QualityFlag(
                 "fore-aft force and motion", f"plate {name}", ratio, FORCE_RATIOS[ratio > 1.0],
                 "1", f"the body's fore-aft acceleration needs {ratio:.2f} times the force that "
                 f"the plate shows ({FORCE_RATIOS[0]:g} to {FORCE_RATIOS[1]:g} elsewhere): check "
@@ -124,7 +149,7 @@ def motion_doubts(
     drift = (total - needed)[known, :2].mean(axis=0) / weight
     largest = float(np.abs(drift).max())
     if largest > LARGEST_DRIFT:
-        yield Doubt(
+        yield QualityFlag(
             "horizontal impulse", "all plates", largest, LARGEST_DRIFT, "body weights",
             f"on average the plates push the body by {100 * drift[0]:.1f} % of its weight forward "
             f"and {100 * drift[1]:.1f} % to the left more than its motion shows (at most "
@@ -133,19 +158,20 @@ def motion_doubts(
     yield from _mismatch_doubts((total - needed)[:, 2] / weight, known, loads)
 
 
-def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Doubt]:
+def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[QualityFlag]:
     """A moment in which the plates show another vertical force than the motion needs.
 
     Parameters
     ----------
     off : (T,) body weights that the plates show too much.
-    known : (T,) where this can be said.
+    known : (T,) where the forces of both feet are known.
     """
     frames = max(round(MISMATCH_SECONDS * loads.rate), 1)
+    # A moving average, because the noise of one frame is no fault of a plate.
     mean = np.abs(np.convolve(np.where(known, off, 0.0), np.ones(frames) / frames, "same"))
     worst = int(np.argmax(mean))
     if mean[worst] > LARGEST_MISMATCH:
-        yield Doubt(
+        yield QualityFlag(
             "vertical force and motion", "all plates", float(mean[worst]), LARGEST_MISMATCH,
             "body weights", f"at {loads.time[worst]:.2f} s the plates show "
             f"{100 * mean[worst]:.0f} % of the body weight {'more' if off[worst] > 0 else 'less'} "
@@ -154,9 +180,19 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Do
         )  # fmt: skip
 
 
-def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[Doubt]:
-    """A swing that is too short or too long for a leg of this person, as a wrong frame rate makes
-    it; needs no forces.
+def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFlag]:
+    """Warning about a swing too short or too long for a leg of this person, as a wrong frame rate
+    makes it; needs no forces.
+
+    Parameters
+    ----------
+    events : of both feet, in order of time.
+    height_m : m, stature of the person.
+
+    Yields
+    ------
+    warning
+        One at most, from the median of all swings.
     """
     times = [
         after.time - before.time
@@ -171,7 +207,7 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[Doubt]:
     relative = swing / np.sqrt(LEG_SHARE * height_m / STANDARD_GRAVITY)
     if not _within(relative, SWING_TIMES):
         short = relative < SWING_TIMES[0]
-        yield Doubt(
+        yield QualityFlag(
             "swing time", "both feet", relative, SWING_TIMES[not short], "1",
             f"a swing takes {swing:.2f} s, too {'short' if short else 'long'} for a person of "
             f"{height_m:.2f} m who walks: the frame rate of the file looks too "
@@ -179,9 +215,10 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[Doubt]:
         )  # fmt: skip
 
 
-def _rate_doubt(ratio: float) -> Doubt:
+def _rate_doubt(ratio: float) -> QualityFlag:
+    # Acceleration is a second derivative, so it is wrong by the square of the rate's error.
     factor = float(np.sqrt(ratio)) if ratio > 0.0 else float("nan")
-    return Doubt(
+    return QualityFlag(
         "frame rate", "markers and plates", ratio, RATE_RATIOS[0][ratio > 1.0], "1",
         f"the markers' vertical acceleration is {ratio:.2f} times that of the forces, which "
         f"gravity fixes ({RATE_RATIOS[0][0]:g} to {RATE_RATIOS[0][1]:g} elsewhere): the frame rate "
@@ -202,5 +239,6 @@ def _against(shown: Array, needed: Array) -> tuple[float, float]:
     """Factor of `shown` that explains `needed` best, and their correlation."""
     if shown.std() == 0.0 or needed.std() == 0.0:
         return 1.0, 0.0
+    # Least squares of needed = factor × shown.
     factor = float((shown * needed).sum() / (shown * shown).sum())
     return factor, float(np.corrcoef(shown, needed)[0, 1])

@@ -30,7 +30,7 @@ OUTSIDE_FOOT: Final = 0.06
 """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
 cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it uncertain."""
 OUTSIDE: Final = "outside the foot"
-"""What a finding about that says."""
+"""Words of a finding about that, by which such contacts are counted."""
 OUTSIDE_SHARE: Final = 0.2
 """Fraction of a contact's loaded time beyond `OUTSIDE_FOOT` that marks it as another foot's."""
 WELL_LOADED: Final = 0.2
@@ -46,10 +46,21 @@ strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal 
 
 
 def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:
-    """(n,) column of the foot that a plate's contact belongs to, sample by sample.
+    """The foot that a plate's contact belongs to, sample by sample.
 
     There is one foot for each period in which no other is on the plate; a shared period stays with
     the foot before it (and is not valid for either).
+
+    Parameters
+    ----------
+    vertical : (n,) N, vertical force of the contact.
+    distances : (n, 2) m, of `distances_to_feet`.
+    shared : (n,) whether both feet are on the plate.
+
+    Returns
+    -------
+    array
+        (n,) column of the foot: 0 right, 1 left.
     """
     load = np.maximum(vertical, 0.0)
     owner = np.zeros(len(vertical), dtype=np.int64)
@@ -57,11 +68,13 @@ def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.in
     previous = 0
     for start, stop in zip(starts, stops, strict=True):
         owner[previous:start] = owner[previous - 1] if previous else 0
+        # Distances count by their load: at small forces the centre of pressure is uncertain.
         weight = np.where(np.isfinite(distances[start:stop]), load[start:stop, None], 0.0)
         mean = (weight * np.nan_to_num(distances[start:stop])).sum(axis=0)
         total = weight.sum(axis=0)
         mean = np.where(total > 0.0, mean / np.maximum(total, 1e-12), np.inf)
         owner[start:stop] = int(np.argmin(mean))
+        # A contact that begins shared has no foot before; it goes to the first foot alone on it.
         if previous == 0 and start > 0:
             owner[:start] = owner[start]
         previous = stop
@@ -80,7 +93,19 @@ def judge_contact(
     sharing: Flags,
     valid: Flags,
 ) -> list[Finding]:
-    """Mark where a contact is not one foot's only, or not completely on the plates; say why."""
+    """Findings where a contact is not one foot's only, or not completely on the plates.
+
+    Parameters
+    ----------
+    recording : in the project's axes.
+    plate : on which the contact is.
+    feet : of `feet_of`.
+    begin, end : first force sample of the contact, and the first one after it; n samples.
+    owner : (n,) of `owners_of`.
+    distances : (n, 2) m, of `distances_to_feet`.
+    sharing : (T,) of `shared_by_both`, over the whole trial.
+    valid : (T, 2) set to False in place where a foot's force is not known.
+    """
     findings = []
     plates = [other for other in recording.plates if np.isfinite(other.corners).all()]
     for start, stop in zip(*runs(sharing[begin:end]), strict=True):
@@ -89,6 +114,7 @@ def judge_contact(
             (over_plate(plate, feet.outlines[c][first:last]) & feet.low[c][first:last]).mean(axis=0)
             for c in (0, 1)
         ]
+        # The foot with the smaller part on this plate has come onto the other one's.
         guest = int(np.argmin([share.mean() for share in points]))
         partly = any(
             other is not plate
@@ -103,6 +129,7 @@ def judge_contact(
             if partly
             else "both feet on this plate; forces not used"
         )
+        # Of both feet: a plate measures the sum of two forces, which cannot be divided.
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
         findings.append(sample_finding(recording, "contact", names, first, last, action))
@@ -114,6 +141,7 @@ def judge_contact(
             continue
         first, last = begin + int(np.argmax(mine)), begin + len(mine) - int(np.argmax(mine[::-1]))
         names = (f"plate {plate.name}", f"{side} foot")
+        # Only under load: a small force has an uncertain centre of pressure.
         known = mine & heavy & np.isfinite(distances[:, column])
         away = distances[known, column] > OUTSIDE_FOOT
         if len(away) and away.mean() > OUTSIDE_SHARE:
@@ -144,7 +172,23 @@ def judge_brushes(
     processing: ProcessingSettings,
     valid: Flags,
 ) -> list[Finding]:
-    """Mark touches that are too short to be a stance, but not too weak to matter."""
+    """Find touches that are too short to be a stance, but not too weak to matter.
+
+    Parameters
+    ----------
+    recording : in the project's axes.
+    plate : that was touched.
+    feet : of `feet_of`.
+    vertical : (T,) N, low-passed vertical force of the plate.
+    used : (T,) samples that are part of a contact.
+    processing : its `force_threshold_n`.
+    valid : (T, 2) set to False in place for the nearer foot.
+
+    Returns
+    -------
+    list
+        One finding for each touch above `BRUSH_FORCE` thresholds.
+    """
     findings = []
     threshold = processing.force_threshold_n
     for begin, end in zip(*runs((vertical > threshold) & ~used), strict=True):
@@ -160,7 +204,19 @@ def judge_brushes(
 
 
 def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str, str]) -> None:
-    """Refuse forces that do not rise and fall when the feet strike and leave the ground."""
+    """Refuse forces that do not rise and fall when the feet strike and leave the ground.
+
+    Parameters
+    ----------
+    recording : in the project's axes.
+    touched : (T, 2) whether each foot is on a plate, at the force samples.
+    landmarks : see `foot_markers`.
+
+    Raises
+    ------
+    RecordError : in the median both strikes and toe-offs are more than `LARGEST_LAG_SECONDS` later,
+        or both earlier, than the markers show them; or as `marker_events`.
+    """
     events = marker_events(recording, landmarks=landmarks)
     lags = {}
     for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
@@ -174,6 +230,8 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
                 nearest = np.argmin(np.abs(away), axis=1)
                 found += away[np.arange(len(samples)), nearest].tolist()
         lags[kind] = float(np.median(found)) if found else 0.0
+    # A shifted clock moves strikes and toe-offs the same way. If only one is late the contacts are
+    # longer or shorter, for which there are other reasons.
     early, late = sorted(lags.values())
     lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
     if lag:
@@ -188,10 +246,25 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
 
 
 def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Finding]:
-    """Mark stances that the plates do not show."""
+    """Find stances that the plates do not show, or show only in part.
+
+    Parameters
+    ----------
+    recording : in the project's axes.
+    feet : of `feet_of`; its stances are those of the markers.
+    touched : (T, 2) whether each foot is on a plate, at the force samples.
+    valid : (T, 2) set to False in place over these stances.
+
+    Returns
+    -------
+    list
+        One finding for each such stance.
+    """
     findings = []
     settling = round(SETTLING_SECONDS * recording.force_rate)
     for column, side in enumerate(SIDES):
+        # Events from markers are accurate to about 20 ms, so a stance may seem to reach beyond its
+        # contact on the plate.
         shown = binary_dilation(touched[:, column], iterations=settling)
         for begin, end in zip(*runs(feet.stance[:, column]), strict=True):
             share = float(shown[begin:end].mean())

@@ -62,16 +62,29 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
     Forces are multiplied by the scale. So are the moments of a loaded leg (those of a swinging leg
     come from its inertia; that of a loaded one adds a few hundredths Nm/kg, of which the scale's
     few percent are neglected). The shift changes the sagittal moments.
+
+    Parameters
+    ----------
+    record : as measured.
+    plates : the faults, for example of `reference.plates`.
+
+    Returns
+    -------
+    GaitRecord
+        A new record; angles and events are those of `record`.
     """
     phase = np.arange(_SAMPLES) / _SAMPLES
     moments = dict(record.moments)
     for side in SIDES:
         vertical = record.ground_reaction(side, phase)[:, 2]
+        # From 1 in swing to the scale at `_LOADED`, linearly, so that the moments do not jump.
         loaded = 1.0 + (plates.scale - 1.0) * np.clip(vertical / _LOADED, 0.0, 1.0)
         for name, curve in record.moments.items():
             if name[-1] != side[0]:
                 continue
             sign = SHIFT_SIGNS.get(name[:-2], 0.0)
+            # Body weights times g are N/kg, and times m Nm/kg. The shift is taken away from the
+            # true force, so it is scaled as well.
             lever = sign * plates.shift[side] * plates.scale * vertical * STANDARD_GRAVITY
             moments[name] = periodic_through(curve(phase) * loaded - lever, HARMONICS_CAP)
     forces = {}

@@ -45,6 +45,15 @@ def zero_plates(
     ----------
     recording : cleaned, in the project's axes.
     landmarks : see `foot_markers`.
+
+    Returns
+    -------
+    tuple
+        The recording with zeroed plates, and one finding for each plate that had an offset.
+
+    Raises
+    ------
+    RecordError : as `marker_events`.
     """
     if not recording.plates:
         return recording, ()
@@ -63,6 +72,8 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     occupied = np.zeros(len(plate.force), dtype=bool)
     for column in (0, 1):
         occupied |= feet.stance[:, column] & reaches(plate, feet.outlines[column])
+    # Near a strike or toe-off the markers do not decide who is on the plate. An end of the trial is
+    # no event, hence `border_value` 1.
     free = binary_erosion(~occupied, iterations=settling, border_value=1) if settling else ~occupied
     phases = [
         (begin, end)
@@ -74,6 +85,7 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     middles = np.array([0.5 * (begin + end - 1) for begin, end in phases])
     components = plate.force if plate.moment is None else np.hstack([plate.force, plate.moment])
     means = np.array([components[begin:end].mean(axis=0) for begin, end in phases])
+    # Whether something acts on the plate is judged below the frequencies at which a belt shakes it.
     smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
     restless = float(np.median([smooth[begin:end].std() for begin, end in phases]))
     size = float(np.abs(np.median(means[:, :3], axis=0)).max())
@@ -98,8 +110,11 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
         )
         return plate, [_offset_finding(recording, plate, shown)]
     samples = np.arange(len(plate.force))
+    # Before the first and after the last phase the offset is that phase's own.
     offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
     force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
+    # `make_plate` takes the moment about the middle of the surface, M − c × F, and finds the centre
+    # of pressure anew.
     axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
     about_centre = moment - np.cross(centre, force)
     zeroed = make_plate(plate.name, plate.corners, force @ axes, about_centre @ axes)

@@ -23,10 +23,10 @@ from gaitval.arrays import Array
 from gaitval.coordinates import Side
 
 Origin = Literal["recorded", "predicted", "mirrored", "expected"]
-"""Where that comes from which a walk is compared with. Only what was recorded may be judged:
-*predicted* is what gaitval or other people's gait says of a speed or quantity that nobody recorded,
-*mirrored* a side that the user asked to fill in with the other one, and *expected* a side that a
-subject lacks, for which the walker is asked to be symmetric."""
+"""Source of the values that a walk is compared with. Only *recorded* ones may be judged.
+*Predicted* ones are for a speed or quantity that nobody recorded, from gaitval or from the gait of
+other people. *Mirrored* is a side that the user asked to fill in with the other one. *Expected* is
+a side that a subject lacks, for which the walker is asked to be symmetric."""
 
 OneSide = dict[Literal["angles", "kinetics"], Side]
 """A side of the angles, and one of moments and forces."""
@@ -134,7 +134,20 @@ class PeriodicCurve:
 
 
 def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:
-    """The first harmonics of one cycle of equally spaced samples (N,)."""
+    """The Fourier series of one cycle of samples, cut after its first harmonics.
+
+    Parameters
+    ----------
+    samples : (N,) equally spaced over one cycle, without its end, in any unit.
+    harmonics : how many to keep, less than N / 2.
+
+    Returns
+    -------
+    PeriodicCurve
+        In the unit of `samples`.
+    """
+    # rfft sums f e^(−2πikφ), so a cosine coefficient is twice the real part, and a sine coefficient
+    # minus twice the imaginary one.
     spectrum = np.fft.rfft(samples) / len(samples)
     return PeriodicCurve(
         mean=float(spectrum[0].real),
@@ -166,12 +179,16 @@ def fit_periodic(
     """
     phase = np.asarray(phase, dtype=float)
     values = np.asarray(values, dtype=float)
+    # √½, because residuals are multiplied by it before they are squared.
     weight = np.where((phase == 0) | (phase == 1), np.sqrt(0.5), 1.0)
     curve, residual = PeriodicCurve(float(values.mean()), (), ()), np.inf
+    # From few to many: the shortest series that is close enough follows noise least.
     for harmonics in range(1, HARMONICS_CAP + 1):
         order = np.arange(1, harmonics + 1)
         angles = 2 * np.pi * np.outer(phase, order)
         design = np.hstack([np.ones((len(phase), 1)), np.cos(angles), np.sin(angles)])
+        # Extra rows of the least-squares problem, one for each coefficient: their squares add
+        # `ROUGHNESS` Σ k⁴ (cosine² + sine²). The mean is free.
         roughness = np.sqrt(ROUGHNESS) * np.diag(np.concatenate([[0], order**2, order**2]))
         coefficients = np.linalg.lstsq(
             np.vstack([design * weight[:, None], roughness]),

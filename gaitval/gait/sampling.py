@@ -25,22 +25,30 @@ def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
     Array : of the shape of `samples` and then that of one value.
     """
     samples = np.clip(samples, 0.0, len(values) - 1)
+    # The last sample is the upper end of the last pair, with a share of 1.
     below = np.minimum(samples.astype(np.int64), max(len(values) - 2, 0))
     above = np.minimum(below + 1, len(values) - 1)
     share = (samples - below).reshape(samples.shape + (1,) * (values.ndim - 1))
     before, after = values[below], values[above]
     if lone:
+        # 0 times NaN is NaN, so a neighbour without weight has to be replaced.
         before = np.where(share < 1.0, before, 0.0)
         after = np.where(share > 0.0, after, 0.0)
     return np.asarray((1.0 - share) * before + share * after)
 
 
 def bridged(values: Array, known: Flags) -> Array:
-    """Values (T, n) with unknown samples interpolated linearly between the known ones.
+    """Values with unknown samples interpolated linearly between the known ones.
 
     Parameters
     ----------
+    values : (T, n) in any unit; anything, also NaN, where not known.
     known : (T,) at least one True; before the first and after the last one the value is constant.
+
+    Returns
+    -------
+    array
+        (T, n) without gaps.
     """
     samples = np.arange(len(values))
     columns = [np.interp(samples, samples[known], column[known]) for column in values.T]

@@ -1,12 +1,12 @@
 """The posterior of the body parameters mu, from a record and how the body was measured.
 
 A candidate body must be able to walk as recorded: with its feet on the ground where the treadmill
-takes them, carried by the contact law, without a force on the pelvis. How far a motion of that body
-must depart from the recorded curves is what tells one body from another. So the motion and mu are
-found together, by the fit that makes reference motions (`reference.dynamic_fit`), with mu among its
-unknowns and deviations weighed by a noise model (`NoiseSettings`): the reference is rebuilt for
-every body that is tried. No policy has a part in it; the errors of a walker from its reference are
-larger than what a body parameter changes.
+takes them, carried by the contact law, without a force on the pelvis. Bodies differ in how far a
+motion of theirs must depart from the recorded curves. So the motion and mu are found together, by
+the fit that makes reference motions (`reference.dynamic_fit`), with mu among its unknowns and
+deviations weighed by a noise model (`NoiseSettings`): the reference is rebuilt for every body that
+is tried. No policy has a part in it; the errors of a walker from its reference are larger than what
+a body parameter changes.
 
 The result is the mode of the posterior, and its covariance from the normal equations at the mode
 (Laplace's approximation), with the motion and the laboratory's faults integrated out.
@@ -22,11 +22,11 @@ from scipy.linalg import cho_factor, cho_solve
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
+from gaitval.contact.law import ContactLaw, contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
-from gaitval.model.contact_law import ContactLaw, contact_law
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
@@ -51,7 +51,7 @@ _PLATES: Final = 2
 _BODY: Final = _PLATES + 1
 """First of the numbers that are mu, in units of the prior's SD."""
 _HELD: Final = 1e6
-"""1 / prior SD of a number that is not to be found."""
+"""1 / prior SD of a number that is held."""
 _NUISANCES: Final = _BODY + len(PARAMETERS)
 """First of the errors of the laboratory's joint centres, in units of their SD."""
 _CENTRES: Final = tuple(
@@ -64,8 +64,8 @@ _EXTENDED: Final = _NUISANCES + len(_CENTRES)
 """First of the extended parameters, in units of the prior's SD, if they are looked for."""
 _SHOWN: Final = slice(2, len(PARAMETERS))
 """Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
-recorded, and friction does not matter to a foot that does not slip: the record says nothing of
-either, and the smoothing of the contact law must not either."""
+recorded, and friction does not matter to a foot that does not slip. The record determines neither,
+and the fit must not seem to, by way of the smoothing of the contact law."""
 
 _MODE_GAIN: Final = 1e-5
 """Relative decrease of the sum of squares at which a mode is found, to hundredths of an SD."""
@@ -115,6 +115,7 @@ class BodyFit:
     ----------
     record : with moments and forces.
     model : as scaled.
+    contact : the contact law.
     noise : also of the plates, about the shifts that the record was corrected for.
     prior_sd : (14,) of mu about the nominal parameters.
     extended : look for the parameters of `model.extended` too.
@@ -152,19 +153,27 @@ class BodyFit:
         noise, model = self._noise, self._model
         plain = fit_problem(self.reference, record, model, self._contact, Accuracy(), noise.plate)
         count = _EXTENDED + len(self.extended)
+        # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres,
+        # extended.
         lever = np.zeros((*plain.lever.shape[:2], count))
         lever[..., :_BODY] = plain.lever
         weights = _law_weights(plain.weight, model.mass, noise)
         for index, (name, side) in enumerate(_CENTRES):
             row = COORDINATES.index(f"{name}_{side[0]}")
+            # A joint centre that is out of place by a length changes the moment about it by the
+            # vertical force times this length.
             vertical = plain.target[:, FOOT + FOOT_NUMBERS * SIDES.index(side) + 2]
             sign = SHIFT_SIGNS.get(name, 1.0)
             lever[:, row, _NUISANCES + index] = sign * noise.joint_centre * vertical
         penalty, miss = _angle_terms(self.reference, plain, noise)
+        # mu, joint centres and extended parameters are in units of their prior SD, so their prior
+        # is 1.
         prior = np.ones(count)
         prior[:_BODY] = plain.prior
         return plain._replace(
             bodies=self.body,
+            # Only these change the body. Damping and friction keep their columns, which stay zero,
+            # so that the prior alone determines them.
             varied=(*range(_BODY, _NUISANCES)[_SHOWN], *range(_EXTENDED, count)),
             lever=lever,
             weight=weights,
@@ -186,11 +195,14 @@ class BodyFit:
         ----------
         fixed : (14,) mu that is held instead of found.
         start : a solution nearby.
+        smallest_gain : relative decrease of the sum of squares at which the steps end.
         """
         problem = self.problem
         begin = None if start is None else (start.change.copy(), start.common.copy())
         prior = problem.prior.copy()
         if fixed is not None:
+            # The held mu is added to the body that is built, and the unknowns that are mu are held
+            # at zero by a narrow prior: the equations keep their size.
             unit = np.zeros(len(prior))
             unit[_BODY:_NUISANCES] = (fixed - self.prior_mean) / self.prior_sd
             if begin is not None:
@@ -204,8 +216,13 @@ class BodyFit:
         )
 
     def mode(self, *starts: Solution, fixed: Array | None = None) -> Solution:
-        """The most likely of what the fit finds from each start, near one another: contact that
-        begins an instant sooner or later leaves minima a tenth of a standard deviation apart.
+        """The most likely of what the fit finds from each of `starts`, near one another: contact
+        that starts an instant sooner or later leaves minima a tenth of a standard deviation apart.
+
+        Parameters
+        ----------
+        starts : solutions to start from.
+        fixed : (14,) mu that is held instead of found.
         """
         tried = [self.solve(start=each, fixed=fixed, smallest_gain=_MODE_GAIN) for each in starts]
         return min(tried, key=lambda each: each.cost)
@@ -230,7 +247,7 @@ class BodyFit:
         return solution._replace(common=common)
 
     def posterior(self, solution: Solution | None = None) -> BodyPosterior:
-        """The posterior of mu around the mode."""
+        """The posterior of mu around the mode `solution`, which is computed if not given."""
         found = solution or self.solve()
         part = slice(_BODY, _NUISANCES)
         sizes = np.array([each.prior_sd for each in self.extended])
@@ -252,6 +269,7 @@ class _Equations:
     def __init__(self, fit: BodyFit, solution: Solution) -> None:
         at = fit.problem, solution.change, solution.common
         laws = linearised(*at, 1.0)
+        # Transposed once, because every chord step multiplies by it.
         self.slope = np.ascontiguousarray(laws.slope.transpose(0, 2, 1))
         self.lever = laws.lever
         matrix, _ = normal_equations(*at, laws)
@@ -259,7 +277,7 @@ class _Equations:
         self.unknowns = len(matrix)
 
     def solved(self, right: Array) -> Array:
-        """The unknowns (U, …) for right sides (U, …)."""
+        """The unknowns (U, …) for the right sides `right` (U, …)."""
         return np.asarray(cho_solve(self._factor, right, check_finite=False))
 
 
@@ -291,23 +309,27 @@ class Profile:
         unit = np.zeros((self._equations.unknowns, len(places)))
         unit[places, np.arange(len(places))] = 1.0
         columns = self._equations.solved(unit)
-        # How all unknowns follow those that are held: columns of the inverse over its block.
+        # How all unknowns follow when a held one moves by 1 and the rest is at its best: with C the
+        # inverse of the normal equations, C[:, held] C[held, held]⁻¹, the conditional mean of a
+        # Gaussian.
         self._answer = np.linalg.solve(columns[places].T, columns.T).T
 
     def __call__(self, mus: Sequence[Array]) -> list[float]:
-        """Sums of squares at several mu (14,): -2 times the log posterior, up to a constant."""
+        """Sums of squares at several `mus` (14,): -2 times the log posterior, up to a constant."""
         mean, sd = self._fit.prior_mean, self._fit.prior_sd
         return [each.cost for each in self.at([(mu - mean) / sd for mu in mus])]
 
     def at(self, zs: Sequence[Array]) -> list[Solution]:
-        """What is most likely with the held numbers at each z, in prior SDs from the mean; with the
-        covariance of the solution.
+        """What is most likely with the held numbers at each of `zs`, in prior SDs from the mean;
+        with the covariance of the solution.
         """
         held, size = self._held, self._size
         place = np.concatenate([self._near.change.ravel(), self._near.common])
         unknowns = np.repeat(place[:, None], len(zs), axis=1)
         step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + held])
         best = [self._near._replace(cost=np.inf)] * len(zs)
+        # Points whose sum of squares no longer decreases drop out; the others share each solution
+        # of the equations.
         moving = np.arange(len(zs))
         for _ in range(_CHORDS):
             unknowns[:, moving] += step
@@ -322,6 +344,8 @@ class Profile:
             if not len(moving):
                 break
             right = np.stack(gradients, axis=1)[:, gained]
+            # A Newton step with the old matrix, then moved back along `_answer` so that the held
+            # numbers stay exactly where they are.
             right[size + held] = 0.0
             step = -self._equations.solved(right)
             step -= self._answer @ step[size + held]
@@ -337,6 +361,8 @@ class Profile:
         linear = linear_terms(problem, change)
         prior = problem.prior * common
         cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
+        # Jacobianᵀ · residual, by the chain rule: first by coordinates and rates at each instant,
+        # then by the harmonics whose values these are.
         by_input = np.matmul(self._equations.slope, residual[:, :, None])
         by_rate = by_input.reshape(len(residual), 3, -1)
         motion = np.einsum("krn,kr->kn", problem.penalty, linear, optimize=True)
@@ -352,8 +378,17 @@ PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
 
 
 def profiles(fit: BodyFit, mode: Solution) -> Array:
-    """How much minus twice the log posterior grows if one parameter is held at `PROFILE_STEPS` and
-    all else is at its best, (14, 4): 4, 1, 1, 4 if it is Gaussian; 0 of what is not looked for.
+    """Profiles of the posterior: how much minus twice its logarithm grows if one parameter is held
+    at `PROFILE_STEPS` posterior SDs from the mode and all else is at its best.
+
+    Parameters
+    ----------
+    fit : of the record.
+    mode : its solution.
+
+    Returns
+    -------
+    (14, 4): 4, 1, 1, 4 if the posterior is Gaussian; 0 of what is not looked for.
     """
     equations = _Equations(fit, mode)
     found = np.zeros((len(PARAMETERS), len(PROFILE_STEPS)))
@@ -371,6 +406,7 @@ def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
     moments and forces are the noise model's.
     """
     weights, weight = plain.copy(), mass * GRAVITY
+    # The 160 instants of a curve share smooth errors: they count as `independent` measurements.
     norm = np.sqrt(noise.independent / INSTANTS)
     for i, side in enumerate(SIDES):
         place = FOOT + FOOT_NUMBERS * i
@@ -384,12 +420,21 @@ def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
 
 
 def angle_sd(noise: NoiseSettings) -> Array:
-    """Standard deviation (1 + 2 H,) rad of the mean, the cosines and the sines of a measured
-    angle's error: an offset, and a waveform whose harmonics fall off with the square of their
-    number beyond `noise.angle_harmonics`.
+    """Standard deviation of a measured angle's error over the cycle: an offset, and a waveform
+    whose harmonics fall off with the square of their number beyond `noise.angle_harmonics`.
+
+    Parameters
+    ----------
+    noise : the noise model; `angle` is the RMS of the waveform, rad, `angle_offset` the SD of the
+        mean.
+
+    Returns
+    -------
+    (1 + 2 H,) rad, of the mean, the cosines and the sines.
     """
     harmonic = np.arange(1, HARMONICS + 1)
     size = np.minimum(1.0, (noise.angle_harmonics / harmonic) ** 2)
+    # A harmonic's cosine and sine with SD s contribute s² to the mean square: ½ s² each.
     size *= noise.angle / np.sqrt(np.sum(size**2))
     return np.concatenate([[noise.angle_offset], size, size])
 
@@ -404,6 +449,8 @@ def _angle_terms(
     instants, terms = series.shape
     assert terms <= instants
     penalty, miss = plain.penalty.copy(), plain.miss.copy()
+    # By harmonic, because errors of markers are smooth: independent errors at 160 instants would
+    # pretend to far more information than the record has.
     whiten = np.diag(1.0 / angle_sd(noise))
     recorded = [*range(3), *(ROOT_DOFS + i for i, name in enumerate(ACTUATED) if _is_angle(name))]
     for k in recorded:

@@ -2,15 +2,16 @@
 
 CMA-ES (Hansen 2016) with the paper's population of 8 looks for the mode of the posterior
 (`body_fit`) until its distribution is narrower than a fraction of the prior, and Gauss-Newton steps
-of the whole fit find the last digits and the covariance. What the record does not determine stays
-at its prior mean (`verdicts`); what it does is where it is most likely with the rest there.
+of the whole fit find the last digits and the covariance. Parameters that the record does not
+determine stay at their prior mean (`verdicts`); the others take the values that are most likely
+with those held there.
 """
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cma
 import numpy as np
@@ -27,6 +28,8 @@ from gaitval.identification.verdicts import (
     judged_combinations,
     verdict_of,
 )
+from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation, ParameterSum
+from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.extended import EXTENDED
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
@@ -39,69 +42,21 @@ _STATE: Final = "identification_state.json"
 
 
 @dataclass(frozen=True)
-class Identification:
-    """Result of one identification; arrays (14,) in the order of `PARAMETERS`.
-
-    Attributes
-    ----------
-    nominal : the prior's mean, the body as scaled.
-    identified : μ*: posterior mean of what is at least weakly identified, within the bounds; the
-        prior's of everything else.
-    standard_deviation : of the posterior with all parameters free; `prior_standard_deviation`.
-    posterior_mean : of the same posterior.
-    on_bound : whether the posterior's mean is outside the bounds.
-    verdicts : see `verdicts.Verdict`.
-    profiles : (14, 4), see `body_fit.profiles`; empty if nothing was looked for.
-    correlation : (14, 14) of the posterior.
-    combinations : name, prior SD, mean, SD and verdict of sums of parameters, such as the leg.
-    extended : name, unit, prior SD, mean, SD and verdict of `model.extended`, if looked for.
-    plates : m, by how much the centre of pressure of the right and left plate is further forward
-        than the record has it.
-    deviance_nominal, deviance_identified : minus twice the log posterior, up to the same constant.
-    converged : whether CMA-ES ended by itself; `search_distance`: between its result and the mode,
-        in posterior SDs, the largest of all parameters.
-    history : generation, best value, sigma of every generation.
-    """
-
-    names: tuple[str, ...]
-    nominal: tuple[float, ...]
-    identified: tuple[float, ...]
-    prior_standard_deviation: tuple[float, ...]
-    posterior_mean: tuple[float, ...]
-    standard_deviation: tuple[float, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    on_bound: tuple[bool, ...]
-    verdicts: tuple[str, ...]
-    profiles: tuple[tuple[float, ...], ...]
-    correlation: tuple[tuple[float, ...], ...]
-    combinations: tuple[dict[str, Any], ...]
-    extended: tuple[dict[str, Any], ...]
-    plates: tuple[float, ...]
-    deviance_nominal: float | None
-    deviance_identified: float | None
-    converged: bool
-    search_distance: float | None
-    history: tuple[dict[str, float], ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """For `identification.json`."""
-        return asdict(self)
-
-
-@dataclass(frozen=True)
 class Searched:
-    """What CMA-ES found: best point (n,), whether it ended by itself, and its generations."""
+    """What CMA-ES found: the best point (n,), whether the search converged by itself, and the
+    history of its generations.
+    """
 
     best: Array
     converged: bool
-    history: tuple[dict[str, float], ...]
+    history: tuple[Generation, ...]
 
 
 _DIGITS: Final = 6
-"""Digits of a candidate of the search, in the prior's SD. cma adds with Python's `sum`, which
-rounds otherwise from version 3.12 on: without this, what two Pythons find would differ, and a
-parameter at the edge of being identified be so in one of them only."""
+"""Decimal places of a candidate of the search, in prior SDs. cma adds with Python's `sum`, which
+rounds differently from version 3.12 on. Without this rounding two versions of Python would find
+different results, and a parameter at the edge of being identified might be so in one of them only.
+"""
 
 
 def search(
@@ -114,7 +69,7 @@ def search(
     key: str = "",
     on_generation: Callable[[int, float], None] | None = None,
 ) -> Searched:
-    """CMA-ES for the minimum of `evaluate`, in units of the prior's SD, from zero.
+    """CMA-ES (Hansen 2016) for the minimum of `evaluate`, in units of the prior's SD, from zero.
 
     It has converged when its distribution is narrower than `settings.tolerance` in every direction
     of the parameters. Every generation's values are kept in `state_file`; an interrupted search
@@ -123,13 +78,20 @@ def search(
 
     Parameters
     ----------
+    evaluate : values of several points (n,) at once.
+    size : n.
+    settings : population, initial step, tolerance and the largest number of generations.
+    seed : of the random numbers.
+    state_file : keeps the values; None keeps none.
     key : identifies the search; a state file with another key is ignored.
+    on_generation : called with the number of the generation, from 1, and its best value.
     """
     options = {
         "popsize": settings.population,
         "seed": seed + 1,  # cma takes 0 for "from the clock"
         "verbose": -9,
         "maxiter": settings.generations,
+        # cma's own criteria to end are switched off: `settings.tolerance` decides, below.
         "tolfun": 0.0,
         "tolfunhist": 0.0,
         "tolx": 0.0,
@@ -142,10 +104,11 @@ def search(
         state = read_json(state_file)
         if state.get("key") == key:
             told = state["values"]
-    history: list[dict[str, float]] = []
+    history: list[Generation] = []
     so_far: list[list[float]] = []
     converged = False
     while not converged and len(history) < settings.generations:
+        # Also in a replay: `ask` draws the random numbers that the next generations depend on.
         points = strategy.ask()
         generation = len(history)
         rounded = [np.round(point, _DIGITS) for point in points]
@@ -155,7 +118,7 @@ def search(
         if state_file is not None:
             write_json(state_file, {"key": key, "values": so_far})
         best, sigma = float(min(values)), float(np.round(strategy.sigma, _DIGITS))
-        history.append({"generation": generation + 1, "best": best, "sigma": sigma})
+        history.append(Generation(generation=generation + 1, best=number(best), sigma=sigma))
         if on_generation is not None:
             on_generation(generation + 1, best)
         converged = bool(strategy.result.stds.max() < settings.tolerance)
@@ -165,9 +128,13 @@ def search(
 
 
 def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
-    """The noise of moments and forces that are not this person's, but what people of their speed
-    have: half as large again as such a prediction misses by, because it is wrong in its own way at
-    every percent of the cycle.
+    """The noise model for moments and forces that are not this person's, but what people of their
+    speed have: half as large again as such a prediction misses by, because it is wrong in its own
+    way at every percent of the cycle.
+
+    Parameters
+    ----------
+    noise : of the person's own measurements; its other fields are kept.
     """
     return noise.model_copy(
         update={
@@ -181,33 +148,38 @@ def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
     )
 
 
-def unidentified(configuration: Configuration, prior_sd: Array) -> Identification:
-    """Nothing is looked for: the body stays as scaled."""
+def unidentified(configuration: Configuration, prior_sd: Array) -> FoundParameters:
+    """The result if nothing is looked for: the body stays as scaled.
+
+    Parameters
+    ----------
+    configuration : its bounds of the parameters are entered.
+    prior_sd : (14,) of mu about the body as scaled; also entered as the posterior's.
+    """
     mu = nominal_parameters()
     lower, upper = parameter_bounds(configuration.randomisation)
-    numbers = tuple(map(float, mu))
-    sd = tuple(map(float, prior_sd))
-    return Identification(
-        names=PARAMETERS,
+    numbers, sd = mu.tolist(), prior_sd.tolist()
+    return FoundParameters(
+        names=list(PARAMETERS),
         nominal=numbers,
         identified=numbers,
         prior_standard_deviation=sd,
         posterior_mean=numbers,
         standard_deviation=sd,
-        lower=tuple(map(float, lower)),
-        upper=tuple(map(float, upper)),
-        on_bound=(False,) * len(mu),
-        verdicts=("not identified",) * len(mu),
-        profiles=(),
-        correlation=tuple(tuple(map(float, row)) for row in np.eye(len(mu))),
-        combinations=(),
-        extended=(),
-        plates=(0.0, 0.0),
+        lower=lower.tolist(),
+        upper=upper.tolist(),
+        on_bound=[False] * len(mu),
+        verdicts=["not identified"] * len(mu),
+        profiles=[],
+        correlation=np.eye(len(mu)).tolist(),
+        combinations=[],
+        extended=[],
+        plates=[0.0, 0.0],
         deviance_nominal=None,
         deviance_identified=None,
         converged=False,
         search_distance=None,
-        history=(),
+        history=[],
     )
 
 
@@ -220,12 +192,15 @@ def identify(
     *,
     kinetics_told: bool = True,
     on_progress: Callable[[dict[str, float]], None] | None = None,
-) -> Identification:
+) -> FoundParameters:
     """Find what a record says about the body. An interrupted identification resumes.
 
     Parameters
     ----------
+    record : with moments and forces.
+    model : the body as scaled.
     prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
+    configuration : settings of identification, noise, contact and bounds; the seed.
     folder : receives the state of the search while it runs.
     kinetics_told : whether the record's moments and forces are the person's own.
     on_progress : called after each generation with generation, total and value.
@@ -239,6 +214,8 @@ def identify(
         extended=settings.parameters == "extended",
     )  # fmt: skip
     nominal = fit.prior_mean
+    # Solved once in full with the body as scaled; the search then moves mu near this solution,
+    # which costs hundredths of a second per candidate.
     held = fit.solve(fixed=nominal)
     profile = Profile(fit, held)
     state_file = Path(folder) / _STATE
@@ -265,6 +242,8 @@ def identify(
         on_generation=progress,
     )
     best = fit.mu_at(searched.best)
+    # From the scaled body and from what CMA-ES found: two starts, because contact makes local
+    # minima.
     mode = fit.mode(held, fit.near(held, best))
     state_file.unlink(missing_ok=True)
     return found(fit, mode, searched, best, held.cost, model, configuration)
@@ -278,82 +257,107 @@ def found(
     deviance: float,
     model: BodyModel,
     configuration: Configuration,
-) -> Identification:
+) -> FoundParameters:
     """The verdicts on a posterior, and the body to walk with.
 
     Parameters
     ----------
-    best : (14,) what CMA-ES found.
-    deviance : at the prior's mean.
+    fit : of the record.
+    mode : its most likely solution.
+    searched : what CMA-ES found.
+    best : (14,) the same as parameters.
+    deviance : minus twice the log posterior at the prior's mean, up to a constant.
+    model : the body as scaled.
+    configuration : its bounds of the parameters are used.
     """
     posterior = fit.posterior(mode)
     lower, upper = parameter_bounds(configuration.randomisation)
     verdicts = judged(posterior, (lower, upper))
     kept = walked_with(posterior, verdicts)
-    return Identification(
-        names=PARAMETERS,
-        nominal=tuple(map(float, posterior.prior_mean)),
-        identified=tuple(map(float, np.clip(kept, lower, upper))),
-        prior_standard_deviation=tuple(map(float, posterior.prior_sd)),
-        posterior_mean=tuple(map(float, posterior.mean)),
-        standard_deviation=tuple(map(float, posterior.sd)),
-        lower=tuple(map(float, lower)),
-        upper=tuple(map(float, upper)),
-        on_bound=tuple(each.verdict == "at its bound" for each in verdicts),
-        verdicts=tuple(each.verdict for each in verdicts),
-        profiles=tuple(tuple(map(float, row)) for row in profiles(fit, mode)),
-        correlation=tuple(tuple(map(float, row)) for row in correlation(posterior)),
-        combinations=tuple(_combination(each) for each in judged_combinations(posterior, model)),
-        extended=tuple(_extended(posterior)),
-        plates=tuple(map(float, posterior.plates)),
-        deviance_nominal=deviance,
-        deviance_identified=-2.0 * posterior.log_posterior,
+    return FoundParameters(
+        names=list(PARAMETERS),
+        nominal=posterior.prior_mean.tolist(),
+        identified=np.clip(kept, lower, upper).tolist(),
+        prior_standard_deviation=posterior.prior_sd.tolist(),
+        posterior_mean=posterior.mean.tolist(),
+        standard_deviation=posterior.sd.tolist(),
+        lower=lower.tolist(),
+        upper=upper.tolist(),
+        on_bound=[each.verdict == "at its bound" for each in verdicts],
+        verdicts=[each.verdict for each in verdicts],
+        profiles=np.asarray(profiles(fit, mode)).tolist(),
+        correlation=correlation(posterior).tolist(),
+        combinations=[_combination(each) for each in judged_combinations(posterior, model)],
+        extended=_extended(posterior),
+        plates=posterior.plates.tolist(),
+        deviance_nominal=number(deviance),
+        deviance_identified=number(-2.0 * posterior.log_posterior),
         converged=searched.converged,
-        search_distance=float(np.max(np.abs(best - posterior.mean) / posterior.sd)),
-        history=searched.history,
+        search_distance=number(np.max(np.abs(best - posterior.mean) / posterior.sd)),
+        history=list(searched.history),
     )
 
 
-def _extended(posterior: BodyPosterior) -> list[dict[str, Any]]:
+def _extended(posterior: BodyPosterior) -> list[ExtendedResult]:
     found = zip(EXTENDED, posterior.extended_mean, posterior.extended_sd, strict=False)
     return [
-        {
-            "name": each.name,
-            "unit": each.unit,
-            "prior_standard_deviation": each.prior_sd,
-            "mean": float(mean),
-            "standard_deviation": float(sd),
-            "verdict": verdict_of(float(sd) / each.prior_sd),
-        }
+        ExtendedResult(
+            name=each.name,
+            unit=each.unit,
+            prior_standard_deviation=each.prior_sd,
+            mean=float(mean),
+            standard_deviation=float(sd),
+            verdict=verdict_of(float(sd) / each.prior_sd),
+        )
         for each, mean, sd in found  # none if not looked for
     ]
 
 
-def _combination(each: Judged) -> dict[str, Any]:
-    return {
-        "name": each.name,
-        "prior_standard_deviation": each.prior_sd,
-        "mean": each.mean,
-        "standard_deviation": each.sd,
-        "verdict": each.verdict,
-    }
+def _combination(each: Judged) -> ParameterSum:
+    return ParameterSum(
+        name=each.name,
+        prior_standard_deviation=each.prior_sd,
+        mean=each.mean,
+        standard_deviation=each.sd,
+        verdict=each.verdict,
+    )
 
 
 def walked_with(posterior: BodyPosterior, verdicts: Sequence[Judged]) -> Array:
-    """Parameters (14,) to walk with: what is not identified stays at its prior mean, the rest is
-    where it is most likely then.
+    """Parameters to walk with: what is not identified stays at its prior mean, the rest is where it
+    is most likely then.
+
+    Parameters
+    ----------
+    posterior : of all parameters together.
+    verdicts : on each, in the order of `PARAMETERS`.
+
+    Returns
+    -------
+    (14,) mu.
     """
     used = np.array([each.verdict != "not identified" for each in verdicts])
     return conditional_mean(posterior, used)
 
 
 def conditional_mean(posterior: BodyPosterior, used: Flags) -> Array:
-    """Posterior mean (14,) if all but the parameters in `used` (14,) are at their prior mean."""
+    """Posterior mean if some parameters are at their prior mean.
+
+    Parameters
+    ----------
+    posterior : of all parameters together.
+    used : (14,) which parameters are free; all others are held.
+
+    Returns
+    -------
+    (14,) mu.
+    """
     precision = np.linalg.inv(posterior.covariance)
     rest = ~used
     mean = posterior.prior_mean.copy()
     away = posterior.prior_mean[rest] - posterior.mean[rest]
     if used.any():
+        # Conditional mean of a Gaussian with precision P: m_u - P_uu⁻¹ P_ur (x_r - m_r).
         inner = precision[np.ix_(used, used)]
         shift = np.linalg.solve(inner, precision[np.ix_(used, rest)] @ away)
         mean[used] = posterior.mean[used] - shift

@@ -1,4 +1,4 @@
-"""What is known of the body parameters mu before a step is seen: from how the body was measured.
+"""Prior of the body parameters mu, before any gait is seen: from how the body was measured.
 
 | parameter | SD | because |
 |---|---|---|
@@ -46,14 +46,16 @@ _TAPE: Final = {"foot_length": "foot", "shank_length": "shank", "thigh_length": 
 
 
 def measured_by(subject: Subject) -> dict[str, Measured]:
-    """How each length of mu was measured."""
+    """How each length of mu was measured in this `subject`: by markers, tape or stature."""
     if subject.measurements or subject.markers:
         return dict.fromkeys(_TAPE, "markers")
     return {name: "tape" if key in subject.tape else "stature" for name, key in _TAPE.items()}
 
 
 def prior_sd(subject: Subject) -> Array:
-    """Standard deviations (14,) of mu about the body as scaled, in the order of `PARAMETERS`."""
+    """Standard deviations (14,) of mu about the body of `subject` as scaled, in the order of
+    `PARAMETERS` and in their units.
+    """
     how = measured_by(subject)
     lengths = {name: LENGTHS[how[name]][name] for name in _TAPE}
     return np.array([(_OTHERS | lengths)[name] for name in PARAMETERS])

@@ -1,12 +1,13 @@
 """Which parameters of the body and of the ground a walk is sensitive to, and which of them a record
-can tell.
+determines.
 
 Elementary effects (Morris 1991; Campolongo, Cariboni, Saltelli 2007, Environ Model Softw 22:1509):
 from a few random bodies, one parameter after the other is moved by one standard deviation of what
 is known of it, the same policy walks towards the same reference, and the mean curves are compared.
 The mean effect says how much a parameter matters, its spread over the bodies how much that depends
-on the others. A parameter can matter to a walk and still not be told by a record, because a motion
-that differs by less than the measuring error explains as much: that is the posterior's to say.
+on the others. A parameter can matter to a walk and still not be determined by a record, because a
+motion that differs by less than the measuring error explains as much. That is for the posterior to
+say.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,9 +17,10 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
-from gaitval.metrics.comparison import Curves, curves_of
+from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -39,15 +41,16 @@ KINDS: Final = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}
 
 _CYCLES: Final = 4
 _SPREAD: Final = 0.5
-"""Prior SDs, of the random bodies from which parameters are moved."""
+"""SD of the random bodies from which parameters are moved, in prior SDs."""
 
 
 @dataclass(frozen=True)
 class Screened:
-    """One parameter.
+    """Sensitivity of a walk to one parameter.
 
     Attributes
     ----------
+    name : one of `NAMES`.
     prior_sd : the step, in the parameter's unit.
     effects : (n, 3) RMS change of angles (degrees), moments (Nm/kg) and forces (% of body weight)
         by one step from each of the bodies that could walk before and after it.
@@ -84,12 +87,15 @@ def effects_of(
     seed: int = 0,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> list[Array]:
-    """Elementary effects of every one of `NAMES`, (n, 3) as in `Screened`.
+    """Elementary effects of every one of `NAMES`, (n, 3) each, as in `Screened`.
 
     Parameters
     ----------
+    task : body, reference and constants.
+    policy : that walks all bodies.
     prior_sd : (19,) standard deviations, in the order of `NAMES`.
     trajectories : bodies from which every parameter is moved once.
+    seed : of the bodies and of the order in which parameters are moved.
     on_progress : called with the walks done, and all of them.
     """
     random = np.random.default_rng(seed)
@@ -101,6 +107,8 @@ def effects_of(
         place[:2] = np.maximum(place[:2], -1.0)
         before = _walked(task, policy, prior_sd * place)
         done += 1
+        # Morris's trajectory: each body differs from the one before in one parameter, so 19 effects
+        # take 20 walks, not 38.
         for index in random.permutation(len(NAMES)):
             place[index] += 1.0
             after = _walked(task, policy, prior_sd * place)
@@ -151,11 +159,15 @@ def screened(
     *,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> list[Screened]:
-    """Every parameter of `NAMES`: its effects on a walk, and what the record tells of it.
+    """Every parameter of `NAMES`: its effects on a walk, and how well the record determines it.
 
     Parameters
     ----------
+    task : body, reference and constants.
+    policy : that walks all bodies.
+    record : with moments and forces.
     prior_sd : (14,) of mu.
+    on_progress : called with the walks done, and all of them.
     """
     configuration = task.configuration
     sd = np.array([*prior_sd, *(each.prior_sd for each in EXTENDED)])
@@ -173,8 +185,8 @@ def screened(
 
 
 def table(parameters: Sequence[Screened]) -> list[list[str]]:
-    """Header and a row for each parameter: step and its unit, number of pairs of walks, mean and SD
-    of its effects, SD after / before. What cannot be worked out is "nan".
+    """Header and a row for each of `parameters`: step and its unit, number of pairs of walks, mean
+    and SD of its effects, SD after / before. What cannot be computed is "nan".
     """
     units = ("deg", "Nm/kg", "% BW")
     effects = [f"{kind} ({unit}){of}" for kind, unit in zip(KINDS, units, strict=True)

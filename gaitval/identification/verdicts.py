@@ -6,16 +6,15 @@ identified stays at its prior mean.
 """
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.identification.body_fit import BodyPosterior
-from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.metrics.results import Determination
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
-
-Verdict = Literal["identified", "weak", "not identified", "at its bound"]
 
 IDENTIFIED: Final = 0.3
 WEAK: Final = 0.7
@@ -31,15 +30,22 @@ class Combination:
 
 
 def combinations(model: BodyModel) -> tuple[Combination, ...]:
-    """Length of the leg (thigh + shank), m, and how far the hip is above the ankle for a straight
-    leg, m, which the vertical offsets of the joints change too.
+    """Length of the leg (thigh + shank), m, and height of the hip above the ankle for a straight
+    leg, m, which the vertical offsets of the joints change too; means of both sides.
+
+    Parameters
+    ----------
+    model : the body as scaled, whose lengths turn factors of mu into m.
     """
     leg = np.zeros(len(PARAMETERS))
-    for name, segment in (("thigh_length", "shank_r"), ("shank_length", "foot_r")):
-        joint = model.segments[SEGMENTS.index(segment)].joint_position
-        leg[PARAMETERS.index(name)] = -joint[2]
+    for name, segment in (("thigh_length", "shank"), ("shank_length", "foot")):
+        right, left = (model[f"{segment}_{side}"].joint_position for side in "rl")
+        # A joint lies below its parent's origin, so its z is minus the length; mu is a factor on
+        # it.
+        leg[PARAMETERS.index(name)] = -(right[2] + left[2]) / 2
     reach = leg.copy()
     for name in ("knee_z", "ankle_z"):
+        # A joint that is moved up by 1 m is 1 m closer to the hip.
         reach[PARAMETERS.index(name)] = -1.0
     return (
         Combination("leg length, thigh + shank", "m", leg),
@@ -49,12 +55,14 @@ def combinations(model: BodyModel) -> tuple[Combination, ...]:
 
 @dataclass(frozen=True)
 class Judged:
-    """A parameter, or a combination of them, before and after.
+    """A parameter, or a combination of them, before and after the record is seen.
 
     Attributes
     ----------
+    name : of the parameter or combination.
+    prior_mean, prior_sd : of the prior; a combination's mean is 0.
     mean, sd : of the posterior; a combination's are about its prior mean.
-    z : posterior mean less prior mean, in prior SDs.
+    verdict : from the contraction, or `at its bound`.
     """
 
     name: str
@@ -62,7 +70,7 @@ class Judged:
     prior_sd: float
     mean: float
     sd: float
-    verdict: Verdict
+    verdict: Determination
 
     @property
     def contraction(self) -> float:
@@ -75,8 +83,10 @@ class Judged:
         return (self.mean - self.prior_mean) / self.prior_sd
 
 
-def verdict_of(contraction: float) -> Verdict:
-    """The verdict on a parameter inside its bounds."""
+def verdict_of(contraction: float) -> Determination:
+    """The verdict on a parameter inside its bounds, from its `contraction`, posterior SD / prior
+    SD.
+    """
     if contraction <= IDENTIFIED:
         return "identified"
     return "weak" if contraction <= WEAK else "not identified"
@@ -85,10 +95,11 @@ def verdict_of(contraction: float) -> Verdict:
 def judged(
     posterior: BodyPosterior, bounds: tuple[Array, Array] | None = None
 ) -> tuple[Judged, ...]:
-    """Every parameter with its verdict.
+    """Every parameter with its verdict, in the order of `PARAMETERS`.
 
     Parameters
     ----------
+    posterior : of all parameters together.
     bounds : lowest and highest mu, (14,) each; a mode at or beyond one is at its bound.
     """
     found = []
@@ -103,10 +114,17 @@ def judged(
 
 
 def judged_combinations(posterior: BodyPosterior, model: BodyModel) -> tuple[Judged, ...]:
-    """The combinations with their verdicts."""
+    """The combinations with their verdicts.
+
+    Parameters
+    ----------
+    posterior : of all parameters together.
+    model : the body as scaled, see `combinations`.
+    """
     found = []
     for each in combinations(model):
         weights = each.weights
+        # Prior parameters are independent; the posterior's are not, so its variance is wᵀ C w.
         prior_sd = float(np.sqrt(np.sum((weights * posterior.prior_sd) ** 2)))
         sd = float(np.sqrt(weights @ posterior.covariance @ weights))
         mean = float(weights @ (posterior.mean - posterior.prior_mean))
@@ -115,5 +133,5 @@ def judged_combinations(posterior: BodyPosterior, model: BodyModel) -> tuple[Jud
 
 
 def correlation(posterior: BodyPosterior) -> Array:
-    """(14, 14) of the posterior."""
+    """Correlation (14, 14) of the parameters in the `posterior`."""
     return np.asarray(posterior.covariance / np.outer(posterior.sd, posterior.sd))

@@ -1,112 +1,26 @@
 """Inverse kinematics and inverse dynamics of a walking trial from Python."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from gaitval.arrays import Array, Flags
 from gaitval.configuration import ProcessingSettings, load_configuration
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError, ScalingError
-from gaitval.interface.bodies import ScaledBody
-from gaitval.interface.recordings import Recording
-from gaitval.interface.result import Result, angle_curves, curve_frame, of_kind, same_fields
-from gaitval.interface.subjects import MOMENT
 from gaitval.inverse import inverse_dynamics as dynamics
-from gaitval.inverse import inverse_kinematics as kinematics
-from gaitval.mocap import recording as mocap
+from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.inverse.inverse_kinematics import InverseKinematics
+from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_sets import MarkerSet, load_marker_set
 from gaitval.session.read import named, prepared
 from gaitval.session.trial import leg_shown, trial_loads, trial_motion
 
 
-@dataclass(frozen=True, repr=False)
-class InverseKinematics(Result, kinematics.InverseKinematics):
-    """`gaitval.inverse.inverse_kinematics.InverseKinematics` that prints itself; T frames.
-
-    `positions` are low-passed, as inverse dynamics uses them, and the person walks along +x;
-    `marker_errors` are of the poses before the filter.
-
-    Attributes
-    ----------
-    source : the file of the trial.
-    time : (T,) s.
-    """
-
-    source: str
-    time: Array
-
-    def title(self) -> str:
-        """Trial, length, distance of measured and model markers."""
-        error = kinematics.marker_errors(self).whole_rms
-        return (
-            f"Joint angles of {self.source}: {self.time[-1] - self.time[0]:.2f} s, "
-            f"markers {1000 * error:.1f} mm RMS"
-        )
-
-    def to_frame(self) -> pd.DataFrame:
-        """Joint angles (deg) by time (s), of the coordinates that the markers show."""
-        ever = np.asarray(self.determined.any(axis=0))
-        shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
-        return curve_frame(angle_curves(self.positions, shown), axis="time", at=self.time)
-
-
-@dataclass(frozen=True, repr=False)
-class InverseDynamics(Result, dynamics.InverseDynamics):
-    """`gaitval.inverse.inverse_dynamics.InverseDynamics` that prints itself; T frames.
-
-    Attributes
-    ----------
-    source : the file of the trial.
-    mass_kg : of the body.
-    known : (T,) whether the markers show both legs and the plates the ground reaction on both
-        feet. Elsewhere the moments are wrong.
-    """
-
-    source: str
-    mass_kg: float
-    known: Flags
-
-    def title(self) -> str:
-        """Trial, and how large the residuals are."""
-        where = f"Joint moments of {self.source}: "
-        if not self.known.any() or not self.peak_external_force:
-            return f"{where}in no frame is the ground reaction on both feet known"
-        left = dynamics.residuals(self, self.known)
-        return (
-            f"{where}{self.known.sum()} of {len(self.known)} frames known, residuals "
-            f"{left.force_rms:.1f} N and {left.moment_rms:.1f} Nm RMS"
-        )
-
-    def to_frame(self) -> pd.DataFrame:
-        """Joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm), by time
-        (s); NaN where they are not `known`.
-        """
-        moments = self.recorded_moments().items()
-        residuals = (("force", "N"), ("moment", "Nm"))
-        rows = [
-            *((of_kind(name, MOMENT), "Nm/kg", each / self.mass_kg) for name, each in moments),
-            *(
-                (
-                    f"residual {name}",
-                    unit,
-                    np.linalg.norm(getattr(self, f"residual_{name}"), axis=1),
-                )
-                for name, unit in residuals
-            ),
-        ]
-        return curve_frame(
-            ((name, unit, np.where(self.known, values, np.nan)) for name, unit, values in rows),
-            axis="time",
-            at=self.time,
-        )
-
-
 def inverse_kinematics(
-    recording: Recording, body: ScaledBody, *, settings: Sequence[str] = ()
+    recording: Recording, body: MarkedBody, *, settings: Sequence[str] = ()
 ) -> InverseKinematics:
     """Joint angles of a walking trial, as `gaitval import` finds them.
 
@@ -123,7 +37,9 @@ def inverse_kinematics(
     Returns
     -------
     InverseKinematics
-        `positions` (T, 31): rotation of the pelvis (rad), its origin (m), joint angles (rad).
+        `positions` (T, 31): rotation of the pelvis (rad), its origin (m), joint angles (rad),
+        low-passed, as inverse dynamics uses them, for a person who walks along +x;
+        `marker_errors` are of the poses before the filter.
 
     Raises
     ------
@@ -142,8 +58,8 @@ def inverse_kinematics(
 
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.interface.recordings import Recording
     >>> from gaitval.inverse.marked_body import marker_positions
+    >>> from gaitval.mocap.recording import Recording
     >>> from gaitval.reference.motion import build_reference
     >>> subject = gv.load_subject(5)
     >>> body = gv.scale(subject)
@@ -159,20 +75,18 @@ def inverse_kinematics(
     processing = load_configuration(settings=settings).processing
     trial, _ = _prepared(recording, body, processing)
     found = trial_motion(body.model, body.markers, trial, processing)
-    shown: InverseKinematics = same_fields(
-        InverseKinematics,
+    return replace(
         found.anchoring.kinematics,
         positions=found.positions,
         source=recording.source,
         time=trial.time,
     )
-    return shown
 
 
 def inverse_dynamics(
     motion: InverseKinematics,
     recording: Recording,
-    body: ScaledBody,
+    body: MarkedBody,
     *,
     settings: Sequence[str] = (),
 ) -> InverseDynamics:
@@ -210,9 +124,8 @@ def inverse_dynamics(
 
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.interface.recordings import Recording
     >>> from gaitval.inverse.marked_body import marker_positions
-    >>> from gaitval.mocap.recording import Plate
+    >>> from gaitval.mocap.recording import Plate, Recording
     >>> from gaitval.reference.motion import build_reference
     >>> subject = gv.load_subject(5)
     >>> body = gv.scale(subject)
@@ -237,22 +150,17 @@ def inverse_dynamics(
     shown = {side: leg_shown(motion, side, trial, marker_set) for side in SIDES}
     carried = trial_loads(trial, processing, marker_set.landmarks, shown)
     found = dynamics.inverse_dynamics(body.model, trial.time, motion.positions, *carried.wrenches)
-    result: InverseDynamics = same_fields(
-        InverseDynamics,
-        found,
-        source=recording.source,
-        mass_kg=body.model.mass,
-        known=carried.known,
-    )
-    return result
+    return replace(found, source=recording.source, known=carried.known)
 
 
-def _check_of_one_trial(motion: InverseKinematics, trial: mocap.Recording) -> None:
-    if not np.array_equal(motion.time, trial.time):
+def _check_of_one_trial(motion: InverseKinematics, trial: Recording) -> None:
+    time = np.empty(0) if motion.time is None else motion.time
+    if not np.array_equal(time, trial.time):
+        start = f" from {time[0]:g} s" if len(time) else ""
         raise RecordError(
             f"{trial.source} has {len(trial.time)} frames from {trial.time[0]:g} s, but the "
-            f"motion is of {motion.source}, with {len(motion.time)} frames from "
-            f"{motion.time[0]:g} s. Give the recording that inverse kinematics was done for."
+            f"motion is of {motion.source}, with {len(motion.positions)} frames{start}. Give the "
+            "recording that inverse kinematics was done for."
         )
     if not trial.plates:
         raise RecordError(
@@ -262,8 +170,8 @@ def _check_of_one_trial(motion: InverseKinematics, trial: mocap.Recording) -> No
 
 
 def _prepared(
-    recording: mocap.Recording, body: ScaledBody, processing: ProcessingSettings
-) -> tuple[mocap.Recording, MarkerSet]:
+    recording: Recording, body: MarkedBody, processing: ProcessingSettings
+) -> tuple[Recording, MarkerSet]:
     """The trial as an import uses it, with the markers of the body's set."""
     if not body.marker_set:
         raise ScalingError(

@@ -1,58 +1,12 @@
 """The reference motion that a walker imitates, from Python."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Self
-
-import numpy as np
-import pandas as pd
 
 from gaitval.configuration import load_configuration
-from gaitval.coordinates import ACTUATED
-from gaitval.interface.result import Result, angle_curves, curve_frame, of_kind, same_fields
-from gaitval.interface.subjects import FORCE, MOMENT, Subject
-from gaitval.reference import motion
+from gaitval.datasets.subject import Subject
 from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-
-
-@dataclass(frozen=True, repr=False)
-class ReferenceMotion(Result, motion.ReferenceMotion):
-    """`gaitval.reference.motion.ReferenceMotion` that prints itself: one right gait cycle."""
-
-    def title(self) -> str:
-        """Length and speed of the cycle."""
-        return f"Reference motion: stride time {self.stride_time:.2f} s, {self.speed:.2f} m/s"
-
-    def to_frame(self) -> pd.DataFrame:
-        """Joint angles (deg), joint moments (Nm) and ground reaction (% of body weight), of both
-        sides at % of the right gait cycle. A moment that no record has is left out.
-        """
-        moments = zip(ACTUATED, self.moments.T, strict=True)
-        forces = (
-            (f"{axis}_{side}", 100.0 * self.ground_reaction[:, i, j])
-            for i, side in enumerate("rl")
-            for j, axis in enumerate(("forward", "left", "up"))
-        )
-        return curve_frame(
-            [
-                *angle_curves(self.positions),
-                *((of_kind(name, MOMENT), "Nm", each) for name, each in moments if np.any(each)),
-                *((of_kind(name, FORCE), "% BW", each) for name, each in forces),
-            ],
-            at=100.0 * self.phase,
-        )
-
-    def save(self, path: str | Path) -> None:
-        """Write one npz file, whole or not at all, as `gaitval reference` does."""
-        motion.ReferenceMotion.save(self, Path(path))
-
-    @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read what `save` or `gaitval reference` wrote (`reference.npz`). Raises ArtefactError."""
-        shown: Self = same_fields(cls, motion.ReferenceMotion.load(Path(path)))
-        return shown
 
 
 def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> ReferenceMotion:
@@ -92,7 +46,6 @@ def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> Refer
     >>> reference.positions.shape, reference.stride_time == subject.stride_time_s
     ((1024, 31), True)
     """
-    contact = load_configuration(settings=settings).contact
-    found = consistent_reference(subject.record(), scale_subject(subject).model, contact)
-    shown: ReferenceMotion = same_fields(ReferenceMotion, found)
-    return shown
+    configuration = load_configuration(settings=settings)
+    model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
+    return consistent_reference(subject.record(), model, configuration.contact)

@@ -20,8 +20,19 @@ BLOCK = ACTIVE * COORDINATE_COUNT
 
 
 class ChangeSplines:
-    """Quintic B-splines on equal knots: `first` (T,) is the first nonzero one at each frame,
-    `values` (T, 3, 6) are those of the six with their first and second time derivatives.
+    """Quintic B-splines on equal knots.
+
+    Parameters
+    ----------
+    time : (T,) s, increasing.
+    knot : s, wanted distance of the knots; at least two frames.
+
+    Attributes
+    ----------
+    first : (T,) number of the first B-spline that is nonzero at each frame.
+    values : (T, 3, 6) the six that are, with their first and second time derivatives.
+    count : number of B-splines.
+    intervals : number and frames of each interval between knots that has frames.
     """
 
     def __init__(self, time: Array, knot: float) -> None:
@@ -31,8 +42,12 @@ class ChangeSplines:
         intervals = max(1, round(duration / knot))
         step = duration / intervals
         at = (time - time[0]) / step
+        # The last frame is the end of the last interval and not the start of another.
         self.first = np.minimum(at.astype(np.int64), intervals - 1)
         self.count = intervals + DEGREE
+        # On equal knots all B-splines are shifts of one, whose support is 0…6 knots. A frame is at
+        # u in the supports of its six active ones, near the end in that of the first. u counts
+        # knots, so every derivative in time divides by the knot's length once more.
         cardinal = BSpline.basis_element(np.arange(ACTIVE + 1.0), extrapolate=False)
         u = (at - self.first)[:, None] + np.arange(DEGREE, -1, -1.0)
         self.values = np.stack([np.nan_to_num(cardinal(u, n)) / step**n for n in range(3)], axis=1)
@@ -50,16 +65,35 @@ class ChangeSplines:
 
 @njit
 def add_block(band: Array, start: int, block: Array) -> None:
-    """Add a symmetric block at `start` on the diagonal; `band[j, d]` is element (j + d, j)."""
+    """Add a symmetric block on the diagonal of a band matrix, in place.
+
+    Parameters
+    ----------
+    band : (N, W); `band[j, d]` is the element (j + d, j).
+    start : row and column of the block's first element.
+    block : (n, n), n at most W; its lower half is read.
+    """
     for j in range(len(block)):
         for i in range(j, len(block)):
             band[start + j, i - j] += block[i, j]
 
 
 def times_band(band: Array, vector: Array) -> Array:
-    """Product of the symmetric matrix in `band` with a vector (N,)."""
+    """Product of a symmetric band matrix with a vector.
+
+    Parameters
+    ----------
+    band : (N, W) lower half of the matrix, see `add_block`.
+    vector : (N,).
+
+    Returns
+    -------
+    array
+        (N,).
+    """
     product = band[:, 0] * vector
     for d in range(1, band.shape[1]):
+        # Each stored diagonal is that below the main one and, by symmetry, that above it.
         product[d:] += band[:-d, d] * vector[:-d]
         product[:-d] += band[:-d, d] * vector[d:]
     return np.asarray(product)

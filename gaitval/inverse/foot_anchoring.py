@@ -103,6 +103,7 @@ def anchored(
     resting = _resting(velocities, floor, rate)
 
     soles = [_sole(model, side) for side in "rl"]
+    # How far the floor has moved. Relative to it a resting foot stands still on a belt, too.
     travel = np.outer(np.arange(len(measured)) / rate, floor)[:, None]
     mean_weight = float(np.mean([marker.weight for marker in markers]))
     targets = []
@@ -112,6 +113,7 @@ def anchored(
         for begin, end in zip(*runs(rest), strict=True):
             away = places[begin:end] - places[begin:end].mean(axis=0)
             away[..., 2] = 0.0  # it may roll, but not slide
+            # At the mean place of the rest where the fade is 1, unchanged where it is 0.
             target[begin:end] = places[begin:end] - _fade(end - begin, rate) * away
         targets.append(target + travel)
     anchors = [
@@ -167,6 +169,7 @@ def _floor_velocity(velocities: tuple[Array, Array]) -> Array:
         if velocity.shape[1] < 2:
             continue
         mean = velocity.mean(axis=1)
+        # Velocity of the markers relative to their mean: zero where the foot only translates.
         turning = np.linalg.norm(velocity - mean[:, None], axis=2).max(axis=1)
         flat = (turning < RESTING_SPEED) & (np.abs(mean[:, 2]) < RESTING_SPEED)
         level.append(mean[flat])
@@ -193,6 +196,7 @@ def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Flag
 
 def _fade(count: int, rate: float) -> Array:
     """Factors (count, 1, 1) that rise from and fall to zero at the ends as a raised cosine."""
+    # Frames from the nearer end, counted from 1.
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
     grown = 0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (FADE * rate), 1.0))
     return np.asarray(grown[:, None, None])

@@ -10,12 +10,14 @@ measured forces, to explain the motion.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED
+from gaitval.display import MOMENT, Saved, curve_frame, of_kind
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
@@ -26,6 +28,9 @@ from gaitval.model.tree import (
     tree_arrays,
     whole_body_centre_of_mass,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 JOINTS = ("hip", "knee", "ankle")
 """Joints of `InverseDynamics.joint_force` and `joint_moment`, in order."""
@@ -38,8 +43,8 @@ LOCKED_MOMENTS = ("knee_adduction", "knee_rotation", "ankle_rotation")
 """Moments about axes that the model's joints do not rotate about."""
 
 
-@dataclass(frozen=True)
-class InverseDynamics:
+@dataclass(frozen=True, repr=False)
+class InverseDynamics(Saved):
     """Moments that a motion needs; T frames, SI, axes REP-103.
 
     Attributes
@@ -62,6 +67,10 @@ class InverseDynamics:
         joint that does not move about them.
     centre_of_mass : (T, 3) m, of the whole body.
     peak_external_force : N, largest ground reaction on one foot.
+    mass_kg : of the body.
+    source : the file of the trial; "" if that is not known.
+    known : (T,) whether the markers show both legs and the plates the ground reaction on both
+        feet; elsewhere the moments are wrong. None if nobody said.
     """
 
     time: Array
@@ -74,6 +83,37 @@ class InverseDynamics:
     locked_moments: Array
     centre_of_mass: Array
     peak_external_force: float
+    mass_kg: float
+    source: str = ""
+    known: Flags | None = None
+
+    def title(self) -> str:
+        """Trial, and how large the residuals are."""
+        known, where = self._known, f"Joint moments of {self.source or 'a trial'}: "
+        if not known.any() or not self.peak_external_force:
+            return f"{where}in no frame is the ground reaction on both feet known"
+        left = residuals(self, known)
+        return (
+            f"{where}{known.sum()} of {len(known)} frames known, residuals "
+            f"{left.force_rms:.1f} N and {left.moment_rms:.1f} Nm RMS"
+        )
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm), by time
+        (s); NaN where they are not `known`.
+        """
+        moments = self.recorded_moments().items()
+        rows = [
+            *((of_kind(name, MOMENT), "Nm/kg", each / self.mass_kg) for name, each in moments),
+            ("residual force", "N", np.linalg.norm(self.residual_force, axis=1)),
+            ("residual moment", "Nm", np.linalg.norm(self.residual_moment, axis=1)),
+        ]
+        shown = [(name, unit, np.where(self._known, each, np.nan)) for name, unit, each in rows]
+        return curve_frame(shown, axis="time", at=self.time)
+
+    @property
+    def _known(self) -> Flags:
+        return np.ones(len(self.time), dtype=bool) if self.known is None else self.known
 
     def recorded_moments(self) -> Mapping[str, Array]:
         """Moments by the names of `gait.record.MOMENT_NAMES`, (T,) Nm each."""
@@ -166,6 +206,8 @@ def _all_frames(
             sign = 1.0 if side == 0 else -1.0  # adduction +x, internal rotation +z on the right
             ankle[t, side] = origin[foot]
             locked[t, side] = 0.0
+            # Components of the joint's moment along x and z of the distal segment: columns of its
+            # rotation matrix.
             for i in range(3):
                 locked[t, side, 0] += sign * rotation[shank, i, 0] * wrench[shank, 0, i]
                 locked[t, side, 1] += sign * rotation[shank, i, 2] * wrench[shank, 0, i]
@@ -176,7 +218,19 @@ def _all_frames(
 def checked_wrenches(
     time: Array, force: Array, point: Array, free_moment: Array
 ) -> tuple[Array, Array, Array]:
-    """Ground reactions (T, 2, 3) each as float arrays.
+    """Ground reactions as float arrays that the compiled equations can use.
+
+    Parameters
+    ----------
+    time : (T,) s, for messages.
+    force : (T, 2, 3) N on the right and the left foot.
+    point : (T, 2, 3) m, where it acts; NaN while the foot is in the air.
+    free_moment : (T, 2, 3) Nm about `point`.
+
+    Returns
+    -------
+    tuple
+        `force`, `point` and `free_moment`; a point that is NaN in part is NaN.
 
     Raises
     ------
@@ -191,6 +245,7 @@ def checked_wrenches(
                 f"{name} must have shape ({len(time)}, 2, 3), but its shape is {array.shape}"
             )
     known = ~np.isnan(arrays[1]).any(axis=2)
+    # `newton_euler` takes a foot to be in the air where x of its point is NaN.
     arrays[1] = np.where(known[..., None], arrays[1], np.nan)
     for name, array in (("force", arrays[0]), ("free moment", arrays[2])):
         missing = known & ~np.isfinite(array).all(axis=2)
@@ -209,10 +264,12 @@ def _check_feet(ankle: Array, point: Array) -> None:
     """Refuse forces that act under the other foot. The residual would not show it, because the sum
     of the forces is the same, but every moment of both legs would be wrong.
     """
+    # Horizontal distances from the ankle; with the sides reversed, from the other ankle.
     own = np.linalg.norm((point - ankle)[..., :2], axis=2)
     other = np.linalg.norm((point - ankle[:, ::-1])[..., :2], axis=2)
     loaded = ~np.isnan(own)
     wrong = (own > other) & loaded
+    # A majority of frames, because in push-off the point is under the toes, far from its own ankle.
     if 2 * wrong.sum() > loaded.sum():
         raise RecordError(
             f"In {wrong.sum()} of {loaded.sum()} loaded frames the centre of pressure of a foot "
@@ -237,6 +294,7 @@ def inverse_dynamics(
 
     Parameters
     ----------
+    model : the scaled body, with the masses and inertia of its segments.
     time : (T,) s.
     positions : (T, 31), filtered (nothing is smoothed here), root convention of
         `model.tree`.
@@ -250,6 +308,7 @@ def inverse_dynamics(
     ------
     RecordError : the motion cannot be differentiated, there is a centre of pressure without a
         force, or the forces are on the wrong feet.
+    ValueError : other shapes.
     """
     time, positions = checked_motion(time, positions)
     force, point, free_moment = checked_wrenches(time, force, point, free_moment)
@@ -276,11 +335,14 @@ def inverse_dynamics(
     )
     _check_feet(ankle, point)
     loaded = ~np.isnan(point[..., 0])
+    # A force without a point does not act on the body, so it is no peak either.
     size = np.linalg.norm(force, axis=2)[loaded]
     return InverseDynamics(
         time=time,
         moments=generalised[:, ROOT_DOFS:],
+        # Each coordinate is a rotation about one axis, so its power is moment times rate.
         powers=generalised[:, ROOT_DOFS:] * rates.velocities[:, ROOT_DOFS:],
+        # A generalised root force is the moment first, then the force (`model.tree`).
         residual_force=generalised[:, 3:6],
         residual_moment=generalised[:, :3],
         joint_force=joint[:, :, :, 1],
@@ -288,6 +350,7 @@ def inverse_dynamics(
         locked_moments=locked,
         centre_of_mass=centre,
         peak_external_force=float(size.max(initial=0.0)),
+        mass_kg=model.mass,
     )
 
 
@@ -301,6 +364,7 @@ def residuals(
 
     Parameters
     ----------
+    result : of `inverse_dynamics`.
     frames : (T,) which ones to use, for example those with known ground reaction; all if not given.
     ground_height : m, height of the ground above z = 0, for the height of the centre of mass.
 
@@ -328,10 +392,11 @@ def residuals(
 
 
 def residual_measures(force: Array, moment: Array, *, height: float, peak: float) -> Residuals:
-    """Measures of residual force and moment, (T, 3) N and Nm.
+    """Measures of residual force and moment; see `Residuals`.
 
     Parameters
     ----------
+    force, moment : (T, 3) N and Nm on the pelvis, world axes.
     height : m, mean height of the centre of mass above the ground.
     peak : N, largest ground reaction on one foot; NaN if not known, as are then the shares.
     """

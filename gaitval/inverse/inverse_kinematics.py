@@ -11,11 +11,13 @@ vector continues beyond 180° instead of jumping to the opposite one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, RANGES
+from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
+from gaitval.display import Saved, angle_curves, curve_frame
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
 from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
@@ -23,6 +25,9 @@ from gaitval.inverse.pose_solver import solve_frames, solve_from_all_sides, solv
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import ROOT_DOFS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SMALLEST_LEVER = 0.010
 """m: a coordinate is not determined if it moves the seen markers by less than this per radian
@@ -37,8 +42,8 @@ LARGEST_TURN = np.deg2rad(320.0)
 """Largest rotation of the pelvis from the laboratory's axes; a rotation vector ends at 360°."""
 
 
-@dataclass(frozen=True)
-class InverseKinematics:
+@dataclass(frozen=True, repr=False)
+class InverseKinematics(Saved):
     """Poses that fit measured markers; T frames, M markers.
 
     Attributes
@@ -53,6 +58,8 @@ class InverseKinematics:
     at_limit : (T, 31) True where a coordinate is at an end of its range.
     iterations : (T,) of Newton's method.
     converged : (T,) False if they were not enough, or the markers do not show the pelvis.
+    source : the file of the trial; "" if that is not known.
+    time : (T,) s; None if that is not known.
     """
 
     names: tuple[str, ...]
@@ -62,6 +69,27 @@ class InverseKinematics:
     at_limit: Flags
     iterations: Index
     converged: Flags
+    source: str = ""
+    time: Array | None = None
+
+    def title(self) -> str:
+        """Trial, length, distance of measured and model markers."""
+        what = f"Joint angles of {self.source or 'a trial'}"
+        length = f"{len(self.positions)} frames"
+        if self.time is not None:
+            length = f"{self.time[-1] - self.time[0]:.2f} s"
+        return f"{what}: {length}, markers {1000 * marker_errors(self).whole_rms:.1f} mm RMS"
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint angles (deg) by time (s), of the coordinates that the markers show; by frame where
+        the time is not known.
+        """
+        ever = np.asarray(self.determined.any(axis=0))
+        shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
+        curves = angle_curves(self.positions, shown)
+        if self.time is None:
+            return curve_frame(curves, axis="frame", at=np.arange(float(len(self.positions))))
+        return curve_frame(curves, axis="time", at=self.time)
 
 
 @dataclass(frozen=True)
@@ -86,11 +114,17 @@ class MarkerErrors:
 
 
 def marker_errors(result: InverseKinematics) -> MarkerErrors:
-    """Root-mean-square and largest error, of each marker and of all."""
+    """Root-mean-square and largest error, of each marker and of all.
+
+    Parameters
+    ----------
+    result : of `inverse_kinematics`.
+    """
     errors = result.marker_errors
     seen = np.isfinite(errors)
     filled = np.where(seen, errors, 0.0)
     count = seen.sum(axis=0)
+    # A marker that is never seen has 0 / 0, which is NaN, as it should be.
     with np.errstate(invalid="ignore"):
         rms = np.sqrt((filled**2).sum(axis=0) / count)
     largest = np.where(count > 0, filled.max(axis=0), np.nan)
@@ -141,6 +175,7 @@ def inverse_kinematics(
     if not solvable.any():
         raise RecordError(_why_unsolvable(problem, markers))
 
+    # Start where most coordinates are determined and, among such frames, most markers are seen.
     count = determined.sum(axis=1) * len(markers) + (problem.weight > 0).sum(axis=1)
     first = int(np.argmax(np.where(solvable, count, -1)))
     positions = np.tile(start, (len(determined), 1))
@@ -159,6 +194,7 @@ def inverse_kinematics(
         high,
         work,
     )
+    # From there to the end of the trial, then to its beginning.
     for way in (1, -1):
         solve_trial(
             problem, positions, start, free, low, high, first, way, iterations, converged, work
@@ -188,6 +224,8 @@ def inverse_kinematics(
 def _determined(problem: MarkerTrial, frozen: Flags) -> Flags:
     """Which coordinates (T, 31) the markers of each frame determine."""
     seen = np.asarray(problem.weight > 0)
+    # What is determined depends only on which markers are seen, and a trial has few different sets
+    # of seen markers.
     patterns, pattern = np.unique(seen, axis=0, return_inverse=True)
     found = np.empty((len(patterns), len(COORDINATES)), dtype=np.bool_)
     work = workspace()
@@ -195,6 +233,8 @@ def _determined(problem: MarkerTrial, frozen: Flags) -> Flags:
     pose[:ROOT_DOFS] = 0.0
     measured = problem.measured[0]
     for row, present in zip(found, patterns.astype(float), strict=True):
+        # JᵀJ does not depend on the measured positions, so those of any frame will do. Weights are
+        # 1: a small weight does not make a marker less seen.
         evaluate(problem, present, measured, pose, work)
         independent_coordinates(work.normal, frozen, SMALLEST_LEVER**2, row)
     return np.asarray(found[pattern.reshape(-1)])
@@ -221,6 +261,7 @@ def _interpolate(positions: Array, free: Flags) -> Flags:
     frames = np.arange(len(positions))
     known = free[:, :ROOT_DOFS].all(axis=1)
     if known.any() and not known.all():
+        # Linear interpolation over a jump between opposite vectors would spin the pelvis round.
         vectors = _continuous(positions[known, :3])
         for d in range(ROOT_DOFS):
             values = vectors[:, d] if d < 3 else positions[known, d]
@@ -240,6 +281,8 @@ def _continuous(vectors: Array) -> Array:
     """
     vectors = vectors.copy()
     turn = 2 * np.pi
+    # Between frames the pelvis turns by far less than 1 rad; a larger step is a vector that became
+    # its opposite.
     jumps = np.flatnonzero(np.linalg.norm(np.diff(vectors, axis=0), axis=1) > 1.0)
     for t in range(jumps[0] + 1 if len(jumps) else len(vectors), len(vectors)):
         length = float(np.linalg.norm(vectors[t]))
@@ -249,6 +292,8 @@ def _continuous(vectors: Array) -> Array:
         # Whole turns about this axis that bring the vector nearest to the last one.
         vectors[t] += turn * np.round((axis @ vectors[t - 1] - length) / turn) * axis
     lengths = np.linalg.norm(vectors, axis=1)
+    # Shifted by a full turn as a whole the path is as continuous. Of the two, the one that stays
+    # farther from 360°, where a rotation vector ends, is used.
     if lengths.max() > np.pi and lengths.min() > 1e-6:
         other = vectors * (1.0 - turn / lengths)[:, None]
         if np.linalg.norm(other, axis=1).max() < lengths.max():

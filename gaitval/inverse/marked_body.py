@@ -37,7 +37,13 @@ class MarkerTrial(NamedTuple):
 
 
 def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Array) -> MarkerTrial:
-    """The trial of `measured` (T, M, 3) m, NaN where not seen, for M markers on a model.
+    """The trial of measured markers as arrays.
+
+    Parameters
+    ----------
+    model : the scaled body.
+    markers : M markers on its segments, with their weights.
+    measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
 
     Raises
     ------
@@ -74,6 +80,7 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
             f"markers of the model, but their shape is {measured.shape}."
         )
     seen = np.asarray(np.isfinite(measured).all(axis=2))
+    # A weight of 0 does not remove NaN from a sum, so unseen markers get a number.
     filled = np.where(seen[..., None], measured, 0.0)
     far = np.abs(filled).max(axis=(0, 2))
     if far.max() > LARGEST_DISTANCE:
@@ -101,7 +108,16 @@ def _check_coordinates(names: Mapping[str, object]) -> None:
 
 
 def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
-    """Which coordinates are held (31,), and the pose (31,) with their values, and zeros elsewhere.
+    """The coordinates that are held, and a pose with their values.
+
+    Parameters
+    ----------
+    held : value, rad, of each held coordinate; actuated ones only.
+
+    Returns
+    -------
+    tuple
+        (31,) True for a held coordinate, and (31,) its value, zero for all others.
 
     Raises
     ------
@@ -116,7 +132,16 @@ def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
 
 
 def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
-    """Lowest and highest value (31,) of each coordinate; infinite if no range is given.
+    """Lowest and highest value of each coordinate.
+
+    Parameters
+    ----------
+    ranges : lowest and highest value, rad, of actuated coordinates.
+
+    Returns
+    -------
+    tuple
+        (31,) and (31,); infinite for a coordinate that has no range.
 
     Raises
     ------
@@ -133,7 +158,23 @@ def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
 
 
 def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions: Array) -> Array:
-    """Positions of the model's markers, (T, M, 3) m in world axes, at `positions` (T, 31)."""
+    """Positions of the model's markers.
+
+    Parameters
+    ----------
+    model : the scaled body.
+    markers : M markers on its segments.
+    positions : (T, 31) poses, root convention of `model.tree`.
+
+    Returns
+    -------
+    array
+        (T, M, 3) m, world axes.
+
+    Raises
+    ------
+    ModelError : as `marker_trial`.
+    """
     poses = np.array(positions, dtype=float)
     points = np.zeros((len(poses), len(markers), 3))
     problem = marker_trial(model, markers, points)
@@ -145,7 +186,7 @@ def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions
 def place(
     joint_position: Array, segment: Index, position: Array, poses: Array, points: Array
 ) -> None:
-    """Markers (T, M, 3) in world axes, into `points`.
+    """Positions of markers in world axes (compiled).
 
     Parameters
     ----------
@@ -153,6 +194,7 @@ def place(
     segment : (M,) index into `SEGMENTS`.
     position : (M, 3) m, in the frames of the segments.
     poses : (T, 31).
+    points : (T, M, 3) m, out.
     """
     rotation = np.empty((len(PARENT), 3, 3))
     origin = np.empty((len(PARENT), 3))
@@ -162,6 +204,7 @@ def place(
         for m in range(len(segment)):
             s = segment[m]
             for i in range(3):
+                # o + R x, in scalars: numba would allocate an array for every product.
                 points[t, m, i] = (
                     origin[s, i]
                     + rotation[s, i, 0] * position[m, 0]

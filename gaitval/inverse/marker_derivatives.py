@@ -43,7 +43,7 @@ PARENT_COORDINATE: Index = np.array(
 """(31,) next coordinate towards the pelvis; -1 for the first."""
 
 
-class Workspace(NamedTuple):
+class MarkerWorkspace(NamedTuple):
     """Arrays that the solver writes into, so that it allocates none per frame."""
 
     rotation: Array
@@ -66,10 +66,10 @@ class Workspace(NamedTuple):
     cost: Array  # (1,) of the last pose that was solved
 
 
-def workspace() -> Workspace:
-    """Arrays to be filled, for one pose."""
+def workspace() -> MarkerWorkspace:
+    """Arrays for `evaluate` and the solver to fill, for one pose; see `MarkerWorkspace`."""
     n, segments = len(COORDINATES), len(SEGMENTS)
-    return Workspace(
+    return MarkerWorkspace(
         rotation=np.zeros((segments, 3, 3)),
         origin=np.zeros((segments, 3)),
         axes=np.zeros((n, 3)),
@@ -93,9 +93,9 @@ def workspace() -> Workspace:
 
 @njit
 def evaluate(
-    problem: MarkerTrial, weight: Array, measured: Array, q: Array, work: Workspace
+    problem: MarkerTrial, weight: Array, measured: Array, q: Array, work: MarkerWorkspace
 ) -> float:
-    """Cost ½ Σ w r² at q with its derivatives, into `work.normal`, `.curvature`, `.gradient`.
+    """Cost ½ Σ w r² at a pose with its derivatives, into `work.normal`, `.curvature`, `.gradient`.
 
     Points are taken from the pelvis origin. With p(q) outboard of a coordinate that turns about
     the axis a through o, ∂p/∂q = a × (p − o), and with i nearer to the pelvis than j,
@@ -103,6 +103,19 @@ def evaluate(
 
     It is long because it is one sweep outwards and one inwards over the same sums, written out in
     scalars: numba would allocate vectors on the heap, which takes longer than the sums.
+
+    Parameters
+    ----------
+    problem : the body and the places of its M markers.
+    weight : (M,) w of this frame; 0 for an unseen marker.
+    measured : (M, 3) m, world axes.
+    q : (31,) pose, root convention of `model.tree`.
+    work : of `workspace`; its lower triangles are filled along the branches only.
+
+    Returns
+    -------
+    float
+        The cost, m² times the unit of the weights.
     """
     forward(problem.joint_position, q, work.rotation, work.origin, work.axes, len(work.weight_sum))
     rotation, origin, axes = work.rotation, work.origin, work.axes
@@ -114,6 +127,7 @@ def evaluate(
     force[:] = 0.0
     torque[:] = 0.0
     cost = 0.0
+    # Allocated once: an array made in the loop would cost more than the sums.
     p = np.empty(3)
     r = np.empty(3)
     for m in range(len(weight)):
@@ -138,6 +152,8 @@ def evaluate(
             for j in range(3):
                 second[s, i, j] += w * p[i] * p[j]
                 torque[s, i, j] += w * p[i] * r[j]
+    # Inwards. A parent has a lower number than its children, so the sums of a segment are complete
+    # when its parent takes them.
     for s in range(len(weight_sum) - 1, 0, -1):
         parent = PARENT[s]
         weight_sum[parent] += weight_sum[s]
@@ -157,10 +173,12 @@ def evaluate(
         o1 = origin[s, 1] - origin[0, 1]
         o2 = origin[s, 2] - origin[0, 2]
         # resultant and moment about the pelvis origin of the forces w a × (p − o)
+        # Let d = p − o. Then Σ w d = Σ w p − o Σ w, and the resultant is f = a × Σ w d.
         d0 = first[s, 0] - weight_sum[s] * o0
         d1 = first[s, 1] - weight_sum[s] * o1
         d2 = first[s, 2] - weight_sum[s] * o2
         f0, f1, f2 = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
+        # The moment n = Σ w p × (a × d), by p × (a × d) = a (p·d) − d (p·a).
         along = first[s, 0] * a0 + first[s, 1] * a1 + first[s, 2] * a2
         spread = second[s, 0, 0] + second[s, 1, 1] + second[s, 2, 2]
         spread -= first[s, 0] * o0 + first[s, 1] * o1 + first[s, 2] * o2
@@ -171,6 +189,7 @@ def evaluate(
         n1 -= second[s, 1, 0] * a0 + second[s, 1, 1] * a1 + second[s, 1, 2] * a2
         n2 -= second[s, 2, 0] * a0 + second[s, 2, 1] * a1 + second[s, 2, 2] * a2
         # Q = Σ w (p − o) rᵀ, and Qa − tr(Q) a
+        # It is Σ w (a × d) × r, by (a × d) × r = d (a·r) − a (d·r).
         e = force[s]
         t = torque[s]
         lever = o0 * e[0] + o1 * e[1] + o2 * e[2]
@@ -179,11 +198,13 @@ def evaluate(
         c0 = t[0, 0] * a0 + t[0, 1] * a1 + t[0, 2] * a2 - turned * o0 - trace * a0
         c1 = t[1, 0] * a0 + t[1, 1] * a1 + t[1, 2] * a2 - turned * o1 - trace * a1
         c2 = t[2, 0] * a0 + t[2, 1] * a1 + t[2, 2] * a2 - turned * o2 - trace * a2
+        # −a · Σ w d × r: the cross product is made of differences of Q's elements off the diagonal.
         gradient[j] = -(
             a0 * (t[1, 2] - t[2, 1] - o1 * e[2] + o2 * e[1])
             + a1 * (t[2, 0] - t[0, 2] - o2 * e[0] + o0 * e[2])
             + a2 * (t[0, 1] - t[1, 0] - o0 * e[1] + o1 * e[0])
         )
+        # Only coordinates between j and the pelvis move the same markers; others give zeros.
         i = j
         while i >= ROOT_DOFS:
             u = SEGMENT_OF_COORDINATE[i]
@@ -191,6 +212,7 @@ def evaluate(
             x0 = origin[u, 0] - origin[0, 0]
             x1 = origin[u, 1] - origin[0, 1]
             x2 = origin[u, 2] - origin[0, 2]
+            # b · Σ w (p − x) × (a × d) = b · (n − x × f), for the axis b through x.
             normal[j, i] = (
                 b0 * (n0 - x1 * f2 + x2 * f1)
                 + b1 * (n1 - x2 * f0 + x0 * f2)
@@ -206,12 +228,19 @@ def evaluate(
 
 @njit
 def _root_derivatives(
-    weight_sum: float, first: Array, second: Array, force: Array, torque: Array, work: Workspace
+    weight_sum: float,
+    first: Array,
+    second: Array,
+    force: Array,
+    torque: Array,
+    work: MarkerWorkspace,
 ) -> None:
     """The pelvis' part of `evaluate`: rotations exp(δ) about its origin, then translations."""
     normal, curvature, gradient = work.normal, work.curvature, work.gradient
     spread = second[0, 0] + second[1, 1] + second[2, 2]
     trace = torque[0, 0] + torque[1, 1] + torque[2, 2]
+    # The markers' inertia about the origin, Σ w (|p|² 1 − p pᵀ). The second derivative of exp(δ)
+    # leaves the symmetric part of Σ w p rᵀ less its trace.
     for i in range(3):
         for j in range(i + 1):
             normal[i, j] = -second[i, j]
@@ -233,11 +262,21 @@ def _root_derivatives(
 
 @njit
 def independent_coordinates(normal: Array, frozen: Flags, smallest: float, found: Flags) -> None:
-    """Which columns of J, in their order, are independent of those before, from JᵀJ: Cholesky's
-    pivots are the squared parts of a column that the earlier columns do not explain.
+    """Coordinates that the markers show, beyond what those nearer to the pelvis explain.
+
+    A column of J counts if it is independent of those before. From JᵀJ, Cholesky's pivots are the
+    squared parts of a column that the earlier columns do not explain.
+
+    Parameters
+    ----------
+    normal : (31, 31) JᵀJ, m², as `evaluate` leaves it.
+    frozen : (31,) coordinates that are held, and left out.
+    smallest : m², pivot from which a column counts as independent.
+    found : (31,) out.
     """
     n = len(found)
     factor = np.zeros((n, n))
+    # Elements off the branches are zero, but `evaluate` does not write them.
     on_branch = np.zeros((n, n), dtype=np.bool_)
     for j in range(n):
         i = j
@@ -249,6 +288,7 @@ def independent_coordinates(normal: Array, frozen: Flags, smallest: float, found
         if frozen[j]:
             continue
         for i in range(j):
+            # A dependent column has no row in the factor.
             if not found[i]:
                 continue
             total = normal[j, i] if on_branch[j, i] else 0.0

@@ -62,8 +62,13 @@ def find_exchanged(
 
     Parameters
     ----------
+    model : the scaled body.
     markers : M markers, placed on the model by the standing trial.
     measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
+
+    Raises
+    ------
+    ModelError, RecordError : as `inverse_kinematics`.
     """
     frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
     shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)
@@ -74,6 +79,8 @@ def find_exchanged(
     expected = marker_positions(model, markers, pose)
     # (T, M, M): of each measured marker from the place of each marker
     distance = np.linalg.norm(measured[:, :, None] - expected[:, None], axis=3)
+    # The pose gives way to both wrong labels, so even the crossed distances are not zero: the two
+    # sums are compared.
     clearest, found = EXCHANGED, None
     for i, j in combinations(range(len(markers)), 2):
         both = np.isfinite(distance[:, i, i] + distance[:, j, j])
@@ -92,7 +99,12 @@ def refuse_exchange(exchange: Exchange, names: tuple[str, str]) -> NoReturn:
 
     Parameters
     ----------
+    exchange : of `find_exchanged`.
     names : of the standing and the walking trial, for the message.
+
+    Raises
+    ------
+    RecordError : always.
     """
     raise RecordError(
         f"{names[1]}: the markers {exchange.first} and {exchange.second} have each other's names "

@@ -31,7 +31,7 @@ from gaitval.scaling.joint_centres import (
 )
 from gaitval.scaling.landmarks import Place, Width
 from gaitval.scaling.marker_sets import MarkerSet
-from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 
 CHECKLIST: Final = "OpenSim, Simulation with OpenSim - Best Practices"
 """Where the limits of `placement_checks` come from."""
@@ -155,7 +155,9 @@ def place_markers(
         if raised and segment.startswith(("upper_arm", "forearm")):
             place = place + shifts[segment[-1].upper()]
             moved.append(name)
+        # From the world into the segment, Rᵀ (p − o), with vectors as rows.
         position = (place - frame[:3, 3]) @ frame[:3, :3]
+        # Raised arms lift the acromion, so it is put above the model's own shoulder.
         if raised and segment == "torso" and (definition.landmark or "").endswith(".Acromion"):
             shoulder = model[f"upper_arm_{str(definition.landmark)[0].lower()}"].joint_position
             position = shoulder + 2 * ACROMION_TO_SHOULDER * abs(shoulder[1]) * _UP
@@ -182,6 +184,11 @@ def placement_checks(
     pelvic_tilt : of the standing pelvis, rad. Hip flexion is measured from there, because our
         neutral pelvis is level at the ASIS and PSIS but the published limit refers to the posture.
     distances : m, of landmarks from their places in the model.
+
+    Returns
+    -------
+    tuple
+        Distances of the landmarks first, then ankle and hip of the right and of the left leg.
     """
     worst = max(distances, key=lambda name: distances[name])
     rms = float(np.sqrt(np.mean(np.square(list(distances.values())))))
@@ -256,6 +263,8 @@ def _pose(
     """The pose that fits landmarks of the model to `points`, and its segments, (14, 4, 4)."""
     held = {f"mtp_angle_{side}": 0.0 for side in "rl"}
     if not any(marker.segment.startswith(("torso", "upper_arm")) for marker in anatomy):
+        # With a pelvis tilted forward by this angle, as much lumbar extension keeps the trunk
+        # upright.
         upright = float(np.arcsin(-_pelvis(points)[2, 0]))
         held |= {"lumbar_extension": upright, "lumbar_bending": 0.0, "lumbar_rotation": 0.0}
     places = np.array([[points[marker.name] for marker in anatomy]])
@@ -267,6 +276,7 @@ def _to_the_shoulders(
     model: BodyModel, measured: Measurements, points: Mapping[str, Array]
 ) -> dict[str, Array]:
     """Vectors from the shoulders of raised arms to those of the model, for each side, (3,) m."""
+    # Without the arms, whose raised shoulders would lift the trunk.
     anatomy = _anatomy(model, measured, points)
     _, frames = _pose(model, [m for m in anatomy if "arm" not in m.segment], points)
     return {
@@ -286,10 +296,10 @@ def _anatomy(
         for name in ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS", "Sacrum")
         if name in points
     }
-    heads = (measured.right.metatarsals + measured.left.metatarsals) / 2
-    heel = (measured.right.heel + measured.left.heel) / 2 - [MARKER_OFFSET, 0.0, 0.0]
-    for side, sign in (("R", 1.0), ("L", -1.0)):
+    for limbs, side, sign in zip(measured.modelled.values(), "RL", (1.0, -1.0), strict=True):
+        heads, heel = limbs.metatarsals, limbs.heel - [MARKER_OFFSET, 0.0, 0.0]
         end = side.lower()
+        # y is to the left, so +y is towards the midline on the right side.
         medial = np.array([0.0, sign, 0.0])
         mirror = np.array([1.0, sign, 1.0])
         knee = model[f"shank_{end}"].joint_position
@@ -304,14 +314,14 @@ def _anatomy(
             f"{side}.MT5": (f"foot_{end}", mirror * heads[1]),
         }
         if f"{side}.Shoulder.Centre" in points:
-            places |= _arm(model, measured, points, side, medial)
+            places |= _arm(model, limbs, points, side, medial)
     return [
         ModelMarker(name, segment, np.asarray(place)) for name, (segment, place) in places.items()
     ]
 
 
 def _arm(
-    model: BodyModel, measured: Measurements, points: Mapping[str, Array], side: str, medial: Array
+    model: BodyModel, limbs: Limbs, points: Mapping[str, Array], side: str, medial: Array
 ) -> dict[str, tuple[str, Array]]:
     """As `_anatomy`, for one arm whose shoulder is known."""
     end = side.lower()
@@ -327,8 +337,8 @@ def _arm(
     places[lateral] = (f"upper_arm_{end}", elbow - half * medial)
     if wrist in points:
         length = (
-            np.mean(measured.forearm)
-            if measured.forearm is not None
+            limbs.forearm
+            if limbs.forearm is not None
             else np.linalg.norm(points[wrist] - points.get(centre, points[lateral]))
         )
         places[wrist] = (f"forearm_{end}", np.array([0.0, 0.0, -float(length)]))

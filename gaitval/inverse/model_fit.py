@@ -9,7 +9,7 @@ their segments and the poses q of all frames f (bounded maximum a posteriori est
     Σ_f Σ_m w (m − p(λ, x, q_f))² / σ² + Σ_m (x − x₀ − Cλ)² / s_m² + Σ_k (Pλ)² / s_k²
 
 with Gaussian priors about the standing trial's placement x₀ and lengths (as AddBiomechanics does:
-Werling et al. 2023, PLoS ONE 18:e0295152). Cλ says how the placement would differ with other
+Werling et al. 2023, PLoS ONE 18:e0295152). Cλ is how the placement would differ with other
 lengths: a knee marker stays at the knee when the thigh grows. Without these priors a constant angle
 could not be distinguished from a rotation of all markers of the segment.
 
@@ -59,7 +59,7 @@ ANATOMICAL_SD: Final = 0.005
 """m, standard deviation of the position of a marker on a palpated landmark, each way."""
 
 TRACKING_SD: Final = 0.020
-"""m, standard deviation of the position of any other marker: anatomy does not say where it is, and
+"""m, standard deviation of the position of any other marker: anatomy does not fix its place, and
 a cluster may slip between trials (the one on the left thigh in the Rajagopal walk by 3-4 cm)."""
 
 LARGEST_CHANGE: Final = 4.0
@@ -181,6 +181,7 @@ def fit_model(
         _length_deviations(length_sd or {}),
         _placement_deviations(markers, placement_sd or {}),
     )
+    # The start of the fit, and which coordinates the markers of each frame show.
     stood = inverse_kinematics(model, markers, _median(standing), held=held, ranges=ranges)
     walked = inverse_kinematics(model, markers, walking, held=held, ranges=ranges)
     chosen = _choose(walking)
@@ -199,6 +200,7 @@ def fit_model(
         sigma = _measurement_sd(fit, state)
         iterations = 0
         fitted = state
+        # σ weighs the fit and is estimated from its residuals, so the two alternate.
         for _ in range(_NOISE_UPDATES):
             fitted, count, converged = solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
             iterations += count
@@ -318,15 +320,27 @@ def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
     of twelve children (biomechZoo) it turned the axes by 4 to 12 degrees. So they are turned back
     until the markers of the pelvis have, about their middle, the tilt that the standing trial gave
     them; markers and lumbar joint keep their places in the laboratory.
+
+    Parameters
+    ----------
+    fit : the problem, with the placement of the standing trial.
+    state : the fitted lengths, positions and poses.
+
+    Returns
+    -------
+    FitState
+        `state` itself if the pelvis has fewer than two markers.
     """
     pelvis = fit.segment == SEGMENTS.index("pelvis")
     if pelvis.sum() < 2:
         return state
     share = fit.placement_precision[pelvis] / fit.placement_precision[pelvis].sum()
     wanted = fit.placement[pelvis] + fit.coupling[pelvis] @ state.lengths
+    # In the sagittal plane (x, z), about the mean weighted by the precision of the placement.
     here, there = (
         (places - share @ places)[:, [0, 2]] for places in (state.places[pelvis], wanted)
     )
+    # The best rotation in a plane: sum of the cross products over sum of the dot products.
     angle = np.arctan2(
         share @ (here[:, 1] * there[:, 0] - here[:, 0] * there[:, 1]),
         share @ (here * there).sum(axis=1),
@@ -335,10 +349,12 @@ def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
     places = state.places.copy()
     places[pelvis] = turn.apply(places[pelvis])
     lengths, poses = state.lengths.copy(), state.poses.copy()
+    # R x = (R T⁻¹)(T x): the pelvis turns against its markers, which stay in the laboratory.
     poses[:, :3] = (Rotation.from_rotvec(poses[:, :3]) * turn.inv()).as_rotvec()
     turned = ["hip_flexion_r", "hip_flexion_l"]
     torso = SEGMENTS.index("torso")
     if (fit.segment == torso).any():  # else nobody knows where the lumbar joint is
+        # The lumbar joint stays there as well, so its place in the turned axes changes.
         joint = fit.joint_position[torso] + fit.shifts[torso] @ lengths
         for axis, name in ((0, "lumbar_forward"), (2, "lumbar_up")):
             lengths[LENGTHS.index(name)] += turn.apply(joint)[axis] - joint[axis]
@@ -352,8 +368,11 @@ def _precision(fit: FitProblem, sigma: float, soft_tissue_sd: float) -> Array:
     """Inverse variance (F, M) of a coordinate of each measured marker: noise is independent in
     every frame, and soft tissue counts as `INDEPENDENT_FRAMES` samples.
     """
+    # With F frames, each has F / `INDEPENDENT_FRAMES` times the variance, so that together they
+    # weigh as much as that many samples.
     repeated = max(1.0, (len(fit.weight) - 1) / INDEPENDENT_FRAMES)
     precision = fit.weight / (sigma**2 + repeated * soft_tissue_sd**2)
+    # Markers that do not move on their segments in walking do not do so in standing either.
     standing = STANDING_SD if soft_tissue_sd > 0 else sigma
     precision[0] = fit.weight[0] / standing**2
     return np.asarray(precision)
@@ -364,6 +383,8 @@ def _measurement_sd(fit: FitProblem, state: FitState) -> float:
     errors = (fit.measured - model_markers(fit, state))[1:]
     weight = fit.weight[1:]
     unknowns = fit.free[1:].sum() + 3 * len(fit.placement)
+    # Unknowns absorb part of the noise: dividing by the number of measurements would make σ too
+    # small.
     freedom = 3 * np.count_nonzero(weight) - unknowns
     if freedom <= 0:
         raise ScalingError(
@@ -388,6 +409,7 @@ def _result(
     converged: bool,
 ) -> ModelFit:
     covariance = shared_covariance(fit, after, precision)
+    # A fixed length has no deviation; `length_precision` only gives it one to be invertible.
     prior_sd = np.sqrt(np.diag(np.linalg.inv(fit.length_precision))) * (fit.length_limit > 0)
     prior = lengths_of(model)
     at_bound = np.abs(after.lengths) >= fit.length_limit
@@ -406,6 +428,7 @@ def _result(
     for state in (before, after):
         distance = np.linalg.norm(fit.measured - model_markers(fit, state), axis=2)
         errors.append(distance[fit.weight > 0])
+    # The rotation between the two poses: rotation vectors cannot be subtracted.
     turn = (
         Rotation.from_rotvec(after.poses[0, :3]) * Rotation.from_rotvec(before.poses[0, :3]).inv()
     )

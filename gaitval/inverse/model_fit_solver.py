@@ -48,7 +48,18 @@ class FitState(NamedTuple):
 
 
 def model_markers(fit: FitProblem, state: FitState) -> Array:
-    """Model markers (F, M, 3) m, world."""
+    """Positions of the model's markers.
+
+    Parameters
+    ----------
+    fit : the problem.
+    state : lengths, positions on the segments, and poses.
+
+    Returns
+    -------
+    array
+        (F, M, 3) m, world axes.
+    """
     points = np.empty_like(fit.measured)
     joints = fit.joint_position + fit.shifts @ state.lengths
     place(joints, fit.segment, state.places, state.poses, points)
@@ -74,6 +85,7 @@ def _derivatives(
     origin = np.empty((len(PARENT), 3))
     axes = np.zeros((poses.shape[1], 3))
     for i in range(3):
+        # The pelvis' rotation is a rotation vector in world axes; `forward` fills the other axes.
         axes[i, i] = 1.0
     for f in range(len(poses)):
         forward(joint_position, poses[f], rotation, origin, axes, len(PARENT))
@@ -81,6 +93,7 @@ def _derivatives(
             s = segment[m]
             place_derivative[f, m] = rotation[s]
             point = points[f, m]
+            # Every joint between the marker and the world moves it: ∂p/∂q = a × (p − o).
             while s >= 0:
                 x = point[0] - origin[s, 0]
                 y = point[1] - origin[s, 1]
@@ -91,6 +104,8 @@ def _derivatives(
                     pose_derivative[f, m, 1, d] = axes[d, 2] * x - axes[d, 0] * z
                     pose_derivative[f, m, 2, d] = axes[d, 0] * y - axes[d, 1] * x
                 if s > 0:
+                    # A length moves a joint in its parent's frame, and all that is outboard with
+                    # it.
                     parent = rotation[PARENT[s]]
                     for k in range(shifts.shape[2]):
                         for i in range(3):
@@ -138,6 +153,7 @@ def _normal_equations(fit: FitProblem, state: FitState, precision: Array) -> Nor
     rows = (frames, 3 * count, -1)
     stretches_weighted = precision[..., None, None] * stretches
     poses_weighted = precision[..., None, None] * poses
+    # Gauss-Newton: products JᵀWJ of first derivatives, without the second derivatives.
     by_pose = poses_weighted.reshape(rows).transpose(0, 2, 1)  # (F, 31, 3M)
     by_place = poses_weighted.transpose(0, 1, 3, 2) @ turns  # (F, M, 31, 3)
     by_place = by_place.transpose(0, 2, 1, 3).reshape(frames, len(COORDINATES), -1)
@@ -153,6 +169,7 @@ def _normal_equations(fit: FitProblem, state: FitState, precision: Array) -> Nor
         + fit.length_precision
     )
     crossed = (stretches_weighted.transpose(0, 1, 3, 2) @ turns).sum(axis=0)  # (M, K, 3)
+    # The prior's residual x − x₀ − Cλ has the derivative −C by the lengths.
     crossed -= coupled.transpose(0, 2, 1)
     shared[:lengths, lengths:] = crossed.transpose(1, 0, 2).reshape(lengths, -1)
     shared[lengths:, :lengths] = shared[:lengths, lengths:].T
@@ -188,10 +205,12 @@ def _equations(fit: FitProblem, state: FitState, precision: Array) -> NormalEqua
     normal = _normal_equations(fit, state, precision)
     gradient = normal.pose_gradient
     fixed = ~fit.free
+    # At its lowest value, a positive gradient would push the coordinate out.
     fixed |= (state.poses <= fit.low) & (gradient > 0)
     fixed |= (state.poses >= fit.high) & (gradient < 0)
     kept = (~fixed).astype(float)
     pose = normal.pose * kept[:, :, None] * kept[:, None, :]
+    # Rows of fixed coordinates become 1 · step = 0, which keeps the block invertible.
     pose += (1.0 - kept)[:, :, None] * np.eye(kept.shape[1])
 
     lengths = len(LENGTHS)
@@ -216,7 +235,9 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
     """
     diagonal = np.arange(normal.pose.shape[1])
     pose = normal.pose.copy()
+    # Marquardt damps in proportion to the diagonal, so metres and radians need no common scale.
     pose[:, diagonal, diagonal] *= 1.0 + damping
+    # For A q + B s = −g of one frame: A⁻¹B and A⁻¹g, so that q = −A⁻¹g − A⁻¹B s.
     inverse = np.linalg.solve(
         pose, np.concatenate([normal.mixed, normal.pose_gradient[..., None]], axis=2)
     )
@@ -226,8 +247,19 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
 
 
 def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState, int, bool]:
-    """The state with the least sum of squares, starting from `state`, the number of iterations, and
-    whether they were enough.
+    """The state with the least sum of squares.
+
+    Parameters
+    ----------
+    fit : the problem.
+    state : where to start.
+    precision : (F, M) 1/m², inverse variance of a coordinate of each measured marker; 0 if not
+        seen.
+
+    Returns
+    -------
+    tuple
+        The state, the number of iterations, and whether they were enough.
     """
     damping = 0.0
     cost = _cost(fit, state, precision)
@@ -235,12 +267,14 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
         normal = _equations(fit, state, precision)
         while True:
             shared, inverse = _reduced(normal, damping)
+            # The poses put into Bᵀq + D s = −h give (D − BᵀA⁻¹B) s = BᵀA⁻¹g − h.
             right = _product(normal.mixed, inverse[..., -1:])[:, 0] - normal.shared_gradient
             step = np.asarray(np.linalg.solve(shared, right), dtype=float)
             poses = -inverse[..., -1] - inverse[..., :-1] @ step
             longest = max(float(np.abs(step).max()), float(np.abs(poses).max()))
             trial = _stepped(fit, state, step, poses)
             trial_cost = _cost(fit, trial, precision)
+            # The factor allows for rounding near the minimum, where the cost no longer falls.
             if trial_cost <= cost * (1.0 + 1e-12):
                 break
             if longest < _STEP_TOLERANCE or damping > 1e9:
@@ -254,7 +288,21 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
 
 
 def shared_covariance(fit: FitProblem, state: FitState, precision: Array) -> Array:
-    """Covariance (K + 3M, K + 3M) of lengths and positions, given all measurements and priors."""
+    """Covariance of lengths and positions, given all measurements and priors.
+
+    It is the inverse of the undamped Schur complement: the poses are unknown, not given.
+
+    Parameters
+    ----------
+    fit : the problem.
+    state : its solution.
+    precision : (F, M) 1/m², as for `solve`.
+
+    Returns
+    -------
+    array
+        (K + 3M, K + 3M) m²; lengths first, then the positions marker by marker.
+    """
     return np.asarray(np.linalg.inv(_reduced(_equations(fit, state, precision), 0.0)[0]))
 
 

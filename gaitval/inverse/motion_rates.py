@@ -34,8 +34,17 @@ class Kinematics(NamedTuple):
 
 
 def cardan_coordinates(positions: Array) -> Array:
-    """Positions (T, 31) whose first three columns are the pelvis' tilt, list and rotation
-    (`rotations.pelvis_angles`) without jumps of a full turn, rad, instead of the rotation vector.
+    """Positions with the pelvis' Cardan angles instead of its rotation vector.
+
+    Parameters
+    ----------
+    positions : (T, 31), root convention of `model.tree`.
+
+    Returns
+    -------
+    array
+        (T, 31) whose first three columns are tilt, list and rotation (`rotations.pelvis_angles`),
+        rad, without jumps of a full turn.
     """
     coordinates = np.array(positions, dtype=float)
     orientation = Rotation.from_rotvec(coordinates[:, :3]).as_matrix()
@@ -66,15 +75,19 @@ def root_state(
     sl, cl = sine_cosine(-0.5 * angles[1])
     sr, cr = sine_cosine(0.5 * angles[2])
     # Quaternion of the product: unlike the matrix it also gives the vector at half a turn.
+    # (ct + st j)(cl + sl i), then times (cr + sr k); j i = −k.
     w1, x1, y1, z1 = ct * cl, ct * sl, st * cl, -st * sl
     w = w1 * cr - z1 * sr
     x = x1 * cr + y1 * sr
     y = y1 * cr - x1 * sr
     z = z1 * cr + w1 * sr
+    # q and −q are the same rotation; with w ≥ 0 the vector is at most half a turn long.
     turned = where(w < 0.0, -1.0, 1.0)
     w, x, y, z = turned * w, turned * x, turned * y, turned * z
     sine = sqrt(x * x + y * y + z * z)
     small = sine < 1e-9
+    # 2 atan2(|v|, w) / |v|, at no rotation its limit 2. Both branches are computed, so neither may
+    # divide by zero.
     factor = where(small, 2.0, 2.0 * arctangent(sine, w) / where(small, 1.0, sine))
     rotation_vector[0], rotation_vector[1], rotation_vector[2] = factor * x, factor * y, factor * z
 
@@ -97,13 +110,24 @@ def root_state(
 
 @njit
 def root_states(angles: Array, rates: Array, second_rates: Array, out: Array) -> None:
-    """`root_state` of every frame, into (T, 3, 3)."""
+    """`root_state` of every frame.
+
+    Parameters
+    ----------
+    angles, rates, second_rates : (T, 3) of the pelvis' Cardan angles, rad, rad/s and rad/s².
+    out : (T, 3, 3) out: rotation vector, angular velocity and angular acceleration, world axes.
+    """
     for t in range(len(angles)):
         root_state(angles[t], rates[t], second_rates[t], out[t, 0], out[t, 1], out[t, 2])
 
 
 def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
-    """Time (T,) and positions (T, 31) as float arrays that can be differentiated.
+    """Times and positions as float arrays that can be differentiated.
+
+    Parameters
+    ----------
+    time : (T,) s, increasing.
+    positions : (T, 31), finite.
 
     Raises
     ------
@@ -155,6 +179,7 @@ def differentiate(time: Array, positions: Array) -> Kinematics:
     Raises
     ------
     RecordError : fewer than six frames, NaN, or times that do not increase.
+    ValueError : other shapes.
     """
     time, positions = checked_motion(time, positions)
     coordinates = cardan_coordinates(positions)
@@ -162,5 +187,6 @@ def differentiate(time: Array, positions: Array) -> Kinematics:
     rates, second_rates = spline.derivative(1)(time), spline.derivative(2)(time)
     root = np.empty((len(time), 3, 3))
     root_states(coordinates[:, :3], rates[:, :3], second_rates[:, :3], root)
+    # Rates of Cardan angles become angular velocity and acceleration, in world axes.
     rates[:, :3], second_rates[:, :3] = root[:, 1], root[:, 2]
     return Kinematics(positions, rates, second_rates)

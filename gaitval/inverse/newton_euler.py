@@ -64,10 +64,16 @@ def inertial_wrenches(
     qdd: Array,
     segments: SegmentDynamics,
 ) -> None:
-    """What each segment needs for its own motion, into `segments`; parameters of `newton_euler`.
+    """What each segment needs for its own motion, into `segments`.
 
     It is long because it is one recursion, written out in scalars: numba would allocate vectors on
     the heap, which takes longer than the sums.
+
+    Parameters
+    ----------
+    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    q, qd, qdd : (31,) positions, velocities, accelerations, root convention of `model.tree`.
+    segments : out; `wrench` gets the moment about the segment's joint and the force, world axes.
     """
     (rotation, origin, axes, angular, linear), turning, wrench = segments
     forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
@@ -75,6 +81,8 @@ def inertial_wrenches(
     for i in range(3):
         turning[0, 0, i] = qdd[i]
         turning[0, 1, i] = qdd[3 + i]
+    # A base that accelerates upwards with g loads every segment with its weight, so no weights are
+    # added below.
     turning[0, 1, 2] += GRAVITY
     for s in range(1, SEGMENT_COUNT):
         p = PARENT[s]
@@ -84,6 +92,7 @@ def inertial_wrenches(
         r1 = origin[s, 1] - origin[p, 1]
         r2 = origin[s, 2] - origin[p, 2]
         v0, v1, v2 = w1 * r2 - w2 * r1, w2 * r0 - w0 * r2, w0 * r1 - w1 * r0
+        # Acceleration of the joint: a + α × r + ω × (ω × r), with ω × r in v.
         turning[s, 1, 0] = turning[p, 1, 0] + e1 * r2 - e2 * r1 + w1 * v2 - w2 * v1
         turning[s, 1, 1] = turning[p, 1, 1] + e2 * r0 - e0 * r2 + w2 * v0 - w0 * v2
         turning[s, 1, 2] = turning[p, 1, 2] + e0 * r1 - e1 * r0 + w0 * v1 - w1 * v0
@@ -116,6 +125,7 @@ def inertial_wrenches(
         e0, e1, e2 = turning[s, 0, 0], turning[s, 0, 1], turning[s, 0, 2]
         v0, v1, v2 = w1 * c2 - w2 * c1, w2 * c0 - w0 * c2, w0 * c1 - w1 * c0
         m = mass[s]
+        # Newton's equation for the centre of mass, at c from the joint.
         f0 = m * (turning[s, 1, 0] + e1 * c2 - e2 * c1 + w1 * v2 - w2 * v1)
         f1 = m * (turning[s, 1, 1] + e2 * c0 - e0 * c2 + w2 * v0 - w0 * v2)
         f2 = m * (turning[s, 1, 2] + e0 * c1 - e1 * c0 + w0 * v1 - w1 * v0)
@@ -130,6 +140,7 @@ def inertial_wrenches(
         n1 += l2 * h0 - l0 * h2
         n2 += l0 * h1 - l1 * h0
         for i in range(3):
+            # Back to the world's axes, and then from the centre of mass to the joint: n + c × f.
             wrench[s, 0, i] = rotation[s, i, 0] * n0 + rotation[s, i, 1] * n1
             wrench[s, 0, i] += rotation[s, i, 2] * n2
         wrench[s, 0, 0] += c1 * f2 - c2 * f1
@@ -140,11 +151,17 @@ def inertial_wrenches(
 
 @njit_borrowing
 def joint_wrenches(segments: SegmentDynamics, generalised: Array) -> None:
-    """Add to each segment's wrench those of the segments below it: what its parent exerts; and the
-    generalised forces (31,) out, of the root the moment about the pelvis's origin and the force.
+    """Add to each segment's wrench those of the segments below it: what its parent exerts.
+
+    Parameters
+    ----------
+    segments : with the wrenches that the segments need themselves; changed in place.
+    generalised : (31,) out: of the root the moment about the pelvis' origin, Nm, and the force, N;
+        of the joints the moments about their axes, Nm.
     """
     (_, origin, axes, _, _), _, wrench = segments
     for s in range(SEGMENT_COUNT - 1, 0, -1):
+        # Children have higher numbers than their parents, so this wrench is complete.
         p = PARENT[s]
         for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
             generalised[d] = (
@@ -156,6 +173,7 @@ def joint_wrenches(segments: SegmentDynamics, generalised: Array) -> None:
         r1 = origin[s, 1] - origin[p, 1]
         r2 = origin[s, 2] - origin[p, 2]
         f0, f1, f2 = wrench[s, 1, 0], wrench[s, 1, 1], wrench[s, 1, 2]
+        # About the parent's joint: n + r × f.
         wrench[p, 0, 0] += wrench[s, 0, 0] + r1 * f2 - r2 * f1
         wrench[p, 0, 1] += wrench[s, 0, 1] + r2 * f0 - r0 * f2
         wrench[p, 0, 2] += wrench[s, 0, 2] + r0 * f1 - r1 * f0
@@ -186,11 +204,12 @@ def newton_euler(
     Parameters
     ----------
     joint_position, mass, centre_of_mass, inertia : of `Tree`.
-    q, qd, qdd : (31,) positions, velocities, accelerations.
+    q, qd, qdd : (31,) positions, velocities, accelerations, root convention of `model.tree`.
     force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
         that is NaN is a foot in the air.
-    segments : out.
-    generalised : (31,) out, of the root the moment about the pelvis's origin and the force.
+    segments : of `empty_dynamics`, out.
+    generalised : (31,) out: of the root the moment about the pelvis' origin, Nm, and the force, N;
+        of the joints the moments, Nm, positive if they would increase their coordinates.
     """
     inertial_wrenches(joint_position, mass, centre_of_mass, inertia, q, qd, qdd, segments)
     origin, wrench = segments.frames.origin, segments.wrench
@@ -202,6 +221,7 @@ def newton_euler(
         r1 = point[side, 1] - origin[s, 1]
         r2 = point[side, 2] - origin[s, 2]
         f0, f1, f2 = force[side, 0], force[side, 1], force[side, 2]
+        # What the ground exerts on the foot, the shank need not.
         wrench[s, 0, 0] -= free_moment[side, 0] + r1 * f2 - r2 * f1
         wrench[s, 0, 1] -= free_moment[side, 1] + r2 * f0 - r0 * f2
         wrench[s, 0, 2] -= free_moment[side, 2] + r0 * f1 - r1 * f0

@@ -9,7 +9,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, Index
 from gaitval.compiled import njit
 from gaitval.inverse.marked_body import MarkerTrial
-from gaitval.inverse.marker_derivatives import PARENT_COORDINATE, Workspace, evaluate
+from gaitval.inverse.marker_derivatives import PARENT_COORDINATE, MarkerWorkspace, evaluate
 from gaitval.model.tree import ROOT_DOFS
 
 HEADINGS = 8
@@ -24,7 +24,7 @@ _SUDDEN_ERROR = 0.005  # m, weighted RMS that does not yet count as a jump
 
 
 @njit
-def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
+def _newton_step(work: MarkerWorkspace, damping: float, second_order: bool) -> bool:
     """Solve (H + damping · diag) step = −gradient for the coordinates that are not fixed, into
     `work.step`.
 
@@ -36,6 +36,7 @@ def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
     for j in range(n):
         i = j
         while i >= 0:
+            # The Hessian is JᵀWJ − Σ w r ∂²p/∂q²: minus, because r is measured less model.
             if work.fixed[j] or work.fixed[i]:
                 matrix[j, i] = 0.0
             elif second_order:
@@ -44,12 +45,15 @@ def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
                 matrix[j, i] = work.normal[j, i]
             i = PARENT_COORDINATE[i]
         if work.fixed[j]:
+            # The row of a fixed coordinate is 1 · step = 0.
             matrix[j, j] = 1.0
             step[j] = 0.0
         else:
             matrix[j, j] += damping * work.normal[j, j]
             step[j] = -work.gradient[j]
     for k in range(n - 1, -1, -1):
+        # From the tips of the branches to the pelvis: in this order the factor has no elements
+        # where the matrix has none.
         smallest = 0.0 if work.fixed[k] else _SMALLEST_PIVOT * work.normal[k, k]
         if not matrix[k, k] > smallest:
             return False
@@ -83,9 +87,17 @@ def _newton_step(work: Workspace, damping: float, second_order: bool) -> bool:
 
 @njit
 def turned(vector: Array, turn: Array, out: Array) -> None:
-    """out = rotation vector, at most π long, of exp(turn) exp(vector), through quaternions."""
+    """A rotation followed by another one, through quaternions.
+
+    Parameters
+    ----------
+    vector : (3,) rad, rotation vector of the first rotation.
+    turn : (3,) rad, of the second one, in world axes.
+    out : (3,) out: rotation vector, at most π long, of exp(turn) exp(vector).
+    """
     a = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     b = np.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
+    # sin(a/2) / a, whose limit is ½.
     fa = np.sin(0.5 * a) / a if a > 1e-9 else 0.5
     fb = np.sin(0.5 * b) / b if b > 1e-9 else 0.5
     w, x, y, z = np.cos(0.5 * a), fa * vector[0], fa * vector[1], fa * vector[2]
@@ -94,6 +106,7 @@ def turned(vector: Array, turn: Array, out: Array) -> None:
     qx = c * x + d * w + e * z - f * y
     qy = c * y - d * z + e * w + f * x
     qz = c * z + d * y - e * x + f * w
+    # q and −q are the same rotation; with w ≥ 0 the vector is at most π long.
     if qw < 0.0:
         qw, qx, qy, qz = -qw, -qx, -qy, -qz
     sine = np.sqrt(qx * qx + qy * qy + qz * qz)
@@ -103,8 +116,15 @@ def turned(vector: Array, turn: Array, out: Array) -> None:
 
 @njit
 def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
-    """out = pose q (31,) moved by `step` (31,), within the bounds: the pelvis is rotated by the
-    rotation vector step[:3] in world axes, the rest is added.
+    """A pose after a step, within the bounds.
+
+    Parameters
+    ----------
+    q : (31,) pose.
+    step : (31,) rad and m: the pelvis is rotated by the rotation vector step[:3] in world axes, the
+        rest is added.
+    low, high : (31,) bounds of the coordinates; the rotation has none.
+    out : (31,) out.
     """
     turned(q[:3], step[:3], out[:3])
     for i in range(3, len(q)):
@@ -120,7 +140,7 @@ def solve_frame(
     free: Flags,
     low: Array,
     high: Array,
-    work: Workspace,
+    work: MarkerWorkspace,
 ) -> int:
     """Find the best pose of one frame from q, in place.
 
@@ -128,6 +148,13 @@ def solve_frame(
     coordinate at a bound that would cross it stays there. If the exact Hessian is not positive
     definite the Gauss-Newton one is used, with Marquardt's damping if that step does not lower the
     cost.
+
+    Parameters
+    ----------
+    problem, weight, measured, work : as for `evaluate`.
+    q : (31,) start, and then the result.
+    free : (31,) coordinates to be found; the others stay.
+    low, high : (31,) bounds.
 
     Returns
     -------
@@ -144,6 +171,7 @@ def solve_frame(
                 or (q[j] <= low[j] and work.gradient[j] > 0.0)
                 or (q[j] >= high[j] and work.gradient[j] < 0.0)
             )
+        # Damping that a failed step has raised belongs to the Gauss-Newton matrix only.
         exact = damping == 0.0
         if exact:
             exact = _newton_step(work, 0.0, True)
@@ -191,10 +219,22 @@ def solve_from_all_sides(
     free: Flags,
     low: Array,
     high: Array,
-    work: Workspace,
+    work: MarkerWorkspace,
 ) -> int:
-    """As `solve_frame`, but from `start` at headings all around; the best resulting pose goes into
-    q. The rigid body is fitted to the markers first, then the joints are freed.
+    """As `solve_frame`, but at headings all around; the best resulting pose goes into q.
+
+    The rigid body is fitted to the markers first, then the joints are freed.
+
+    Parameters
+    ----------
+    problem, weight, measured, work : as for `evaluate`.
+    start : (31,) joint angles to start from.
+    q : (31,) out; coordinates that are not free are read from it.
+    free, low, high : (31,) as for `solve_frame`.
+
+    Returns
+    -------
+    Number of iterations of the best pose, negative if they were not enough.
     """
     total = weight.sum()
     best, iterations = np.inf, 0
@@ -205,9 +245,11 @@ def solve_from_all_sides(
             work.other[j] = start[j] if free[j] else q[j]
         if free[0]:
             work.other[0], work.other[1] = 0.0, 0.0
+            # People stand upright, but may face any way: headings are rotations about z.
             work.other[2] = 2.0 * np.pi * heading / HEADINGS
             for i in range(3):
                 work.other[3 + i] = 0.0
+                # The pelvis starts at the weighted mean of the markers.
                 for m in range(len(weight)):
                     work.other[3 + i] += weight[m] * measured[m, i] / total
         solve_frame(problem, weight, measured, work.other, work.stiff, low, high, work)
@@ -244,12 +286,19 @@ def solve_trial(
     direction: int,
     iterations: Index,
     converged: Flags,
-    work: Workspace,
+    work: MarkerWorkspace,
 ) -> None:
     """Solve all frames from `start` forwards (direction 1) or backwards (-1), each from the
     extrapolated motion of the last two; `positions[start]` is already solved. If the markers jump,
     this may lead to another minimum: a frame whose error is suddenly large is also solved from all
     sides.
+
+    Parameters
+    ----------
+    problem, work : as for `evaluate`.
+    positions, free : (T, 31) out, but for the frame `start`; and the coordinates to be found.
+    start_pose, low, high : (31,) joint angles for `solve_from_all_sides`, and bounds.
+    iterations, converged : (T,) out.
     """
     q = positions[start].copy()
     last = q.copy()
@@ -301,6 +350,7 @@ def solve_trial(
         q[:] = guess
         for i in range(3):
             inverse[i] = -last[i]
+        # exp(q) exp(−last): the rotation from the last pose to this one.
         turned(inverse, q[:3], turn)
         positions[t] = q
         t += direction
@@ -316,9 +366,20 @@ def solve_frames(
     chosen: Flags,
     iterations: Index,
     converged: Flags,
-    work: Workspace,
+    work: MarkerWorkspace,
 ) -> None:
-    """Solve the chosen frames again from their current poses."""
+    """Solve some frames again from their current poses.
+
+    Parameters
+    ----------
+    problem, work : as for `evaluate`.
+    positions : (T, 31) changed in place.
+    free : (T, 31) coordinates to be found.
+    low, high : (31,) bounds.
+    chosen : (T,) frames to solve.
+    iterations : (T,) to which those needed are added.
+    converged : (T,) out, in the chosen frames.
+    """
     for t in range(len(positions)):
         if chosen[t] and free[t].any():
             count = solve_frame(

@@ -65,6 +65,8 @@ def _root_residual(
         q[0, i] = state[0, i]
         q[1, i] = state[1, i]
         q[2, i] = state[2, i]
+    # Fills the pelvis' rotation, angular velocity and angular acceleration, the first three
+    # columns.
     root_state(state[0], state[1], state[2], q[0], q[1], q[2])
     newton_euler(
         joint_position,
@@ -99,7 +101,15 @@ def residuals_of_frames(
     wrenches: Array,
     out: Array,
 ) -> None:
-    """Residuals (T, 6) of states (T, 3, 31) under wrenches (T, 3, 2, 3)."""
+    """Residuals on the pelvis.
+
+    Parameters
+    ----------
+    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    states : (T, 3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
+    wrenches : (T, 3, 2, 3) force N, point m and free moment Nm on the right and the left foot.
+    out : (T, 6) out: moment about the pelvis' origin, Nm, and force, N, world axes.
+    """
     work = _work_arrays()
     for t in range(len(states)):
         _root_residual(
@@ -126,13 +136,16 @@ def residual_derivatives(
 
     Parameters
     ----------
+    joint_position, mass, centre_of_mass, inertia, states, wrenches : as for `residuals_of_frames`.
     known : (T,) frames to compute.
     by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
     by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
     """
     work = _work_arrays()
+    # Only the coordinates' step has to be small; the others are large against rounding.
     steps = (1e-5, 1e-2, 1.0)
     found = np.empty(6)
+    # The ground reaction does not depend on the body, so both feet are in the air for `by_body`.
     air = np.full((3, 2, 3), np.nan)
     some_mass, some_inertia = np.empty_like(mass), np.empty_like(inertia)
     centre = centre_of_mass.copy()
@@ -143,6 +156,8 @@ def residual_derivatives(
         state = states[t].copy()
         # Each loop has only one call, because the compiler copies the whole recursion to each call.
         for case in range(3 * COORDINATE_COUNT * 2):
+            # A case is one side of a central difference: the sign changes fastest, then the
+            # coordinate.
             order, i, sign = (
                 case // (2 * COORDINATE_COUNT),
                 case // 2 % COORDINATE_COUNT,
@@ -176,7 +191,14 @@ def residual_derivatives(
 
 
 def moved_by() -> Flags:
-    """(14, 31) whether a coordinate moves a segment."""
+    """Which coordinates move which segments.
+
+    Returns
+    -------
+    array
+        (14, 31) True if the coordinate is of the segment's joint or of one between it and the
+        pelvis; those of the pelvis move all.
+    """
     above = np.zeros((SEGMENT_COUNT, COORDINATE_COUNT), dtype=bool)
     above[:, :ROOT_DOFS] = True
     for s, name in enumerate(SEGMENTS):
@@ -196,14 +218,16 @@ def marker_metric(
     coordinates: Array,
     out: Array,
 ) -> None:
-    """Σ w Jᵀ J of the markers' positions by the coordinates (T, 31, 31).
+    """Σ w Jᵀ J of the markers' positions by the coordinates, added to `out`.
 
     Parameters
     ----------
+    joint_position : of `Tree`.
     segment, place, weight : (M,), (M, 3) m and (M,): segment of each marker, its position on it,
         and its weight.
-    above : (14, 31) whether a coordinate moves a segment.
+    above : (14, 31) whether a coordinate moves a segment, of `moved_by`.
     coordinates : (T, 31) with the pelvis' Cardan angles.
+    out : (T, 31, 31) added to; columns of J are in m/rad for angles, m/m for the translation.
     """
     rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
     axes = np.zeros((COORDINATE_COUNT, 3))
@@ -235,6 +259,7 @@ def marker_metric(
                     jacobian[d - 3, d] = 1.0
                 elif above[s, d]:
                     for i in range(3):
+                        # ∂p/∂q = a × (p − o).
                         arm[i] = point[i] - origin[pivot[d], i]
                         column[i] = axes[d, i]
                     jacobian[0, d] = column[1] * arm[2] - column[2] * arm[1]

@@ -194,10 +194,13 @@ def _prior(
     """Band (N, 186) of the quadratic cost of the change of motion; N = 31 × splines."""
     above = moved_by()
     segment, place, marker_weight = _marker_arrays(markers)
+    # A coordinate is observed if it moves any segment with a marker.
     seen = above[segment].any(axis=0) if len(markers) else np.ones(COORDINATE_COUNT, dtype=bool)
     sigma = np.where(seen, settings.observed_rad, settings.unobserved_rad)
     sigma[3:ROOT_DOFS] = settings.translation_m
     tight = 1.0 / sigma**2
+    # A change of amplitude A at the frequency f has the second derivative (2πf)² A, so at
+    # `highest_hz` it costs as much again as the change itself, and more above.
     slow = tight / (2.0 * np.pi * settings.highest_hz) ** 4
     joint_position = _tree(model)[0]
     band = np.zeros((splines.count * COORDINATE_COUNT, BLOCK))
@@ -208,6 +211,8 @@ def _prior(
         marker_metric(joint_position, segment, place, marker_weight, above, here, metric)
         metric /= settings.marker_m**2
         value, second = splines.values[frames, 0], splines.values[frames, 2]
+        # (spline a, coordinate i) by (spline b, coordinate j), summed over the frames of the
+        # interval.
         block = np.einsum("ta,tb,tij->aibj", value, value, metric)
         block[:, i, :, i] += np.multiply.outer(tight, value.T @ value)
         block[:, i, :, i] += np.multiply.outer(slow, second.T @ second)
@@ -253,6 +258,7 @@ def _same_turn(vectors: Array, like: Array) -> Array:
     angle = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     axis = vectors / angle
     along = (like * axis).sum(axis=1, keepdims=True)
+    # A vector along the same axis with 2π more is the same rotation.
     turns = np.round((along - angle) / (2.0 * np.pi))
     return np.asarray(axis * (angle + 2.0 * np.pi * turns))
 
@@ -285,7 +291,9 @@ def _problem(
     recorded = make_interp_spline(time, coordinates, k=DEGREE)
     base = np.stack([coordinates, recorded(time, 1), recorded(time, 2)], axis=1)
     splines = ChangeSplines(time, settings.knot_s)
+    # Frames share the weight of one stride, a sample a knot; see `STRIDE_S`.
     weight = STRIDE_S / settings.knot_s / len(time)
+    # In the order of the root's generalised forces: moment, then force.
     deviations = np.repeat([settings.residual_moment_nm, settings.residual_force_n], 3)
     body_deviations = [settings.segment_mass, settings.trunk_offset_m]
     return _Problem(
@@ -307,6 +315,7 @@ def _total_mass_error(problem: _Problem, body: Array) -> tuple[float, Array]:
     masses = (
         np.bincount(GROUP_OF_SEGMENT, weights=_tree(problem.model)[1]) / problem.total_mass_sigma
     )
+    # ln factors are the unknowns, so the derivative of a mass is the mass itself.
     return float(masses @ (factors - 1.0)), np.append(masses * factors, np.zeros(3))
 
 
@@ -335,18 +344,26 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
         by_state = np.zeros((len(states), 6, 3, COORDINATE_COUNT))
         by_body = np.zeros((len(states), 6, BODY_UNKNOWNS))
         residual_derivatives(*tree, states, problem.wrenches[frames], known, by_state, by_body)
+        # Chain rule over n: value, rate and second rate of a coordinate, each linear in its
+        # coefficients.
         rows = np.einsum("trni,tna->trai", by_state, problem.splines.values[frames])
         rows = (rows * problem.scale[:, None, None]).reshape(-1, BLOCK)
         body_rows = (by_body * problem.scale[:, None]).reshape(-1, BODY_UNKNOWNS)
         residual = at.residual[frames].ravel()
         block = slice(interval * COORDINATE_COUNT, interval * COORDINATE_COUNT + BLOCK)
         add_block(band, interval * COORDINATE_COUNT, rows.T @ rows)
+        # Masses belong to all frames, so they are coupled with every interval: the border of the
+        # band.
         border[block] += rows.T @ body_rows
         slope[block] += rows.T @ residual
         corner += body_rows.T @ body_rows
         body_slope += body_rows.T @ residual
+    # SciPy's lower form has a row for each diagonal, `band` a column; damping is not needed,
+    # because the prior makes the matrix positive definite.
     factor = cholesky_banded(band.T, lower=True, overwrite_ab=True, check_finite=False)
     solved = cho_solve_banded((factor, True), np.column_stack([slope, border]), check_finite=False)
+    # [A B; Bᵀ C] [x; y] = [g; h] by the Schur complement: (C − BᵀA⁻¹B) y = h − BᵀA⁻¹g, and then x =
+    # A⁻¹g − A⁻¹B y.
     body_step = cho_solve(
         cho_factor(corner - border.T @ solved[:, 1:]), body_slope - border.T @ solved[:, 0]
     )
@@ -358,6 +375,7 @@ def _solve(problem: _Problem) -> tuple[_Estimate, int]:
     best = _estimate(problem, np.zeros(len(problem.prior)), np.zeros(BODY_UNKNOWNS))
     for steps in range(LARGEST_STEPS):
         change_step, body_step = _gauss_newton_step(problem, best)
+        # Far from the minimum a whole step may overshoot, so it is halved until the cost falls.
         length = 1.0
         while True:
             trial = _estimate(
@@ -390,16 +408,19 @@ def reduce_residuals(
 
     Parameters
     ----------
+    model : the scaled body.
     time, positions, force, point, free_moment : as for `inverse_dynamics`, filtered.
     markers : on the body, those of the inverse kinematics, with their weights. Coordinates that
         move none of them are free to explain residuals; start them from a good guess (the
         trunk upright). Without any marker, all coordinates count as observed.
     known : (T,) frames in which the ground reaction of both feet is known; the others are left out
         of the dynamics and change only smoothly with their neighbours. All if not given.
+    settings : how much each quantity may change; the defaults if not given.
 
     Raises
     ------
     RecordError : as `inverse_dynamics` and `residuals`.
+    ValueError : `known` or another array has another shape.
     """
     settings = settings or ReductionSettings()
     time, positions = checked_motion(time, positions)
@@ -422,6 +443,7 @@ def reduce_residuals(
     orientation = Rotation.from_matrix(pelvis_rotation(*changed[:, :3].T))
     changed[:, :3] = _same_turn(orientation.as_rotvec(), positions[:, :3])
     difference = changed - positions
+    # Rotation vectors cannot be subtracted; this is the rotation between the two, in world axes.
     difference[:, :3] = (orientation * Rotation.from_rotvec(positions[:, :3]).inv()).as_rotvec()
     displacement = _marker_displacement(model, markers, positions, changed)
     changed_model = _with_body(model, solution.body)

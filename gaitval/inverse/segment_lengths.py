@@ -52,11 +52,23 @@ LENGTHS: Final = tuple(LENGTH_SD)
 
 
 def lengths_of(model: BodyModel) -> dict[str, float]:
-    """The lengths of `LENGTH_SD` in a model, m; the displacement of the hips is 0."""
+    """The lengths of `LENGTH_SD` in a model, m, of arms and legs the mean of both sides; the
+    displacement of the hips is 0.
+
+    Parameters
+    ----------
+    model : whose joint positions are read.
+    """
     position = {segment.name: segment.joint_position for segment in model.segments}
+
+    def mean(lower: str) -> float:
+        return float(-(position[f"{lower}_r"][2] + position[f"{lower}_l"][2]) / 2)
+
     return {
-        "thigh": float(-position["shank_r"][2]),
-        "shank": float(-position["foot_r"][2]),
+        # A joint's position is in its parent's frame, z up and y left: knee and ankle are below,
+        # right joints at negative y.
+        "thigh": mean("shank"),
+        "shank": mean("foot"),
         "hip_half_width": float(-position["thigh_r"][1]),
         "hip_forward": 0.0,
         "hip_up": 0.0,
@@ -64,16 +76,21 @@ def lengths_of(model: BodyModel) -> dict[str, float]:
         "lumbar_up": float(position["torso"][2]),
         "shoulder_half_width": float(-position["upper_arm_r"][1]),
         "shoulder_up": float(position["upper_arm_r"][2]),
-        "upper_arm": float(-position["forearm_r"][2]),
+        "upper_arm": mean("forearm"),
     }
 
 
 def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
-    """The model with other lengths (m, keys as in `LENGTH_SD`; others are unchanged).
+    """The model with other lengths.
 
     A longer thigh, shank or upper arm keeps its mass; its centre of mass and inertia stretch with
     it (as in `model.parameters`). `hip_forward` and `hip_up` move the hips in the pelvis; because
     the pelvis' origin is between the hips, its centre of mass moves the other way.
+
+    Parameters
+    ----------
+    model : the body before.
+    lengths : m, keys as in `LENGTH_SD`; those not given are unchanged.
 
     Raises
     ------
@@ -96,6 +113,7 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
     mu = nominal_parameters()
     mu[PARAMETERS.index("thigh_length")] = after["thigh"] / before["thigh"]
     mu[PARAMETERS.index("shank_length")] = after["shank"] / before["shank"]
+    # The right hip is at −`hip_half_width` along y.
     mu[PARAMETERS.index("hip_y")] = before["hip_half_width"] - after["hip_half_width"]
     legs = apply_parameters(model, mu)
     change = np.array([after[name] - before[name] for name in LENGTHS])
@@ -112,6 +130,7 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
                 centre_of_mass=segment.centre_of_mass * np.array([1.0, 1.0, arm]),
                 inertia=stretched_inertia(segment.inertia, 2, arm),
             )
+        # `apply_parameters` has moved the joints of the legs.
         if segment.name.startswith(("torso", "upper_arm", "forearm")):
             segment = replace(segment, joint_position=segment.joint_position + shift)
         segments.append(segment)
@@ -119,7 +138,13 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
 
 
 def joint_shifts() -> Array:
-    """How the joints (14, 3) move in their parents' frames per metre of each length (K)."""
+    """How far the joints move in their parents' frames per metre of each length.
+
+    Returns
+    -------
+    array
+        (14, 3, K) m/m.
+    """
     shifts = np.zeros((len(SEGMENTS), 3, len(LENGTHS)))
 
     def put(segment: str, axis: int, length: str, factor: float) -> None:
@@ -141,9 +166,20 @@ def joint_shifts() -> Array:
 
 
 def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
-    """How the markers' positions (M, 3) in their segments, from the standing trial, would differ
-    per metre of each length (K): the skin stays where it is, and a segment's frame runs from its
-    upper joint to its lower one.
+    """How the markers' places in their segments would differ with other lengths.
+
+    The skin stays where the standing trial showed it, and a segment's frame runs from its upper
+    joint to its lower one.
+
+    Parameters
+    ----------
+    model : with the lengths of the standing trial.
+    markers : M markers in their places from the standing trial.
+
+    Returns
+    -------
+    array
+        (M, 3, K) m per metre of each length, in the frames of the segments.
     """
     lengths = lengths_of(model)
     coupling = np.zeros((len(markers), 3, len(LENGTHS)))
@@ -163,8 +199,10 @@ def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
             put(2, "thigh", -down)
             put(2, "hip_up", -(1.0 - down))
             put(0, "hip_forward", -(1.0 - down))
+            # The hip moves outwards below the skin, so a marker near it moves inwards in the thigh.
             put(1, "hip_half_width", (1.0 - down) * (1.0 if side == "r" else -1.0))
         elif kind == "shank":
+            # Nothing at the knee, the whole length at the ankle; z is negative below the knee.
             put(2, "shank", float(marker.position[2]) / lengths["shank"])
         elif kind == "torso":
             put(0, "lumbar_forward", -1.0)
@@ -175,8 +213,21 @@ def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
 
 
 def length_precision(deviation: Array) -> Array:
-    """PᵀDP (K, K), the inverse covariance of the lengths' prior."""
+    """PᵀDP, the inverse covariance of the lengths' prior.
+
+    Parameters
+    ----------
+    deviation : (K,) m, standard deviation of each length; 0 for one that is fixed, which gets that
+        of `LENGTH_SD`, so that the matrix can be inverted.
+
+    Returns
+    -------
+    array
+        (K, K) 1/m².
+    """
     deviation = np.where(deviation > 0, deviation, list(LENGTH_SD.values()))
     relation = np.eye(len(LENGTHS))
+    # The prior is that of the knee: if the hip is higher and the thigh longer by as much, the knee
+    # stays.
     relation[LENGTHS.index("thigh"), LENGTHS.index("hip_up")] = -1.0
     return np.asarray(relation.T @ (relation / deviation[:, None] ** 2))

@@ -9,9 +9,9 @@ changes are of the height of the pelvis and the lowest harmonics of hip, knee, a
 angles; finite differences give the effect of each change on every curve, and the steps are
 Gauss-Newton's, with Broyden's update of the slopes after each.
 
-The target is the reference, not the record: what a run is not told of a record, this is not told
-either, and errors of the reference stay. A Gaussian prior holds every change near zero, so that
-only those numbers are free that the walk answers to; how many that are is reported.
+The target is the reference, not the record: data held out from the run stay held out, and errors of
+the reference remain. A Gaussian prior holds every change near zero, so only changes that affect the
+walk are free; their effective number is reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree.
@@ -26,17 +26,15 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
-from gaitval.metrics.comparison import (
-    JOINT_ANGLES,
-    JOINT_MOMENTS,
-    curves_of,
-    rms,
-)
+from gaitval.metrics.action_bias import reference_curves
+from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.habit import reference_curves
+from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.results import CorrectedCurve, CorrectionResult
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy
@@ -54,23 +52,23 @@ ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
     "moments": dict.fromkeys(JOINT_MOMENTS, 0.06),
     "forces": {"vertical": 2.5, "forward": 0.8, "medial": 0.6},
 }
-"""Errors that weigh the same, in the units of `metrics.recorded.CURVE_UNITS`: moments and forces
-half of what a prediction from other people misses by, angles what a laboratory repeats."""
+"""Errors that weigh the same, in the units of `metrics.recorded.CURVE_UNITS`: of moments and forces
+half the error of a prediction from other people, of angles the repeatability of a laboratory."""
 
 _INDEPENDENT = 12
-"""Numbers that a curve over the cycle is worth: the harmonics that 10 Hz leave it."""
+"""Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the filter."""
 _ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
 """Standard deviation of the prior, rad and m: of each harmonic, and of the height."""
 _PROBE = 0.75
-"""Change of an unknown that measures its effect, in its prior's SD: several times the scatter
-between walks of the means over the cycles."""
+"""Change of an unknown by which its effect is measured, in prior SDs: the effect is then several
+times the scatter of mean curves between walks."""
 _STEPS = 6
 """Largest number of steps with the same slopes, which cost ten times as many walks as a step."""
 _SMALLEST_GAIN = 0.02
 """Relative decrease of the objective at which the steps end."""
 _DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1000.0)
-"""Damping of a step, in units of the prior's weight. All of them are tried: the walk's answer is
-not linear, so no rule says which is best."""
+"""Damping of a step, in units of the prior's weight. All of them are tried: a walk does not respond
+linearly, so no rule gives the best one beforehand."""
 _LENGTHS = (1.0, 0.5, 0.25)
 """Fractions of each step that are tried."""
 _CYCLES = 8
@@ -91,7 +89,7 @@ class Walked:
     """
 
     deviations: Array
-    rmse: Mapping[tuple[str, str], float]
+    rmse: Mapping[tuple[Kind, str], float]
     scatter: float
 
     def error(self) -> float:
@@ -109,7 +107,7 @@ class Walked:
 
     @classmethod
     def from_list(cls, values: Sequence[Any]) -> "Walked":
-        """What `as_list` gave."""
+        """The walk from the `values` that `as_list` gave."""
         deviations, rmse, scatter = values
         return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse}, scatter)
 
@@ -119,17 +117,19 @@ Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
 
 
 def fitted(kind: str, curve: str) -> bool:
-    """Whether the correction looks at a curve; the others tell whether it does harm."""
+    """Whether the correction fits a `curve` (with its side, such as `knee_angle_r`) of a `kind`
+    (`angles`, `moments` or `forces`); the others only show whether it does harm.
+    """
     return curve[:-2] in ACCURACY[kind]
 
 
 def accuracy_of(kind: str, curve: str) -> float:
-    """The error of a curve that weighs 1."""
+    """Error of weight 1 of a `fitted` curve (`kind`, `curve`), in the units of `CURVE_UNITS`."""
     return ACCURACY[kind][curve[:-2]]
 
 
 @dataclass(frozen=True)
-class Result:
+class Corrected:
     """A correction and its effect.
 
     Attributes
@@ -148,32 +148,36 @@ class Result:
     before: Walked | None
     after: Walked | None
 
-    def as_dict(self) -> dict[str, Any]:
+    def result(self) -> CorrectionResult:
         """For `correction.json`; errors of curves are in the units of `CURVE_UNITS`."""
         before = self.before.rmse if self.before else {}
         after = self.after.rmse if self.after else {}
-        return {
-            **self.correction.as_dict(),
-            "errors": list(self.errors),
-            "numbers": self.correction.harmonics.size + 1,
-            "effective_number": self.effective_number,
-            "refused": self.refused,
-            "curves": [
-                {
-                    "kind": key[0],
-                    "curve": key[1],
-                    "fitted": fitted(*key),
-                    "before": value,
-                    "after": after[key],
-                }
-                for key, value in before.items()
+        return CorrectionResult(
+            joints=list(JOINTS),
+            harmonics=self.correction.harmonics.tolist(),
+            height=self.correction.height,
+            errors=list(self.errors),
+            numbers=self.correction.harmonics.size + 1,
+            effective_number=self.effective_number,
+            refused=self.refused,
+            curves=[
+                CorrectedCurve(
+                    kind=kind,
+                    curve=name,
+                    fitted=fitted(kind, name),
+                    before=value,
+                    after=after[kind, name],
+                )
+                for (kind, name), value in before.items()
             ],
-        }
+        )
 
 
 @dataclass(frozen=True)
-class Found:
-    """What a search found: the best point (n,), errors, and the number of free numbers."""
+class Optimum:
+    """What a search found: the best point (n,), the error before and after each step, and the
+    effective number of free unknowns (`effective_number`).
+    """
 
     point: Array
     errors: tuple[float, ...]
@@ -187,11 +191,12 @@ def search(
     rounds: int,
     allowed: Callable[[Array], bool],
     on_round: Callable[[int, float], None] | None = None,
-) -> Found:
+) -> Optimum:
     """Minimise the deviations' sum of squares plus the prior's, starting from zero.
 
     Parameters
     ----------
+    walk : walks at several points at once.
     unknowns : n.
     rounds : how often the slopes are measured.
     allowed : whether a point may be tried.
@@ -202,20 +207,22 @@ def search(
     def probing() -> list[Array]:
         return [point + _PROBE * each for each in np.eye(unknowns)]
 
+    # In one call, so that all of these walks share the workers.
     found, *probes = walk([point, *(probing() if rounds else [])])
     if found is None:
-        return Found(point, (), 0.0)
+        return Optimum(point, (), 0.0)
     errors, free = [found.error()], 0.0
     for number in range(rounds):
         if number > 0:
             probes = list(walk(probing()))
-        # A walk with a fall says nothing about its unknown, which is then left unchanged.
+        # A walk that falls gives no slope. With a slope of zero the unknown is left where it is.
         answers = [
             0.0 * found.deviations
             if each is None
             else (each.deviations - found.deviations) / _PROBE
             for each in probes
         ]
+        # (m, n): a column for each unknown, in prior SDs.
         slopes = np.column_stack(answers)
         free = effective_number(slopes)
         for _ in range(_STEPS):
@@ -228,11 +235,15 @@ def search(
                 if each is not None
             ]
             least = _objective(found, point)
+            # By objective, then by index: of equal steps the first is taken, and arrays are never
+            # compared.
             best = min(walked, default=None, key=lambda each: each[:2])
             if best is None or best[0] >= least:
                 break
             _, _, step, after = best
             change = after.deviations - found.deviations
+            # Broyden's update: the smallest change of the slopes with which they would have
+            # predicted what this step did. It saves measuring them again, n walks.
             slopes = slopes + np.outer(change - slopes @ step, step) / float(step @ step)
             point, found = point + step, after
             errors.append(found.error())
@@ -240,7 +251,7 @@ def search(
                 break
         if on_round is not None:
             on_round(number + 1, errors[-1])
-    return Found(point, tuple(errors), free)
+    return Optimum(point, tuple(errors), free)
 
 
 def _objective(found: Walked, point: Array) -> float:
@@ -248,15 +259,20 @@ def _objective(found: Walked, point: Array) -> float:
 
 
 def effective_number(slopes: Array) -> float:
-    """Numbers that a linear answer (m, n) leaves free under a prior of SD 1 of each: the trace of
+    """Numbers that a linear answer leaves free under a prior of SD 1 of each, 0 to n: the trace of
     the matrix from the deviations to the fitted ones (Hastie, Tibshirani, Friedman 2009, 3.50).
+    `slopes` (m, n) are derivatives of the deviations by the unknowns in prior SDs.
     """
+    # Σ d² / (d² + 1) over the singular values d: a direction that the walk determines better than
+    # the prior counts almost 1, one that it does not almost 0.
     squares = np.linalg.svd(slopes, compute_uv=False) ** 2
     return float(np.sum(squares / (squares + 1.0)))
 
 
 def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
     """Gauss-Newton steps with each of `_DAMPINGS` and `_LENGTHS`, from the longest on."""
+    # Gradient of half the objective: slopesᵀ deviations + point, the second from the prior, whose
+    # weight of 1 is also the 1.0 on the diagonal.
     normal, right = slopes.T @ slopes, slopes.T @ found.deviations + point
     steps = [
         np.asarray(-np.linalg.solve(normal + (1.0 + damping) * np.eye(len(point)), right), float)
@@ -268,13 +284,8 @@ def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
 def beside_reference(
     environment: WalkingEnvironment, cases: Sequence["Case"]
 ) -> list["Walked | None"]:
-    """Walk with at most eight changed references side by side, each beside the unchanged one; None
-    for a walker that fell.
-
-    Parameters
-    ----------
-    environment : with the unchanged reference.
-    cases : of one policy and body.
+    """Walk with at most eight changed references side by side (`cases`, of one policy and body),
+    each beside the unchanged one of `environment`; None for a walker that fell.
     """
     task, first = environment.task, cases[0]
     tasks = [
@@ -282,6 +293,7 @@ def beside_reference(
         for case in cases
     ]
     rollouts = record_together(
+        # A group always has eight, so that its rounding is the same.
         WalkingGroup(tasks + tasks[-1:] * (WIDTH - len(tasks))),
         first.policy,
         mu=first.mu,
@@ -299,12 +311,15 @@ def _compared(task: WalkingTask, rollout: Rollout) -> Walked | None:
         return None
     walked = by_kind(curves_of(task, rollout, cycles))
     wanted = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
-    parts, errors, scatters = [], {}, []
+    parts, scatters = [], []
+    errors: dict[tuple[Kind, str], float] = {}
     for kind, curves in wanted.items():
         for name, curve in curves.items():
             mean = walked[kind][name].mean(axis=0)
             errors[kind, name] = rms(mean - curve)
             if fitted(kind, name):
+                # A curve has 101 samples but is worth 12 independent numbers: so weighted, its sum
+                # of squares is 12 where it is off by its accuracy throughout.
                 weight = float(np.sqrt(_INDEPENDENT / len(curve))) / accuracy_of(kind, name)
                 parts.append(weight * (mean - curve))
             else:
@@ -314,7 +329,9 @@ def _compared(task: WalkingTask, rollout: Rollout) -> Walked | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A walk: a policy, body parameters mu (14,), a change of the reference, a start phase."""
+    """One walk: a policy, body parameters mu (14,), a correction of the reference, and the phase of
+    the right gait cycle at its start (`start_phase`).
+    """
 
     policy: Policy
     mu: Array
@@ -341,7 +358,7 @@ def correct(
     rounds: int | None = None,
     journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
-) -> Result:
+) -> Corrected:
     """Find the change of the reference with which a policy walks most like the reference.
 
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
@@ -351,10 +368,11 @@ def correct(
 
     Parameters
     ----------
+    task : body, reference and constants.
+    policy : the trained policy; it is not changed.
     mu : (14,) body parameters.
     rounds : how often slopes are measured, instead of `correction.rounds`.
-    journal : keeps every walk; one that an interrupted call has left is gone on with, to the same
-        result.
+    journal : keeps every walk; an interrupted call is continued from it, with the same result.
     on_progress : called after each round with `rounds`, `total` and `error`.
     """
     settings = task.configuration.correction
@@ -395,12 +413,14 @@ def correct(
         none = np.zeros(unknowns)
         walked = walk([none, found.point], start, (start + 0.5) % 1.0)
     point, refused = found.point, None
+    # Order of `walked`: uncorrected and corrected from the start phase, then the same from half a
+    # cycle later.
     if point.any() and (refused := harm(*walked)):
         point = none
     before = walked[0]
     after = walked[1] if refused is None else before
     number = found.effective_number
-    return Result(_correction(point), found.errors, number, refused, before, after)
+    return Corrected(_correction(point), found.errors, number, refused, before, after)
 
 
 def harm(
@@ -409,13 +429,15 @@ def harm(
     before_other: Walked | None,
     after_other: Walked | None,
 ) -> str | None:
-    """Why a correction is not to be used, from walks without and with it from two start phases;
-    None if it may be.
+    """Why a correction is not to be used; None if it may be. `before` and `after` are walks without
+    and with it from the phase that the search used, None if one fell; `before_other` and
+    `after_other` are the same from another start phase.
     """
     if before is None or after is None or before_other is None or after_other is None:
         return "a walk from another start phase fell"
     if after_other.error() >= before_other.error():
         return "a walk from another start phase gets no better"
+    # A difference smaller than between the cycles of one walk is no harm.
     scatter = max(before.scatter, before_other.scatter)
     worse = max(
         after.left_out() - before.left_out(), after_other.left_out() - before_other.left_out()

@@ -44,16 +44,9 @@ class Agreement:
 
 
 def bland_altman(first: Array, second: Array) -> Agreement:
-    """Limits of agreement of paired values.
-
-    Parameters
-    ----------
-    first, second : (N,) the same quantity of N people, such as recorded and simulated. One pair a
-        person: two sides of a person are not independent.
-
-    Raises
-    ------
-    ValueError : fewer than 3 pairs, shapes that do not fit, or values that are not finite.
+    """Limits of agreement of paired values `first` and `second`, (N,) each: the same quantity of N
+    people, such as recorded and simulated. Give one pair a person, since two sides of a person are
+    not independent. Raises ValueError for fewer than 3 pairs, other shapes, or values not finite.
     """
     one, other = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if one.shape != other.shape or one.ndim != 1 or len(one) < 3:
@@ -67,8 +60,10 @@ def bland_altman(first: Array, second: Array) -> Agreement:
     count, bias = len(one), float(differences.mean())
     deviation = float(differences.std(ddof=1))
     t = float(stats.t.ppf(0.975, count - 1))
+    # standard errors: s / √n of the bias, and about √(3 / n) s of a limit (Bland and Altman 1986)
     half, span = t * deviation / math.sqrt(count), 1.96 * deviation
     trend, trend_p = 0.0, 1.0
+    # a regression on one mean, or of equal differences, has no p
     if np.ptp(means) > 0.0 and deviation > 0.0:
         line = stats.linregress(means, differences)
         trend, trend_p = float(line.slope), float(line.pvalue)

@@ -1,26 +1,27 @@
-"""Predictions without a model: what an error is worth beside them.
+"""Predictions without a model: the yardstick for an error.
 
-An error of 5 % of body weight says little by itself. Beside the error of a prediction that knows
-nothing of the person but speed and leg length it says whether the walker knows more than that:
-skill = 1 - error / error of the prediction. 1 is perfect, 0 is no better, below 0 is worse.
+An error of 5 % of body weight says little by itself. A prediction that knows only the person's
+speed and leg length shows what is possible without a walker: skill = 1 - error / error of the
+prediction. 1 is perfect, 0 is no better, below 0 is worse.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.comparison import Curves, recorded_curves, rms
+from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.origin import Origins, curve_origin
+from gaitval.metrics.record_results import Kind, PredictionErrors, PredictionResult
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.typed import number
 from gaitval.prediction.population import (
     FEWEST_PEOPLE,
     dimensionless_speed,
     line_weights,
-    same_person,
 )
 
 
@@ -30,10 +31,10 @@ class Prediction:
 
     Attributes
     ----------
-    name : of the method, as tables tell it.
+    name : of the method, as shown in tables.
     told : what the method knows of the person.
     people : how many others it was made from.
-    curves : as `comparison.recorded_curves`.
+    curves : as `gait.cycle_curves.recorded_curves`.
     """
 
     name: str
@@ -43,25 +44,19 @@ class Prediction:
 
 
 def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
-    """The curves that other people would have at the person's speed.
+    """The curves that `others` would have at the speed of `subject`; None with fewer than
+    `FEWEST_PEOPLE`.
 
-    At every percent of the gait cycle a straight line on dimensionless speed is fitted through the
-    recorded curves of the others by least squares, and read at the speed of the person.
-
-    Parameters
-    ----------
-    others : people to learn from. Whoever has the identifier or the source's person of `subject`
-        is left out, so that nobody is predicted from their own record.
-
-    Returns
-    -------
-    prediction
-        None with fewer than `FEWEST_PEOPLE` others.
+    At every percent of the gait cycle a straight line on dimensionless speed is fitted through
+    their recorded curves by least squares, and read at the speed of the person, who is left out of
+    `others`, so that nobody is predicted from their own record.
     """
-    learned = [other for other in others if not same_person(subject, other)]
+    learned = [other for other in others if not subject.is_person_of(other)]
     if len(learned) < FEWEST_PEOPLE:
         return None
     speeds = np.array([dimensionless_speed(other) for other in learned])
+    # the value of a least-squares line at one speed is a weighted sum, with the same weights for
+    # every point of every curve
     weights = line_weights(speeds, dimensionless_speed(subject))
     recorded = [recorded_curves(other.record()) for other in learned]
     return Prediction(
@@ -73,7 +68,7 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
 
 
 def nearest_trial(subject: Subject) -> Prediction | None:
-    """The person's other trial at the nearest speed, copied; None without another."""
+    """The other trial of `subject` at the nearest speed, copied; None without another."""
     trials = _other_trials(subject)
     if not trials:
         return None
@@ -87,8 +82,8 @@ def nearest_trial(subject: Subject) -> Prediction | None:
 
 
 def line_of_trials(subject: Subject) -> Prediction | None:
-    """The straight line on speed through the person's two other trials at the nearest speeds; None
-    without two of different speed.
+    """The straight line on speed through the two other trials of `subject` at the nearest speeds;
+    None without two different speeds.
     """
     speed = subject.walking_speed_m_s
     trials = sorted(_other_trials(subject), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
@@ -107,11 +102,11 @@ def line_of_trials(subject: Subject) -> Prediction | None:
 
 
 def change_added(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
-    """The person's other trial at the nearest speed, and the change to this speed of the straight
-    line through other people; None without another trial or enough people.
+    """The `nearest_trial` of `subject` plus the change to this speed of the line through `others`;
+    None without another trial or with fewer than `FEWEST_PEOPLE` others.
     """
     copied = nearest_trial(subject)
-    learned = [other for other in others if not same_person(subject, other)]
+    learned = [other for other in others if not subject.is_person_of(other)]
     if copied is None or len(learned) < FEWEST_PEOPLE:
         return None
     near = min(
@@ -124,12 +119,14 @@ def change_added(subject: Subject, others: Sequence[Subject]) -> Prediction | No
         name="other people's change added",
         told=copied.told,
         people=len(learned),
+        # a line's value is linear in its curves: the difference of the weights gives the difference
+        # between the two speeds
         curves=_combined([copied.curves, *recorded], np.append(1.0, here - there)),
     )
 
 
 def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]:
-    """All that can be made for the record of a subject; the line through others comes first."""
+    """Every prediction that can be made for `subject`; the line through `others` first."""
     found = (
         others_line(subject, others),
         nearest_trial(subject),
@@ -142,30 +139,32 @@ def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]
 def predicted_parts(
     subject: Subject,
     others: Sequence[Subject],
-    recorded: Mapping[str, Any],
+    recorded: Mapping[Kind, Mapping[str, Array]],
     origins: Origins,
-) -> list[dict[str, Any]]:
-    """The predictions' part of `metrics.json`, with their errors from the `recorded` curves: None
-    where a curve was not recorded, and no part at all where no curve was.
+) -> list[PredictionResult]:
+    """Every prediction for `subject` from `others`, with its RMSE from the `recorded` curves in
+    their units: None where `origins` say that a curve was not recorded. Empty where no curve was.
     """
 
-    def error(kind: str, name: str, curve: Array) -> float | None:
+    def error(kind: Kind, name: str, curve: Array) -> float | None:
         if curve_origin(kind, name, origins) != "recorded":
             return None
-        return rms(curve - recorded[kind][name])
+        return number(rms(curve - recorded[kind][name]))
 
     if not any(curve_origin(k, n, origins) == "recorded" for k in recorded for n in recorded[k]):
         return []
     return [
-        {
-            "name": each.name,
-            "told": each.told,
-            "people": each.people,
-            "rmse": {
-                kind: {name: error(kind, name, curve) for name, curve in curves.items()}
-                for kind, curves in by_kind(each.curves).items()
-            },
-        }
+        PredictionResult(
+            name=each.name,
+            told=each.told,
+            people=each.people,
+            rmse=PredictionErrors(
+                **{
+                    kind: {name: error(kind, name, curve) for name, curve in curves.items()}
+                    for kind, curves in by_kind(each.curves).items()
+                }
+            ),
+        )
         for each in predictions(subject, others)
     ]
 

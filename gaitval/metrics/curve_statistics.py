@@ -8,9 +8,9 @@ alpha of the permutations, so the probability of calling even one point of the c
 chance is alpha at most, however the points depend on each other and however the values are
 distributed.
 
-Beside it stands the threshold of random field theory, which takes the curves for smooth and normal
-and asks no permutation; where both hold the two agree, and on very smooth curves it is some per
-cent higher.
+The threshold of random field theory is given beside it. It needs no permutations, but assumes
+smooth, normally distributed curves. The two agree where that holds; on very smooth curves it is a
+few per cent higher.
 
 Sources: Nichols and Holmes 2002, Hum Brain Mapp 15:1 (the test); Pataky, Vanrenterghem and Robinson
 2015, J Biomech 48:1277 (on gait curves, as statistical parametric mapping); Worsley et al. 1996,
@@ -29,6 +29,7 @@ from scipy.optimize import brentq
 from scipy.stats import t as student
 
 from gaitval.arrays import Array, runs
+from gaitval.metrics.typed import Count, Result, Share
 
 ALPHA: Final = 0.05
 """Probability of calling any point of a cycle different where nothing is; convention."""
@@ -44,19 +45,15 @@ _TOGETHER: Final = 500
 """Permutations worked out at a time, so that some MB suffice."""
 
 
-@dataclass(frozen=True)
-class Region:
-    """Neighbouring points at which curves differ.
+class Region(Result):
+    """Neighbouring points at which curves differ."""
 
-    Attributes
-    ----------
-    first, last : indices of the points, both inclusive; % of the gait cycle where there are 101.
-    p : probability that the cycle has a |t| as large as the largest here by chance.
-    """
-
-    first: int
-    last: int
-    p: float
+    first: Count
+    """Index of the first point; % of the gait cycle where there are 101."""
+    last: Count
+    """Of the last one, which is part of the region."""
+    p: Share
+    """Probability that the cycle has a |t| as large as the largest here by chance."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +123,10 @@ def one_sample_test(
     squares = np.sum(differences**2, axis=0)
     residuals = _residuals(differences, tiny)
 
+    # flipping signs leaves the sum of squares as it is, so one product gives all variances
     def statistic(signs: Array) -> Array:
         means = signs @ differences / count
+        # mean square less squared mean, with Bessel's factor; clipped against rounding
         variances = np.clip(squares / count - means**2, 0.0, None) * count / (count - 1)
         return _t(means, np.sqrt(variances / count), tiny)
 
@@ -136,6 +135,7 @@ def one_sample_test(
 
     def relabelled(random: np.random.Generator | None) -> Iterator[Array]:
         if random is None:
+            # the binary digits of 0 to total - 1 are all combinations of signs
             bits = np.arange(total)[:, None] >> np.arange(count - 1) & 1
             yield np.column_stack([np.ones(total), 1.0 - 2.0 * bits])
         else:
@@ -155,15 +155,11 @@ def paired_test(
     permutations: int = PERMUTATIONS,
     seed: int = 0,
 ) -> CurveTest:
-    """Where curves of the same people differ: `one_sample_test` of the pairs' differences.
+    """Where curves of the same people differ: `one_sample_test` of the differences of pairs.
 
-    Parameters
-    ----------
-    first, second : (N, n) curves of N pairs; 6 pairs at least for a p below 0.05.
-
-    Raises
-    ------
-    ValueError : see `one_sample_test`.
+    `first` and `second` are (N, n) curves of N pairs, at least 6 for a p below 0.05. Options
+    (`where`, `alpha`, `permutations`, `seed`) and errors (ValueError) are those of
+    `one_sample_test`.
     """
     if np.shape(first) != np.shape(second):
         raise ValueError(
@@ -187,15 +183,9 @@ def two_sample_test(
 ) -> CurveTest:
     """Where curves of two groups differ: Student's t with one variance, curves change groups.
 
-    Under the hypothesis that is tested both groups are from one distribution, spread included.
-
-    Parameters
-    ----------
-    first, second : (N1, n), (N2, n) curves of the groups, at least 2 each.
-
-    Raises
-    ------
-    ValueError : see `one_sample_test`.
+    The hypothesis tested is that both groups are from one distribution, spread included. `first`
+    (N1, n) and `second` (N2, n) have at least 2 curves each. Options (`where`, `alpha`,
+    `permutations`, `seed`) and errors (ValueError) are those of `one_sample_test`.
     """
     one, other = _checked(first, "the first curves"), _checked(second, "the second curves")
     if one.shape[1] != other.shape[1]:
@@ -301,6 +291,7 @@ def _tested(
         np.max(np.abs(data.statistic(labels)) * tested, axis=1)
         for labels in data.relabelled(random)
     ]
+    # the own labelling is one of all, and must be added to random ones, so that no p is 0
     ordered = np.sort(np.concatenate(parts if exact else [*parts, [peak]]))
 
     def p(size: float) -> float:
@@ -308,13 +299,14 @@ def _tested(
         reached = np.searchsorted(ordered, size * (1.0 - 1e-9), side="left")
         return float((len(ordered) - reached) / len(ordered))
 
+    # the largest share of labellings up to alpha; 1e-9, since 0.05 x 20 may be just below 1
     allowed = math.floor(alpha * len(ordered) + 1e-9)
     threshold = float(ordered[-1 - allowed]) if allowed >= 1 else None
     above = np.zeros(len(t), dtype=bool)
     if threshold is not None:
         above = np.abs(t) > threshold * (1.0 + 1e-9)
     regions = tuple(
-        Region(int(first), int(end) - 1, p(float(np.abs(t[first:end]).max())))
+        Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
         for first, end in zip(*runs(above), strict=True)
     )
     normal = random_field_threshold(data.residuals, data.freedom, where=tested, alpha=alpha)
@@ -328,7 +320,8 @@ def random_field_threshold(
     where: NDArray[np.bool_] | None = None,
     alpha: float = ALPHA,
 ) -> float | None:
-    """|t| that smooth normal curves exceed anywhere with probability `alpha`, on both sides.
+    """|t| that smooth normal curves exceed anywhere with probability `alpha`, on both sides; None
+    where the residuals are zero.
 
     By the expected Euler characteristic of a field of Student's t over the tested points, whose
     smoothness is estimated from the gradients of the normalised residuals.
@@ -338,11 +331,6 @@ def random_field_threshold(
     residuals : (N, n) of curves from the means that are compared.
     freedom : degrees of freedom of t.
     where : (n,) points that are tested; all by default.
-
-    Returns
-    -------
-    threshold
-        None where the residuals are zero.
     """
     tested = np.ones(residuals.shape[1], dtype=bool) if where is None else where
     squares = np.sum(residuals**2, axis=0)
@@ -353,13 +341,20 @@ def random_field_threshold(
     resels = 0.0
     if len(squares) > 1:  # a single point has no width
         slopes = np.sum(np.gradient(residuals, axis=1)[:, known] ** 2, axis=0)
+        # 1 / FWHM of the smoothness at each point, from the variance of the gradients of the
+        # normalised residuals (Kiebel et al. 1999)
         resels_per_point = np.sqrt(slopes / squares[known] / (4.0 * math.log(2.0))).mean()
         resels = float(np.sum(ends - firsts - 1) * resels_per_point)
 
+    # expected number of regions above a height: Euler characteristic of the tested intervals times
+    # P(t > height), and their length in resels times the 1-D density of a t field (Worsley et al.
+    # 1996)
     def excess(height: float) -> float:
         density = math.sqrt(4.0 * math.log(2.0)) / (2.0 * math.pi)
         density *= (1.0 + height**2 / freedom) ** (-0.5 * (freedom - 1))
         expected = len(firsts) * student.sf(height, freedom) + resels * density
+        # 1 - exp(-expected) is the probability of any region if their number is Poisson; half of
+        # alpha falls on each side
         return float(-math.expm1(-expected) - 0.5 * alpha)
 
     lowest = float(student.isf(0.5, freedom))

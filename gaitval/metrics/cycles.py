@@ -74,16 +74,11 @@ class GaitCycles:
 
 
 def foot_events(vertical_force: Array, *, step: float, threshold: float) -> FootEvents:
-    """Heel strikes and toe-offs of one foot from its unfiltered vertical ground reaction.
+    """Heel strikes and toe-offs of one foot from its unfiltered `vertical_force` (T,) N, upwards on
+    the foot, every `step` seconds. The foot is on the ground above the `threshold`, N.
 
     Bounces are closed, then contacts shorter than `SCUFF_SECONDS` are dropped and counted
     (`gait.events.on_ground`).
-
-    Parameters
-    ----------
-    vertical_force : (T,) N, upwards on the foot.
-    step : s, time between samples.
-    threshold : N, the foot is on the ground above it.
     """
     on, scuffs = on_ground(vertical_force > threshold, rate=1.0 / step, scuff_s=SCUFF_SECONDS)
     begins, ends = runs(on)
@@ -96,11 +91,11 @@ def foot_events(vertical_force: Array, *, step: float, threshold: float) -> Foot
 
 
 def find_cycles(rollout: Travel, configuration: Configuration) -> GaitCycles:
-    """Complete gait cycles of both feet, without the settling ones.
+    """Complete gait cycles of both feet of `rollout`, without the settling ones.
 
     A cycle runs from a heel strike to the next one of the same foot. The first
-    `validation.settling_cycles` right cycles are left out, and everything before them. A rollout
-    that ended in a fall or is too short has few, or none.
+    `validation.settling_cycles` right cycles of `configuration` are left out, and everything before
+    them. A rollout that ended in a fall or is too short has few cycles, or none.
     """
     step = step_of(rollout)
     events: dict[Side, FootEvents] = {}
@@ -111,6 +106,7 @@ def find_cycles(rollout: Travel, configuration: Configuration) -> GaitCycles:
             threshold=configuration.contact.event_threshold,
         )
     right = events["right"].heel_strikes[configuration.validation.settling_cycles :]
+    # without a right cycle no left one is counted either
     first = right[0] if len(right) else len(rollout.time)
     starts: dict[Side, Index] = {}
     ends: dict[Side, Index] = {}
@@ -122,18 +118,20 @@ def find_cycles(rollout: Travel, configuration: Configuration) -> GaitCycles:
 
 
 def step_of(rollout: Travel) -> float:
-    """Time between samples, s; a rollout of one sample has no cycles, whatever its step."""
+    """Time between samples of `rollout`, s; 1 for a single sample, which has no cycles anyway."""
     return float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else 1.0
 
 
 def cut(values: Array, starts: Index, ends: Index) -> Array:
-    """Curves over the gait cycle: (n, 101, ...) from `values` (T, ...), linearly interpolated."""
+    """Curves (n, 101, ...) of `values` (T, ...) between the samples `starts` and `ends`, (n,) each,
+    interpolated linearly.
+    """
     samples = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
     return interpolated(values, samples)
 
 
 def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
-    """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N after `low_pass_simulated`."""
+    """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N of `rollout`, after `filters`."""
     step = step_of(rollout)
     return (
         low_pass_simulated(rollout.moments, step=step, frequency=filters.moments_hz),
@@ -142,9 +140,7 @@ def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
 
 
 def walking_speed(rollout: Travel, cycles: GaitCycles) -> float | None:
-    """Forward displacement of the centre of mass over whole right cycles, divided by their time,
-    m/s.
-    """
+    """Mean forward speed of the centre of mass of `rollout` over right `cycles`, m/s, or None."""
     if cycles.count("right") == 0:
         return None
     first, last = cycles.rows().start, cycles.rows().stop
@@ -155,7 +151,7 @@ def walking_speed(rollout: Travel, cycles: GaitCycles) -> float | None:
 def spatiotemporal(
     rollout: Rollout, cycles: GaitCycles, places: Mapping[Side, Array]
 ) -> dict[str, Array]:
-    """Spatiotemporal parameters, one value per cycle or step; empty arrays without cycles.
+    """Spatiotemporal parameters of `rollout`, a value per cycle or step; empty without `cycles`.
 
     Parameters
     ----------
@@ -175,10 +171,12 @@ def spatiotemporal(
     step = step_of(rollout)
     found: dict[str, Array] = {}
     for side in SIDES:
+        # all of a foot's parameters are over its own cycle, from its heel strike to the next
         cycle = list(zip(cycles.starts[side], cycles.ends[side], strict=True))
         on = cycles.events[side].on_ground
         found[f"stride_time_{side}"] = np.array([(end - start) * step for start, end in cycle])
         found[f"stance_fraction_{side}"] = np.array([on[start:end].mean() for start, end in cycle])
+    # two steps in a stride, 60 s in a minute
     found["cadence"] = 120.0 / found["stride_time_right"]
     both = cycles.events["right"].on_ground & cycles.events["left"].on_ground
     found["double_support_fraction"] = np.array(

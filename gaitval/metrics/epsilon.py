@@ -8,15 +8,18 @@ the record itself; epsilon is the sum of the three parts.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
-from gaitval.metrics.comparison import FORCES, JOINT_MOMENTS, Curves, curves_of, recorded_curves
+from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_curves
+from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.round_errors import Epsilon
+from gaitval.metrics.typed import array, number
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -35,30 +38,6 @@ NORMALISATION = (
 )
 
 
-@dataclass(frozen=True)
-class Epsilon:
-    """Epsilon and its parts.
-
-    Attributes
-    ----------
-    angles, moments, forces : the normalised parts; they add up to `total`.
-    total : epsilon, compared with kappa.
-    angles_rad, moments_nm_per_kg, forces_body_weights : the parts before normalisation.
-    """
-
-    angles: float
-    moments: float
-    forces: float
-    total: float
-    angles_rad: float
-    moments_nm_per_kg: float
-    forces_body_weights: float
-
-    def as_dict(self) -> dict[str, float]:
-        """The fields by name, to be written as JSON."""
-        return asdict(self)
-
-
 def _part(
     simulated: dict[str, NDArray[np.float64]],
     recorded: dict[str, NDArray[np.float64]],
@@ -68,20 +47,18 @@ def _part(
     keys = [f"{name}_{side}" for name in names for side in ("r", "l")]
     # the feet may differ by a cycle: each right cycle is paired with the left one that follows
     count = min(len(simulated[key]) for key in keys)
+    # one norm over all coordinates of both legs, as ‖q − q̂‖ in the paper
     difference = np.stack([simulated[key][:count] - recorded[key] for key in keys])
     reference = np.stack([recorded[key] for key in keys])
     value = float(np.linalg.norm(difference, axis=0).mean())
+    # a mean of norms over the RMS of a norm, as `NORMALISATION` states
     scale = float(np.sqrt(np.mean(np.sum(reference**2, axis=0))))
     return value, value / scale
 
 
 def epsilon(simulated: Curves, recorded: Curves) -> Epsilon | None:
-    """Epsilon of a rollout; None if it has no complete cycle of both feet.
-
-    Parameters
-    ----------
-    simulated : (n, 101) curves of `comparison.simulated_curves`.
-    recorded : (101,) curves of `comparison.recorded_curves`.
+    """Epsilon of the `simulated` curves (n, 101) against the `recorded` ones (101,), both as in
+    `comparison`; None without a complete cycle of both feet.
     """
     if any(len(curve) == 0 for curve in simulated.angles.values()):
         return None
@@ -89,27 +66,23 @@ def epsilon(simulated: Curves, recorded: Curves) -> Epsilon | None:
     moments_nm_per_kg, moments = _part(simulated.moments, recorded.moments, JOINT_MOMENTS)
     forces_body_weights, forces = _part(simulated.forces, recorded.forces, FORCES)
     return Epsilon(
-        angles=angles,
-        moments=moments,
-        forces=forces,
-        total=angles + moments + forces,
-        angles_rad=angles_rad,
-        moments_nm_per_kg=moments_nm_per_kg,
-        forces_body_weights=forces_body_weights,
+        angles=number(angles),
+        moments=number(moments),
+        forces=number(forces),
+        total=number(angles + moments + forces),
+        angles_rad=number(angles_rad),
+        moments_nm_per_kg=number(moments_nm_per_kg),
+        forces_body_weights=number(forces_body_weights),
     )
 
 
 def mean_of(walks: Sequence[Epsilon | None]) -> Epsilon | None:
-    """Mean of several walks; None if one of them has no complete cycle."""
+    """Mean of the epsilons of several `walks`; None if one of them has no complete cycle."""
     found = [each for each in walks if each is not None]
     if len(found) < len(walks):
         return None
-    return Epsilon(
-        **{
-            field.name: float(np.mean([getattr(each, field.name) for each in found]))
-            for field in fields(Epsilon)
-        }
-    )
+    parts = {name: array([getattr(each, name) for each in found]) for name in Epsilon.model_fields}
+    return Epsilon(**{name: number(values.mean()) for name, values in parts.items()})
 
 
 @dataclass(frozen=True)
@@ -121,7 +94,7 @@ class Walks:
     start_phases: Sequence[float]
 
 
-class Walked(NamedTuple):
+class ScoredWalk(NamedTuple):
     """Epsilon of a walk, None without a complete cycle of both feet; and whether it fell."""
 
     epsilon: Epsilon | None
@@ -129,12 +102,12 @@ class Walked(NamedTuple):
 
 
 def epsilons(group: WalkingGroup, walks: Walks) -> list[Epsilon | None]:
-    """Epsilon of walks side by side, of `validation.cycles` each."""
+    """Epsilon of each of the `walks`, as `walked` by `group`; None without a complete cycle."""
     return [each.epsilon for each in walked(group, walks)]
 
 
-def walked(group: WalkingGroup, walks: Walks) -> list[Walked]:
-    """Epsilon of walks side by side, of `validation.cycles` each, and which of them fell."""
+def walked(group: WalkingGroup, walks: Walks) -> list[ScoredWalk]:
+    """Epsilon and falls of the `walks` of `group`, side by side, over `validation.cycles`."""
     task = group.environments[0].task
     validation, recorded = task.configuration.validation, recorded_curves(task.record)
     found = []
@@ -147,5 +120,5 @@ def walked(group: WalkingGroup, walks: Walks) -> list[Walked]:
     ):
         cycles = find_cycles(rollout, task.configuration).first(validation.cycles)
         error = epsilon(curves_of(task, rollout, cycles), recorded)
-        found.append(Walked(error, bool(rollout.fell[0])))
+        found.append(ScoredWalk(error, bool(rollout.fell[0])))
     return found

@@ -8,7 +8,6 @@ the foot (forward) and across it, towards the midline; lengths are fractions of 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,8 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.cycles import GaitCycles
+from gaitval.metrics.typed import number, numbers
+from gaitval.metrics.walk_results import FootContact, MeanCurve, PressurePath
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
@@ -49,7 +50,7 @@ class Outline:
 
 
 @dataclass(frozen=True)
-class FootContact:
+class Stances:
     """How one foot met the ground in each of n stances.
 
     Attributes
@@ -67,32 +68,33 @@ class FootContact:
     transient: Array
     outline: Outline
 
-    def as_dict(self) -> dict[str, Any]:
-        """Means and standard deviations over the stances, to be written as JSON."""
+    def contact(self) -> FootContact:
+        """Means and standard deviations over the stances."""
         mean = self.path.mean(axis=0) if len(self.path) else None
         deviation = self.path.std(axis=0, ddof=1) if len(self.path) > 1 else None
-        return {
-            "stances": len(self.path),
-            "foot_length_m": self.outline.length,
-            "spheres": np.column_stack([self.outline.centres, self.outline.radii]),
-            "path": {
-                axis: {
-                    "mean": None if mean is None else 100.0 * mean[:, index],
-                    "sd": None if deviation is None else 100.0 * deviation[:, index],
-                }
-                for index, axis in enumerate(("along", "across"))
-            },
-            "progress": {
-                str(percent): None if mean is None else 100.0 * mean[percent, 0]
+        along, across = (
+            MeanCurve(
+                mean=None if mean is None else numbers(100.0 * mean[:, axis]),
+                sd=None if deviation is None else numbers(100.0 * deviation[:, axis]),
+            )
+            for axis in range(2)
+        )
+        return FootContact(
+            stances=len(self.path),
+            foot_length_m=self.outline.length,
+            spheres=np.column_stack([self.outline.centres, self.outline.radii]).tolist(),
+            path=PressurePath(along=along, across=across),
+            progress={
+                str(percent): None if mean is None else number(100.0 * mean[percent, 0])
                 for percent in PROGRESS_AT
             },
-            "bounces_per_stance": float(self.bounces.mean()) if len(self.bounces) else None,
-            "transient_peak": None if mean is None else 100.0 * self.transient.mean(),
-        }
+            bounces_per_stance=float(self.bounces.mean()) if len(self.bounces) else None,
+            transient_peak=None if mean is None else number(100.0 * self.transient.mean()),
+        )
 
 
 def outline(model: BodyModel, side: Side) -> Outline:
-    """The outline of a foot with all its joints at zero."""
+    """Outline of the foot on a `side` of `model`: its contact spheres with all joints at zero."""
     suffix = side[0]
     toes = model[f"toes_{suffix}"].joint_position
     spheres = [s for s in model.spheres if s.segment in (f"foot_{suffix}", f"toes_{suffix}")]
@@ -103,6 +105,7 @@ def outline(model: BodyModel, side: Side) -> Outline:
     heel = (places[:, 0] - radii).min()
     length = float((places[:, 0] + radii).max() - heel)
     medial = 1.0 if side == "right" else -1.0
+    # y points left, which is towards the midline for the right foot only
     centres = np.column_stack([places[:, 0] - heel, medial * places[:, 1]])
     sole = (places[:, 2] - radii).min()
     return Outline(length, centres / length, radii / length, np.array([heel, 0.0, sole]))
@@ -110,26 +113,27 @@ def outline(model: BodyModel, side: Side) -> Outline:
 
 def foot_contacts(
     rollout: Rollout, cycles: GaitCycles, model: BodyModel, *, threshold: float
-) -> Mapping[Side, FootContact]:
-    """How both feet met the ground in the stances that begin the given cycles.
+) -> Mapping[Side, Stances]:
+    """How both feet met the ground in the stances that begin the `cycles` of a `rollout`.
 
-    Parameters
-    ----------
-    model : the body before mu, which the rollout contains.
-    threshold : N, vertical force above which a foot is on the ground.
+    `model` is the body before mu, which the rollout contains. A foot is on the ground where its
+    vertical force is above `threshold`, N.
     """
+    # mu contains the length of the foot, and so its outline
     body = apply_parameters(model, rollout.mu)
     weight = model.mass * GRAVITY
-    found: dict[Side, FootContact] = {}
+    found: dict[Side, Stances] = {}
     for column, side in enumerate(SIDES):
         shape = outline(body, side)
         vertical = rollout.ground_reaction[:, column, 2]
         places, paths, bounces, transients = [], [], [], []
         for start, end in zip(cycles.starts[side], cycles.ends[side], strict=True):
+            # a heel strike that starts a whole cycle is followed by one toe-off within it
             toe_offs = cycles.events[side].toe_offs
             stop = toe_offs[(toe_offs > start) & (toe_offs < end)][0]
             early = vertical[start : start + max(1, round(EARLY * (stop - start)))]
             on = early > threshold
+            # each loss of contact within early stance is a bounce
             bounces.append(int((on[:-1] & ~on[1:]).sum()))
             transients.append(early.max() / weight)
             flat = start + round(FLAT * (stop - start))
@@ -138,8 +142,10 @@ def foot_contacts(
             place = foot[:2, :3] @ shape.heel + foot[:2, 3]
             path = _over_stance(rollout.centre_of_pressure[start:stop, column, :2])
             places.append(place)
+            # the columns of `_axes` are unit vectors: the product is the place along and across the
+            # foot
             paths.append((path - place) @ _axes(foot, side) / shape.length)
-        found[side] = FootContact(
+        found[side] = Stances(
             np.array(places).reshape(-1, 2),
             np.array(paths).reshape(-1, SAMPLES, 2),
             np.array(bounces, dtype=float),

@@ -5,12 +5,11 @@ people; the nine of a side are the Movement Analysis Profile, their RMS is the s
 Score, and the RMS of both sides' the person's (Baker et al. 2009, Gait Posture 30:265; Baker et al.
 2012, Gait Posture 35:612). A difference of 1.6 degrees is the smallest that matters clinically (the
 latter). The healthy people are 42 adults at their own speed over ground (Fukuchi et al. 2018), in
-`gps_controls.csv`; `scripts/gps_controls.py` makes it.
+`gps_controls.csv`; `experiments/gps_controls.py` makes it.
 """
 
 import csv
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -20,7 +19,10 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES
+from gaitval.datasets.identity import WBDS
+from gaitval.datasets.subject import Subject
+from gaitval.metrics.typed import Sides, Size
 
 PROFILE_ANGLES: Final[tuple[str, ...]] = (
     "pelvis_tilt",
@@ -38,8 +40,6 @@ transverse."""
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""
-
-_CONTROL: Final = re.compile(r"WBDS(\d\d)\b")
 
 
 @dataclass(frozen=True)
@@ -60,26 +60,20 @@ class Controls:
     people: int
 
 
-@dataclass(frozen=True)
-class GaitProfile:
-    """Distances from healthy gait, deg.
+class GaitProfile(Sides[Size]):
+    """Gait Profile Score of each side, deg, and its variables."""
 
-    Attributes
-    ----------
-    scores : gait variable scores by name with `_r` or `_l`: the Movement Analysis Profile.
-    sides : Gait Profile Score of each side.
-    total : of both.
-    """
-
-    scores: Mapping[str, float]
-    sides: Mapping[Side, float]
-    total: float
+    scores: dict[str, Size]
+    """Gait variable scores by name with `_r` or `_l`: the Movement Analysis Profile."""
+    total: Size
+    """Of both sides."""
 
 
 @cache
 def load_controls() -> Controls:
     """The 42 adults of `gps_controls.csv`."""
     text = resources.files("gaitval.metrics").joinpath("gps_controls.csv").read_text("utf-8")
+    # columns of the variables and the total; 101 rows of means, then rows score, sd and people
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     names = rows[0][1:]
     by_label = {row[0]: np.array(row[1:], dtype=float) for row in rows[1:]}
@@ -97,29 +91,24 @@ def load_controls() -> Controls:
     )
 
 
-def is_control(source: str) -> bool:
-    """Whether a person is one of the controls, by the source of the record, such as "WBDS14 T05".
+def is_control(subject: Subject) -> bool:
+    """Whether `subject` is one of the controls, who are people of WBDS.
 
-    A curve of theirs is then in the mean that it is held against: with N controls, its distance
-    from the mean of the others is N / (N - 1) times as large.
+    Their own curves are then in the mean they are compared with: with N controls, the distance from
+    the mean of the others is N / (N - 1) times as large.
     """
-    found = _CONTROL.match(source)
-    return found is not None and 1 <= int(found[1]) <= load_controls().people
+    numbers = range(1, load_controls().people + 1)
+    return subject.laboratory == WBDS and subject.person in {f"WBDS{each:02d}" for each in numbers}
 
 
 def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> GaitProfile:
-    """Score mean curves of both sides.
+    """Score mean curves of both sides. Raises ValueError if no variable is there for both.
 
     Parameters
     ----------
     angles : (101,) deg by name of `PROFILE_ANGLES` with `_r` or `_l`, signs of `GaitRecord`. A
-        variable that both sides lack is left out, which makes a total that cannot be compared with
-        one of nine.
+        variable that a side lacks is left out; the total then cannot be compared with one of nine.
     controls : (101,) deg by name, such as `Controls.curves`.
-
-    Raises
-    ------
-    ValueError : no variable is there for both sides.
     """
     used = [
         name
@@ -136,10 +125,10 @@ def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> 
         for name in used
         for side in SIDES
     }
-    sides: dict[Side, float] = {
-        side: _rms(np.array([scores[f"{name}_{side[0]}"] for name in used])) for side in SIDES
-    }
-    return GaitProfile(scores, sides, math.hypot(*sides.values()) / math.sqrt(2.0))
+    right, left = (_rms(np.array([scores[f"{name}_{side[0]}"] for name in used])) for side in SIDES)
+    # RMS over both sides, which have the same variables
+    total = math.hypot(right, left) / math.sqrt(2.0)
+    return GaitProfile(scores=scores, right=right, left=left, total=total)
 
 
 def _rms(values: Array) -> float:

@@ -1,15 +1,18 @@
 """Errors of groups of curves: the walk's beside those of predictions without a model."""
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from gaitval.gait.record import Origin
 from gaitval.metrics.baselines import skill
-from gaitval.metrics.origin import curve_origin, furthest, origins_in
+from gaitval.metrics.origin import curve_origin, furthest
+from gaitval.metrics.record_results import Kind
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import array, sided
 
-GROUPS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
+GROUPS: Final[Mapping[str, tuple[Kind, tuple[str, ...]]]] = {
     "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
     "moments": ("moments", ("hip_flexion", "knee_angle", "ankle_angle")),
     "vertical force": ("forces", ("vertical",)),
@@ -42,30 +45,34 @@ class GroupRow(NamedTuple):
         return {name: skill(self.walked, guess) for name, guess in self.guesses.items()}
 
 
-def group_curves(metrics: Mapping[str, Any]) -> dict[str, tuple[str, list[str], str]]:
-    """Kind, curves of both sides, and unit of each group."""
+def group_curves(metrics: Metrics) -> dict[str, tuple[Kind, tuple[str, ...], str]]:
+    """Kind, curves of both sides, and unit in `metrics` of each of `GROUPS`."""
     return {
-        group: (kind, [f"{name}_{side}" for name in names for side in "rl"], metrics["units"][kind])
+        group: (kind, sided(names), metrics.units.of(kind))
         for group, (kind, names) in GROUPS.items()
     }
 
 
-def group_rows(metrics: Mapping[str, Any]) -> list[GroupRow]:
-    """A row for every group, from `metrics.json`."""
-    errors, origins = metrics["walks"][metrics["final"]]["errors"], origins_in(metrics)
+def group_rows(metrics: Metrics) -> list[GroupRow]:
+    """Mean RMSE in `metrics` of each of `GROUPS`, of walk and predictions without a model."""
+    errors, origins = metrics.walk.errors, metrics.origins
     rows = []
     for group, (kind, every, unit) in group_curves(metrics).items():
         curves = [name for name in every if curve_origin(kind, name, origins) == "recorded"]
-        recorded, curves = bool(curves), curves or every
-        found = [errors[kind][curve] for curve in curves]
-        walked = None if None in found else float(np.mean([error["rmse"] for error in found]))
+        # if nothing of the group was recorded, the row is the distance from all its curves, without
+        # skill
+        recorded, curves = bool(curves), curves or list(every)
+        found = [errors.of(kind)[curve] for curve in curves]
+        rmse = [error.rmse for error in found if error is not None]
+        # a mean over fewer curves could not be compared with the predictions' mean
+        walked = float(np.mean(array(rmse))) if len(rmse) == len(found) else None
         guesses = {
-            prediction["name"]: float(np.mean([prediction["rmse"][kind][c] for c in curves]))
+            prediction.name: float(np.mean(array([prediction.rmse.of(kind)[c] for c in curves])))
             if recorded
             else None
-            for prediction in metrics["predictions"]
+            for prediction in metrics.predictions
         }
-        status = "fitted" if metrics["told"][kind] else "predicted"
+        status = "fitted" if metrics.told[kind] else "predicted"
         origin = furthest([curve_origin(kind, name, origins) for name in curves])
         rows.append(GroupRow(group, unit, status, walked, guesses, origin))
     return rows

@@ -1,23 +1,26 @@
 """How wrong gaitval's predictions of a gait at another speed are: recorded trials are held out.
 
-A walk at a speed that nobody recorded has nothing to be compared with but the prediction that it
-follows. What that prediction is worth is known from trials that were recorded: each is predicted
-from the person's others, as if it had not been, and compared with what was recorded.
+A walk at an unrecorded speed can only be compared with the prediction that it follows. Recorded
+trials show how good such predictions are: each is held out, predicted from the person's other
+trials and compared with its record.
 """
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
-from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.recorded import CURVE_UNITS, by_kind
-from gaitval.prediction.told import told
+from gaitval.metrics.results import HeldOutError, HeldOutErrors
+from gaitval.metrics.typed import sided
+from gaitval.prediction.known import told
 
 FEWEST_TRIALS: Final = 2
 """Trials that can be held out of a person; with fewer, other people's are."""
@@ -25,25 +28,14 @@ FEWEST_TRIALS: Final = 2
 
 def prediction_errors(
     subject: Subject, settings: RecordSettings, others: Sequence[Subject]
-) -> dict[str, Any] | None:
-    """Mean RMSE by group of curves between recorded trials and their predictions.
+) -> HeldOutErrors | None:
+    """Mean RMSE by group of curves between recorded trials and their predictions; None where no
+    trial can be held out.
 
-    Every trial is predicted from the same person's other trials and from how other people change
-    with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in it). With fewer than
-    `FEWEST_TRIALS` such trials of the person, those of all `others` are taken.
-
-    Parameters
-    ----------
-    subject : as recorded, with its further trials.
-    settings : of the run; what the predictions are told (`use`) is the same.
-    others : people whose gait is known.
-
-    Returns
-    -------
-    errors
-        `trials` and `people` that they are from, whether they are the person's own, and `groups`
-        with mean and SD between trials, in the unit of each group; None where no trial can be held
-        out.
+    Every trial of `subject` is predicted from the same person's other trials and from how other
+    people change with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in it). With
+    fewer than `FEWEST_TRIALS` such trials of the person, those of all `others` are taken. The
+    predictions know the same quantities as the run (`use` of `settings`).
     """
     own = _of_person(subject, settings, others)
     rows, people = own, 1
@@ -52,21 +44,21 @@ def prediction_errors(
         rows, people = [row for each in found for row in each], sum(map(bool, found))
     if not rows:
         return None
-    return {
-        "trials": len(rows),
-        "people": people,
-        "own": rows is own,
-        "groups": [
-            {
-                "group": group,
-                "unit": CURVE_UNITS[kind],
-                "mean": float(np.mean(values)),
-                "sd": float(np.std(values, ddof=1)) if len(values) > 1 else None,
-            }
+    return HeldOutErrors(
+        trials=len(rows),
+        people=people,
+        own=rows is own,
+        groups=[
+            HeldOutError(
+                group=group,
+                unit=CURVE_UNITS[kind],
+                mean=float(np.mean(values)),
+                sd=float(np.std(values, ddof=1)) if len(values) > 1 else None,
+            )
             for group, (kind, _) in GROUPS.items()
             if (values := [row[group] for row in rows if group in row])
         ],
-    }
+    )
 
 
 def _of_person(
@@ -84,12 +76,13 @@ def _of_person(
             ).record
         except SubjectError:  # it is the only trial, or the others do not allow a prediction
             continue
+        # curves that were mirrored or expected are no evidence: only recorded ones are scored
         predicted = by_kind(recorded_curves(guess))
         recorded = by_kind(recorded_curves(chosen.record()))
         origins = record_origins(chosen, RecordSettings())
         row = {}
         for group, (kind, names) in GROUPS.items():
-            curves = [f"{curve}_{side}" for curve in names for side in "rl"]
+            curves = sided(names)
             known = [each for each in curves if curve_origin(kind, each, origins) == "recorded"]
             if known:
                 errors = [rms(predicted[kind][each] - recorded[kind][each]) for each in known]

@@ -5,15 +5,15 @@ over the gait cycle, alike for the walk and the record: positive where the joint
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
 
 from gaitval.arrays import Array
-from gaitval.metrics.comparison import Curves
-from gaitval.metrics.tolerances import Measure
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.typed import Curve, Number, Result, Size, named, number, numbers, sided
 
 JOINTS: Final[tuple[str, ...]] = ("hip_flexion", "knee_angle", "ankle_angle")
 
@@ -53,72 +53,72 @@ BURSTS: Final[Mapping[str, Burst]] = {
 }
 
 
-@dataclass(frozen=True)
-class JointPower:
-    """Power and work of a walk or a record, by name with `_r` or `_l`.
+_POWER, _POWERS = named(sided(JOINTS))
+_BURST, _BURST_NAMES = named(sided(tuple(BURSTS)))
 
-    Attributes
-    ----------
-    power : (101,) W/kg of each of `JOINTS`, mean over the cycles.
-    bursts : W/kg, power at each of `BURSTS`; None where the curve has no such burst.
-    generated, absorbed : J/kg in a gait cycle of each joint.
+
+class JointPower(Result):
+    """Power and work of hip, knee and ankle of a walk or a record, by name with `_r` or `_l`."""
+
+    power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
+    """W/kg, mean over the cycles."""
+    bursts: Annotated[dict[Annotated[str, _BURST], Number | None], *_BURST_NAMES]
+    """W/kg, power at each of `BURSTS`; null where the curve has no such burst."""
+    generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+    """J/kg in a gait cycle."""
+    absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+
+
+def joint_power(curves: Curves, stride_time: Mapping[str, float | None]) -> JointPower | None:
+    """Power of the `curves` of a walk (n, 101) or a record (101,); None without a cycle.
+    `stride_time` is the mean of the right and left side, `r` and `l`, s.
     """
-
-    power: dict[str, Array]
-    bursts: dict[str, float | None]
-    generated: dict[str, float]
-    absorbed: dict[str, float]
-
-
-def joint_power(curves: Curves, stride_time: Mapping[str, float]) -> JointPower | None:
-    """Power of the curves of a walk (n, 101), or of a record (101,).
-
-    Parameters
-    ----------
-    stride_time : s, of the right and the left side, `r` and `l`; mean.
-
-    Returns
-    -------
-    power
-        None if there is no cycle.
-    """
-    found = JointPower({}, {}, {}, {})
+    powers: dict[str, Array] = {}
+    generated, absorbed = dict[str, float](), dict[str, float]()
     for side, time in stride_time.items():
         for joint in JOINTS:
             name = f"{joint}_{side}"
             angle, moment = np.atleast_2d(curves.angles[name]), curves.moments[name]
-            if len(angle) == 0:
+            if len(angle) == 0 or time is None:
                 return None
+            # neighbouring points are 1 % of the stride apart
             rate = np.gradient(angle, 0.01 * time, axis=1, edge_order=2)
             power = (np.atleast_2d(moment) * rate).mean(axis=0)
-            found.power[name] = power
-            found.generated[name] = float(np.clip(power[:-1], 0.0, None).mean() * time)
-            found.absorbed[name] = float(np.clip(-power[:-1], 0.0, None).mean() * time)
-        powers = {joint: found.power[f"{joint}_{side}"] for joint in JOINTS}
-        for burst, at in burst_places(powers).items():
-            value = None if at is None else float(powers[BURSTS[burst].joint][at])
-            found.bursts[f"{burst}_{side}"] = value
+            powers[name] = power
+            # J/kg: mean power times stride time; 100 % is 0 % of the next cycle, so it is left out
+            generated[name] = float(np.clip(power[:-1], 0.0, None).mean() * time)
+            absorbed[name] = float(np.clip(-power[:-1], 0.0, None).mean() * time)
+    return JointPower(
+        power={name: numbers(power) for name, power in powers.items()},
+        bursts=bursts_of(powers),
+        generated=generated,
+        absorbed=absorbed,
+    )
+
+
+def bursts_of(powers: Mapping[str, Array]) -> dict[str, float | None]:
+    """Power at each of `BURSTS` of both sides, W/kg, from `powers` (101,) W/kg of `JOINTS` by name
+    with `_r` or `_l`; None where a curve has no such burst.
+    """
+    found: dict[str, float | None] = {}
+    for side in "rl":
+        own = {joint: powers[f"{joint}_{side}"] for joint in JOINTS}
+        for burst, at in burst_places(own).items():
+            found[f"{burst}_{side}"] = None if at is None else number(own[BURSTS[burst].joint][at])
     return found
 
 
 def burst_places(powers: Mapping[str, Array]) -> dict[str, int | None]:
-    """Where the bursts of one side are.
+    """Where the bursts of one side are, % of the gait cycle, from `powers` (101,) W/kg of `JOINTS`;
+    None where there is none.
 
     A burst is the largest local extremum of its sign within its part of the cycle, after the burst
     that it follows. The edge of the part is no extremum: there the curve only passes through, on
     its way to or from another burst.
-
-    Parameters
-    ----------
-    powers : (101,) W/kg of each of `JOINTS`.
-
-    Returns
-    -------
-    places
-        % of the gait cycle, by name of `BURSTS`; None where there is no such extremum.
     """
     places: dict[str, int | None] = {}
     for name, burst in BURSTS.items():
+        # `BURSTS` is in order, so the burst that this one follows has been found already
         begin = max(burst.first, (places[burst.after] or 0) if burst.after else 0)
         part = burst.sign * np.asarray(powers[burst.joint], dtype=float)[begin : burst.last + 1]
         peaks, _ = find_peaks(part, height=0.0)
@@ -127,8 +127,9 @@ def burst_places(powers: Mapping[str, Array]) -> dict[str, int | None]:
 
 
 def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Measure]:
-    """Differences of the bursts, in units of their spread between people, and of the work that
-    each joint generates and absorbs, the larger of the two, J/kg.
+    """Differences between the bursts of the joint power `walked` and `recorded`, in units of their
+    spread between people, and of the work of each joint, J/kg: the larger of generated and
+    absorbed.
 
     A burst that the record does not show is not compared. One that only the walk lacks differs by
     all of the recorded power: nothing is generated or absorbed in it.
@@ -140,8 +141,9 @@ def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Meas
         value = None
         if walked is not None:
             spread = BURSTS[name.split("_")[0]].spread
+            # a missing burst is one of no power
             value = abs((walked.bursts[name] or 0.0) - expected) / spread
-        measures.append(Measure("power_burst_error", name, value))
+        measures.append(measured("power_burst_error", name, value))
     for name in recorded.power:
         error = None
         if walked is not None:
@@ -149,5 +151,5 @@ def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Meas
                 abs(walked.generated[name] - recorded.generated[name]),
                 abs(walked.absorbed[name] - recorded.absorbed[name]),
             )
-        measures.append(Measure("joint_work_error", name, error))
+        measures.append(measured("joint_work_error", name, error))
     return measures

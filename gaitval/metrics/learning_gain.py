@@ -4,9 +4,9 @@
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final, Literal
+
+from gaitval.metrics.typed import Count, Number, OpenResult, Result
 
 RULE: Final = (
     "The trained policy is handed on if, on walks that were not used for learning, it falls in no "
@@ -15,60 +15,50 @@ RULE: Final = (
 )
 
 
-@dataclass(frozen=True)
-class Standing:
-    """How a policy walks where it did not learn.
+class Standing(Result):
+    """How a policy walks where it did not learn."""
 
-    Attributes
-    ----------
-    walks, falls : walks without a push, one from each start phase, and those that ended in a fall.
-    pushes, survived : pushes, and those that were survived.
-    epsilon : mean over the walks; None if one of them has no complete gait cycle.
-    scatter : standard deviation of epsilon over the walks.
-    """
-
-    walks: int
-    falls: int
-    pushes: int
-    survived: int
-    epsilon: float | None
-    scatter: float | None
+    walks: Count
+    """Without a push, one from each start phase."""
+    falls: Count
+    """Walks that ended in a fall."""
+    pushes: Count
+    survived: Count
+    epsilon: Number | None
+    """Mean over the walks; null if one of them has no complete gait cycle."""
+    scatter: Number | None
+    """Standard deviation of epsilon over the walks."""
 
     def not_worse_than(self, other: "Standing") -> bool:
         """Whether it is worse in nothing."""
+        # without a complete cycle there is no epsilon: infinitely far
         nearer = (self.epsilon or math.inf) <= (other.epsilon or math.inf)
         return self.falls <= other.falls and self.survived >= other.survived and nearer
 
 
-@dataclass(frozen=True)
-class LearningGain:
-    """The policy at the start and at the end of a training.
+class LearningGain(OpenResult):
+    """The policy at the start and at the end of a training, and which of them is handed on."""
 
-    Attributes
-    ----------
-    samples : environment steps of the training.
-    start : None for a training from nothing.
-    """
-
-    samples: int
+    samples: Count
+    """Environment steps of the training."""
     start: Standing | None
+    """Null for a training from nothing."""
     trained: Standing
+    rule: str
+    handed_on: Literal["trained", "start"]
+    """By the rule; what was learned from nothing always is."""
 
     @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> "LearningGain":
-        """What `as_dict` gave."""
-        start = None if values["start"] is None else Standing(**values["start"])
-        return cls(values["samples"], start, Standing(**values["trained"]))
+    def of(cls, samples: int, start: Standing | None, trained: Standing) -> "LearningGain":
+        """What a training gave, by `RULE`."""
+        better = start is None or trained.not_worse_than(start)
+        handed_on: Literal["trained", "start"] = "trained" if better else "start"
+        return cls(samples=samples, start=start, trained=trained, rule=RULE, handed_on=handed_on)
 
     @property
     def trained_is_handed_on(self) -> bool:
-        """By `RULE`; what was learned from nothing always is."""
-        return self.start is None or self.trained.not_worse_than(self.start)
-
-    def as_dict(self) -> dict[str, Any]:
-        """To be written as JSON, with the rule and what follows from it."""
-        handed_on = "trained" if self.trained_is_handed_on else "start"
-        return {**asdict(self), "rule": RULE, "handed_on": handed_on}
+        """Whether the trained policy is the one that is handed on."""
+        return self.handed_on == "trained"
 
     def in_words(self) -> str:
         """A sentence for the user."""

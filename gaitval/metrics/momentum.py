@@ -13,20 +13,12 @@ over a second is 0.01 % of the weight."""
 
 
 def momentum_residual(rollout: Rollout, mass: float) -> float | None:
-    """The largest force that would be needed beside those of ground, gravity and push.
+    """The largest force on a body of `mass` (kg) in `rollout` that ground, gravity and push do not
+    explain, % of body weight; None if it is shorter than two windows.
 
-    Over windows of `EVERY` seconds, each half a window later than the one before, the change of
-    momentum of the whole body less the impulse of all external forces, divided by the duration
-    (Newton's second law, integrated by the trapezoidal rule).
-
-    Parameters
-    ----------
-    mass : kg, of the whole body.
-
-    Returns
-    -------
-    residual : size of the largest mean force over a window, in % of body weight; None if the
-        rollout is shorter than two windows.
+    Over windows of `EVERY` seconds, each half a window later than the one before: the change of
+    momentum less the impulse of all external forces, divided by the duration (Newton's second law,
+    integrated by the trapezoidal rule).
     """
     step = float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else EVERY
     window = round(EVERY / step)
@@ -35,10 +27,12 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     force = rollout.ground_reaction.sum(axis=1) + rollout.root_force[:, 3:]
     force = force - [0.0, 0.0, mass * GRAVITY]
     starts = np.arange(1, len(force) - window - 1, window // 2)
+    # windows overlap by half, so that a force at the edge of one is inside another
     ends = starts + window
     velocity = _velocity(rollout.centre_of_mass, step)
     # Forces act between two samples: those of a step are stored with the state that it ends in.
     total = np.concatenate([np.zeros((1, 3)), np.cumsum(force, axis=0)])
+    # the trapezoidal rule, as the mean of the sums that start and end a step apart
     impulse = step * 0.5 * ((total[ends] - total[starts]) + (total[ends + 1] - total[starts + 1]))
     change = mass * (velocity[ends] - velocity[starts])
     residual = np.linalg.norm(change - impulse, axis=1) / (window * step)

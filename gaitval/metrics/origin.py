@@ -1,18 +1,18 @@
-"""Where the other side of a comparison comes from: only what was recorded judges a walk.
+"""Where the reference side of a comparison comes from: only recorded data judge a walk.
 
-A walk may be compared with a prediction of what it was asked to be, with the other leg's curves, or
-with what other people lead to expect. Such a difference is a distance. It says nothing of how
-accurate the walk is, so that it has no verdict, goal or skill anywhere.
+A walk may also be compared with a prediction, with the other leg's curves, or with what is expected
+from other people. Such a difference is a distance: it does not show how accurate the walk is, so it
+has no verdict, goal or skill anywhere.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from gaitval.configuration import RecordSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import Origin
-from gaitval.metrics.told_measures import QUANTITIES_OF
-from gaitval.prediction.told import QUANTITIES, Quantity, is_unrecorded, quantities_recorded
+from gaitval.metrics.known_measures import QUANTITIES_OF
+from gaitval.prediction.known import QUANTITIES, Quantity, is_unrecorded, quantities_recorded
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -40,12 +40,8 @@ _BOTH_SIDES: Final = ("centre_of_mass_rmse", "epsilon", "speed_error", "stride_t
 def record_origins(
     subject: "Subject", settings: RecordSettings
 ) -> dict[Quantity, dict[Side, Origin]]:
-    """Where what a walk is compared with comes from.
-
-    Parameters
-    ----------
-    subject : on the trial that the walk is compared with.
-    settings : of the run: at a speed that was not recorded everything is predicted.
+    """Where the reference of a walk comes from: `subject` on the trial it is compared with, in a
+    run with `settings`. At a speed that was not recorded everything is predicted.
     """
     if is_unrecorded(settings):
         return everything("predicted")
@@ -64,26 +60,18 @@ def record_origins(
 
 
 def everything(origin: Origin) -> dict[Quantity, dict[Side, Origin]]:
-    """The same origin for all quantities of both sides."""
+    """The same `origin` for all quantities of both sides."""
     return {quantity: dict[Side, Origin].fromkeys(SIDES, origin) for quantity in QUANTITIES}
 
 
 def furthest(found: Sequence[Origin]) -> Origin:
-    """The origin that is furthest from a record: a comparison is as good as its worst part."""
+    """The origin in `found` furthest from a record: a comparison is as good as its worst part."""
     return max(found, key=ORIGINS.index)
 
 
 def measure_origin(measure: str, target: str, origins: Origins) -> Origin | None:
-    """Where what a measure is compared with comes from.
-
-    Parameters
-    ----------
-    measure, target : as of `tolerances.Measure`.
-
-    Returns
-    -------
-    origin
-        None for a measure that is compared with no record, such as falls.
+    """Where the reference of a `measure` on a `target` (see `tolerances.Measure`) comes from, by
+    the `origins` of the record; None for a measure that needs no record, such as falls.
     """
     of = QUANTITIES_OF.get(measure, ())
     if not of:
@@ -94,54 +82,28 @@ def measure_origin(measure: str, target: str, origins: Origins) -> Origin | None
 
 def _sides(target: str) -> tuple[Side, ...]:
     """The side that a target names ("left", "knee_angle_l"); both if it names none."""
+    # a curve ends in _r or _l; a speed or axis names no side
     return tuple(s for s in SIDES if target == s or target.endswith(f"_{s[0]}")) or SIDES
 
 
 def curve_origin(kind: str, name: str, origins: Origins) -> Origin:
-    """Of a curve of the record.
-
-    Parameters
-    ----------
-    kind, name : as in `metrics.json`: "moments", "knee_angle_r".
+    """The origin of a curve by the `origins` of the record; `kind` and `name` as in `metrics.json`,
+    such as "moments" and "knee_angle_r".
     """
     quantity = next(each for each in QUANTITIES if each == kind)
     return furthest([origins[quantity][side] for side in _sides(name)])
 
 
 def is_judged(origin: Origin | None) -> bool:
-    """Whether a verdict, goal or skill may be given: a record is there, or none is needed."""
+    """Whether `origin` allows a verdict, goal or skill: recorded, or no record needed (None)."""
     return origin in (None, "recorded")
 
 
-def origins_in(metrics: Mapping[str, Any]) -> Origins:
-    """Those that `metrics.json` tells; of an earlier file without them, those that follow from what
-    it says was recorded (`results.metrics_from` refuses earlier files of predicted or mirrored
-    records).
-    """
-    found: Origins | None = metrics["record"].get("origins")
-    if found is not None:
-        return found
-    recorded = metrics["recorded"]
-    return {
-        quantity: dict[Side, Origin].fromkeys(
-            SIDES, "recorded" if quantity in recorded else "expected"
-        )
-        for quantity in QUANTITIES
-    }
-
-
-def is_recorded_at_all(metrics: Mapping[str, Any]) -> bool:
-    """Whether anything that the walk is compared with was recorded."""
-    found = origins_in(metrics)
-    return any("recorded" in sides.values() for sides in found.values())
-
-
-def not_judged(metrics: Mapping[str, Any]) -> list[tuple[Quantity, Side, Origin]]:
-    """What the walk is not judged by, by quantity and side."""
-    found = origins_in(metrics)
+def not_recorded(origins: Origins) -> list[tuple[Quantity, Side, Origin]]:
+    """Quantity, side and origin of everything in `origins` that was not recorded."""
     return [
-        (quantity, side, found[quantity][side])
+        (quantity, side, origins[quantity][side])
         for quantity in QUANTITIES
         for side in SIDES
-        if found[quantity][side] != "recorded"
+        if origins[quantity][side] != "recorded"
     ]

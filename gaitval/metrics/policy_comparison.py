@@ -1,9 +1,8 @@
-"""Start and result of a training, walked where nothing was learned from.
+"""Start and result of a training, on walks from which neither learned.
 
-Both walk without noise, with the body as scaled, from the start phases of the validation; and they
-are pushed halfway between the phases at which the validation pushes, so that neither is chosen by
-the test that it is held against later. The walks are those of the compiled engine, eight side by
-side.
+Both walk without noise, with the body as scaled, from the start phases of the validation. They are
+pushed halfway between the phases at which the validation pushes, so that neither is chosen by the
+test that judges it later. The walks are those of the compiled engine, eight side by side.
 """
 
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.epsilon import Walked, Walks, mean_of, walked
+from gaitval.metrics.epsilon import ScoredWalk, Walks, mean_of, walked
 from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.push_recovery import (
     Push,
@@ -22,6 +21,7 @@ from gaitval.metrics.push_recovery import (
     trials,
     without_drift,
 )
+from gaitval.metrics.typed import array
 from gaitval.policy.rollouts import RolloutPool, in_groups
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
@@ -31,19 +31,16 @@ DIRECTIONS: Final = 24
 
 
 def between(phases: Sequence[float]) -> tuple[float, ...]:
-    """Phases halfway between neighbours, around the gait cycle."""
+    """Phases halfway between neighbours in `phases`, around the gait cycle."""
     ordered = np.sort(np.asarray(phases, dtype=float))
+    # the first phase again, a cycle later, closes the circle
     halves = ordered + 0.5 * np.diff(np.append(ordered, ordered[0] + 1.0))
     return tuple(float(each) for each in np.sort(halves % 1.0))
 
 
 def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Standing:
-    """How a policy walks and stands pushes; the result does not depend on the number of workers.
-
-    Parameters
-    ----------
-    tasks : that it learned, with the same configuration.
-    mu : (14,) body parameters that it walks with.
+    """How `policy` with the body `mu` (14,) walks and survives pushes on `tasks`, which it learned
+    with one configuration. The number of workers makes no difference.
     """
     configuration = tasks[0].configuration
     phases, settings = configuration.validation.start_phases, configuration.pushes
@@ -52,8 +49,9 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
         for phase in between(settings.phases)
         for direction in evenly_spaced(DIRECTIONS)
     ]
-    went: list[Walked] = []
+    went: list[ScoredWalk] = []
     survived = 0
+    # one pool for all tasks, since starting workers takes seconds
     with RolloutPool(tasks[0], workers=configuration.training.workers) as pool:
         for task in tasks:
             walks = [Walks(policy, mu, group) for group in in_groups(phases)]
@@ -63,13 +61,14 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
             survived += sum(chain.from_iterable(pushed.each_together(survive_together, tried)))
     errors = [each.epsilon for each in went]
     mean = mean_of(errors)
+    totals = array([each.total for each in errors if each])
     return Standing(
         walks=len(went),
         falls=sum(each.fell for each in went),
         pushes=len(pushes) * len(tasks),
         survived=survived,
         epsilon=None if mean is None else mean.total,
-        scatter=None if mean is None else float(np.std([each.total for each in errors if each])),
+        scatter=None if mean is None else float(np.std(totals)),
     )
 
 
@@ -81,22 +80,17 @@ def learning_gain(
     *,
     samples: int,
 ) -> LearningGain:
-    """Both policies of a training on walks that were not used for learning.
-
-    Parameters
-    ----------
-    tasks : that the training was of, with the same configuration.
-    start : None for a training from nothing.
-    mu : (14,) body parameters that they walk with.
-    samples : environment steps of the training.
+    """Compare the policies `start` (None for a training from nothing) and `trained` of a training
+    of `samples` environment steps, on new walks of its `tasks` with the body `mu` (14,). The tasks
+    have one configuration.
     """
     before = None if start is None else standing_of(tasks, start, mu)
-    return LearningGain(samples, before, standing_of(tasks, trained, mu))
+    return LearningGain.of(samples, before, standing_of(tasks, trained, mu))
 
 
 def handed_on(gain: LearningGain, start: Policy | None, trained: Policy) -> Policy:
-    """The policy that a training hands on by `RULE`: the start's numbers keep the description of
-    the training's body, and say that nothing was learned for it.
+    """The policy that `RULE` hands on, by `gain`: `trained`, or the tensors of `start` with the
+    description of the training's body and 0 samples, since nothing was learned for it.
     """
     if gain.trained_is_handed_on or start is None:
         return trained

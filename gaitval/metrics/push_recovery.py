@@ -1,22 +1,21 @@
 """Recovery from pushes: the largest one survived by phase and direction.
 
 A push is a constant horizontal force on the pelvis for a short time, while the walker walks. It is
-survived if the walker does not fall within the time of `cycles` recorded gait cycles after its
-beginning. A walker has fallen when its pelvis is too far from its reference in height or rotation
+survived if the walker does not fall within `cycles` recorded gait cycles of its start. A walker has
+fallen when its pelvis is too far from its reference in height or rotation
 (`environment.height_tolerance`, `rotation_tolerance`); displacement alone, however far, is not a
 fall. The force acts during whole actions, as in training: 50 ms are applied as 30 ms of the full
 force and 30 ms of two thirds of it, so force times time is exact.
 
 Survival need not be monotonic in the force: a walker may fall at 400 N and survive 500 N, which
-happens to help its next step. So the largest push survived is defined as the largest tested F up to
-which *every* tested push was survived. It is found by increasing the force, never by bisection:
-first in steps of `step` up to the first fall, then from the last push survived in steps of
-`resolution`.
+happens to help its next step. So the largest push survived is the largest tested F up to which
+*every* tested push was survived. It is found by increasing the force, never by bisection: first in
+steps of `step` up to the first fall, then from the last push survived in steps of `resolution`.
 
 The pushes that must be survived, and those that are shown, are walked in DART. The search for the
-largest, some 500 walks, is walked in the compiled engine, eight walks side by side, which solves
-the same equations in a small part of the time; a walker at the edge of falling may fall in one of
-them and not in the other.
+largest, some 500 walks, is made in the compiled engine, eight walks side by side; it solves the
+same equations in a small part of the time. A walker at the edge of falling may fall in one engine
+and not in the other.
 """
 
 import math
@@ -27,11 +26,11 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
 from gaitval.journal import Journal
+from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import (
     RolloutPool,
@@ -75,61 +74,16 @@ class Trace:
     velocity: Array
     fell: bool
 
-    def as_dict(self) -> dict[str, Any]:
-        """To be written as JSON; the direction in degrees."""
-        return {
-            "phase": self.push.phase,
-            "direction": _degrees(self.push.direction),
-            "force": self.push.force,
-            "fell": self.fell,
-            "cycles": [float(f"{value:.5g}") for value in self.cycles],
-            "velocity": [[float(f"{value:.5g}") for value in row] for row in self.velocity],
-        }
-
-
-@dataclass(frozen=True)
-class PushRecovery:
-    """Which pushes a walker survives.
-
-    Attributes
-    ----------
-    seconds : s, how long each push lasts.
-    cycles : gait cycles without a fall after which a push counts as survived.
-    resolution : N, the finest step in force.
-    ceiling : N, the largest push tested: a walker that survived it may survive more.
-    phases : (P,) of the right gait cycle.
-    directions : (D,) rad from straight ahead, left positive.
-    largest : (P, D) N, the largest tested force up to which every tested push was survived.
-    force : N, of the push that must be survived.
-    criterion_directions : (C,) rad, those within 90° of straight ahead.
-    survived : (P, C) whether that push was survived.
-    """
-
-    seconds: float
-    cycles: float
-    resolution: float
-    ceiling: float
-    phases: tuple[float, ...]
-    directions: tuple[float, ...]
-    largest: Array
-    force: float
-    criterion_directions: tuple[float, ...]
-    survived: NDArray[np.bool_]
-
-    def as_dict(self) -> dict[str, Any]:
-        """The fields by name, to be written as JSON; directions in degrees."""
-        return {
-            "seconds": self.seconds,
-            "cycles": self.cycles,
-            "resolution": self.resolution,
-            "ceiling": self.ceiling,
-            "phases": list(self.phases),
-            "directions": [_degrees(direction) for direction in self.directions],
-            "largest": self.largest.tolist(),
-            "force": self.force,
-            "criterion_directions": [_degrees(each) for each in self.criterion_directions],
-            "survived": self.survived.tolist(),
-        }
+    def stored(self) -> PushTrace:
+        """As a file has it."""
+        return PushTrace(
+            phase=self.push.phase,
+            direction=_degrees(self.push.direction),
+            force=self.push.force,
+            fell=self.fell,
+            cycles=[float(f"{value:.5g}") for value in self.cycles],
+            velocity=[[float(f"{value:.5g}") for value in row] for row in self.velocity],
+        )
 
 
 def _degrees(direction: float) -> float:
@@ -137,7 +91,7 @@ def _degrees(direction: float) -> float:
 
 
 def evenly_spaced(count: int) -> tuple[float, ...]:
-    """Directions around the circle, rad in (−π, π], straight ahead first, then to the left."""
+    """`count` directions around the circle, rad in (−π, π]: ahead first, then to the left."""
     turns = [index / count for index in range(count)]
     return tuple(2.0 * math.pi * (turn if turn <= 0.5 else turn - 1.0) for turn in turns)
 
@@ -152,7 +106,8 @@ def largest_survived(
     ceiling: float,
     on_progress: Callable[[int], None] | None = None,
 ) -> Array:
-    """The largest force (P, D) up to which every tested push is survived; 0 if none is.
+    """The largest force (P, D) N, of `phases` and `directions` (rad), up to which every tested push
+    is survived; 0 if none is.
 
     Parameters
     ----------
@@ -165,9 +120,7 @@ def largest_survived(
     reached = np.zeros(len(cases))
 
     def ascend(case_numbers: Sequence[int], increment: float, limits: Array) -> list[int]:
-        """Raise `reached` until a push causes a fall or the limit is reached; returns the cases
-        that fell.
-        """
+        """Raise `reached` up to a fall or the limit; returns the cases that fell."""
         fallen: list[int] = []
         standing = list(case_numbers)
         while standing:
@@ -181,6 +134,7 @@ def largest_survived(
                 on_progress(len(cases) - len(standing))
         return fallen
 
+    # coarse steps first; after the first fall, fine steps up to just below the push that caused it
     fell = ascend(range(len(cases)), step, np.full(len(cases), ceiling))
     ascend(fell, resolution, reached + step - resolution)
     return reached.reshape(len(phases), len(directions))
@@ -214,13 +168,13 @@ class PushTrial:
 
 
 def survives(environment: WalkingEnvironment, trial: PushTrial) -> bool:
-    """Whether the walker survives the push, in an environment that is `without_drift`."""
+    """Whether the walker survives the push of `trial`, in an `environment` made `without_drift`."""
     seconds = trial.planned_cycles() * environment.task.reference.stride_time
     return not score_rollout(environment, trial.policy, seconds=seconds, **trial.settings()).fell
 
 
 def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bool]:
-    """`survives` of at most eight trials of one policy and body, side by side."""
+    """`survives` of at most eight trials `tried` by `group` side by side, one policy and body."""
     stride = group.environments[0].task.reference.stride_time
     fell = fell_together(
         group,
@@ -238,13 +192,15 @@ def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:
 
 
 def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
-    """Velocity of the centre of mass from a cycle before the push on, in an environment that is
-    `without_drift`.
+    """Velocity of the centre of mass in `trial` from a cycle before the push, in an `environment`
+    that is `without_drift`.
     """
     rollout = record_rollout(
         environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
     )
+    # the phase counts whole cycles since the start, so this is 0 when the push begins
     since = rollout.phase - (trial.settling_cycles + trial.push.phase)
+    # a row for each action is enough to draw, and keeps the file small
     every = environment.walker.steps_per_action
     velocity = np.gradient(rollout.centre_of_mass, rollout.time, axis=0)
     shown = np.flatnonzero(since >= -1.0)[::every]
@@ -263,15 +219,15 @@ def _trace_from(values: Mapping[str, Any]) -> Trace:
 
 
 def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[PushTrial]:
-    """The rollouts that test the pushes on a walker."""
+    """The rollouts that test `pushes` on `policy` with body parameters `mu` (14,) on `task`."""
     settling = task.configuration.validation.settling_cycles
     cycles = task.configuration.pushes.cycles
     return [PushTrial(policy, mu, push, settling, cycles) for push in pushes]
 
 
 def required_directions(settings: PushSettings) -> tuple[float, ...]:
-    """The directions, rad, of the pushes that must be survived: from 90° right to 90° left of
-    straight ahead; a single one is straight ahead.
+    """Directions, rad, of the pushes that must be survived by `settings`: evenly from 90° right to
+    90° left of straight ahead; a single one is straight ahead.
     """
     count = settings.required_directions
     ends = (-0.5 * math.pi, 0.5 * math.pi) if count > 1 else (0.0, 0.0)
@@ -279,7 +235,7 @@ def required_directions(settings: PushSettings) -> tuple[float, ...]:
 
 
 def required_pushes(settings: PushSettings) -> list[Push]:
-    """The pushes that must be survived, at every phase."""
+    """The pushes that must be survived by `settings`, at every phase."""
     return [
         Push(phase, direction, settings.force)
         for phase in settings.phases
@@ -297,7 +253,7 @@ def _shown(settings: PushSettings) -> list[Push]:
 
 
 def without_drift(task: WalkingTask) -> WalkingTask:
-    """The task in which displacement does not end a rollout, because it is not a fall."""
+    """The `task` in which displacement does not end a rollout, because it is not a fall."""
     configuration = task.configuration
     environment = configuration.environment.model_copy(update={"drift_tolerance": math.inf})
     return replace(
@@ -313,7 +269,7 @@ def push_recovery(
     journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> tuple[PushRecovery, list[Trace]]:
-    """Push a walker at the phases and in the directions set by `pushes` in the configuration.
+    """Push the walker of `task` and `policy` as the `pushes` of the configuration say.
 
     Every rollout starts at phase 0, settles for `validation.settling_cycles` and is pushed in the
     next cycle. Worker processes share the rollouts; the result does not depend on their number.
@@ -321,16 +277,13 @@ def push_recovery(
     Parameters
     ----------
     mu : (14,) body parameters.
-    journal : keeps every push; one that an interrupted call has left is gone on with, to the same
-        result.
+    journal : keeps every push; an interrupted call continues from it, to the same result.
     on_progress : called with `pushes` (finished phases and directions) and `total`.
 
     Returns
     -------
-    recovery
-        Which pushes the walker survives.
-    traces
-        Velocity of the centre of mass from one cycle before a push of `pushes.force` to
+    recovery : which pushes the walker survives.
+    traces : velocity of the centre of mass from one cycle before a push of `pushes.force` to
         `pushes.cycles` after it, pushed ahead and to the left at each phase.
     """
     configuration = task.configuration
@@ -344,6 +297,7 @@ def push_recovery(
 
     journal = journal or Journal()
     workers = configuration.training.workers
+    # required and shown pushes run in the pool's engine; `_stand` asks for the compiled one
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
@@ -377,11 +331,11 @@ def push_recovery(
         cycles=settings.cycles,
         resolution=settings.resolution,
         ceiling=settings.largest,
-        phases=settings.phases,
-        directions=directions,
-        largest=largest,
+        phases=list(settings.phases),
+        directions=[_degrees(each) for each in directions],
+        largest=largest.tolist(),
         force=settings.force,
-        criterion_directions=required_directions(settings),
-        survived=np.reshape(stood, (len(settings.phases), -1)),
+        criterion_directions=[_degrees(each) for each in required_directions(settings)],
+        survived=np.reshape(stood, (len(settings.phases), -1)).tolist(),
     )
     return recovery, traces

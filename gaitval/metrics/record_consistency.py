@@ -19,74 +19,90 @@ the root mean square of both errors is at least rms(R − L) / 2. A walker may b
 how much its legs would have to differ to follow the record.
 """
 
-from dataclasses import asdict, dataclass
-from typing import Any
-
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.typed import Number, Result, Size
 
-_COMPONENTS = ("forward", "left", "vertical")
 _BODY_WEIGHTS = (0.0, 0.0, 1.0)
-"""Mean ground reaction of steady walking, in the order of `_COMPONENTS`."""
+"""Mean ground reaction of steady walking: forward, left, vertical."""
 _MOMENTS = ("hip_flexion", "knee_angle", "ankle_angle")
 _PHASE = np.arange(1000) / 1000
 
 
-@dataclass(frozen=True)
-class Asymmetry:
-    """How a curve of the right leg differs from the left one's over each side's own cycle.
+class ForceComponents(Result):
+    """Body weights, by world axis."""
 
-    Attributes
-    ----------
-    mean_difference : right less left.
-    rms_difference : root mean square of right less left.
-    """
-
-    mean_difference: float
-    rms_difference: float
+    forward: Number
+    left: Number
+    vertical: Number
 
 
-@dataclass(frozen=True)
-class Consistency:
-    """Contradictions in a record.
+class Asymmetry(Result):
+    """Difference of a moment of both legs over each side's own cycle, Nm/kg."""
 
-    Attributes
-    ----------
-    mean_force : mean over the gait cycle of the ground reaction under both feet, body weights, by
-        world axis: forward, left, vertical.
-    force_rmse_bound : by the same names, body weights: the RMSE of steady walking, averaged over
-        both feet, cannot be below it.
-    vertical_rmse_bound_in_stance : body weights: the same for the worse foot if no simulated foot
-        is loaded in the recorded swing.
-    moment_asymmetry : Nm/kg, of the sagittal moments.
-    """
+    mean_difference: Number
+    """Right less left."""
+    rms_difference: Size
+    """Root mean square of right less left."""
 
-    mean_force: dict[str, float]
-    force_rmse_bound: dict[str, float]
-    vertical_rmse_bound_in_stance: float
-    moment_asymmetry: dict[str, Asymmetry]
 
-    def as_dict(self) -> dict[str, Any]:
-        """The fields by name, to be written as JSON."""
-        return asdict(self)
+class MomentAsymmetry(Result):
+    """Of the sagittal moments."""
+
+    hip_flexion: Asymmetry
+    knee_angle: Asymmetry
+    ankle_angle: Asymmetry
+
+    def by_name(self) -> dict[str, Asymmetry]:
+        """The moments, in the order of their names."""
+        return {
+            "ankle_angle": self.ankle_angle,
+            "hip_flexion": self.hip_flexion,
+            "knee_angle": self.knee_angle,
+        }
+
+
+class Consistency(Result):
+    """What a record contradicts."""
+
+    mean_force: ForceComponents
+    """Mean over the gait cycle of the ground reaction under both feet; 0, 0, 1 in steady
+    walking."""
+    force_rmse_bound: ForceComponents
+    """RMSE, averaged over both feet, that no steady walk can be below."""
+    vertical_rmse_bound_in_stance: Size
+    """Body weights: the same of the worse foot where no simulated foot is loaded in the recorded
+    swing."""
+    moment_asymmetry: MomentAsymmetry
 
 
 def consistency(record: GaitRecord) -> Consistency:
-    """The contradictions in a record; the module's docstring derives the bounds."""
-    mean = sum(record.ground_reaction(side, _PHASE).mean(axis=0) for side in SIDES)
+    """The contradictions in `record`; the module's docstring derives the bounds."""
+    mean = sum(
+        (record.ground_reaction(side, _PHASE).mean(axis=0) for side in SIDES), start=np.zeros(3)
+    )
+    # |1 − m| of the module's docstring, for each axis
     missing = np.abs(np.array(_BODY_WEIGHTS) - mean)
+    # √s_r + √s_l
     stance = sum(np.sqrt(record.stance_fraction[side]) for side in SIDES)
     asymmetry = {}
     for name in _MOMENTS:
         difference = record.moments[f"{name}_r"](_PHASE) - record.moments[f"{name}_l"](_PHASE)
         asymmetry[name] = Asymmetry(
-            float(difference.mean()), float(np.sqrt(np.mean(difference**2)))
+            mean_difference=float(difference.mean()),
+            rms_difference=float(np.sqrt(np.mean(difference**2))),
         )
     return Consistency(
-        mean_force=dict(zip(_COMPONENTS, map(float, mean), strict=True)),
-        force_rmse_bound=dict(zip(_COMPONENTS, map(float, 0.5 * missing), strict=True)),
+        mean_force=_components(mean),
+        force_rmse_bound=_components(0.5 * missing),
         vertical_rmse_bound_in_stance=float(missing[2] / stance),
-        moment_asymmetry=asymmetry,
+        moment_asymmetry=MomentAsymmetry(**asymmetry),
     )
+
+
+def _components(force: Array) -> ForceComponents:
+    forward, left, vertical = map(float, force)
+    return ForceComponents(forward=forward, left=left, vertical=vertical)

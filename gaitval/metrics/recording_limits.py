@@ -42,13 +42,8 @@ _REMEDIES: Final = {
 
 
 def state_of(tolerance: str, passed: bool, *, reduced: bool) -> State:
-    """What is said of a limit.
-
-    Parameters
-    ----------
-    tolerance : its id in `tolerances.toml`; another check's is judged as it is.
-    passed : the value is within the limit.
-    reduced : it is of a motion after residual reduction.
+    """The verdict on the limit `tolerance` (id in `tolerances.toml`, or another check's): a value
+    that `passed` is within it; `reduced` is for motions after residual reduction.
     """
     if tolerance in AFTER_REDUCTION and not reduced:
         return "not judged"
@@ -56,14 +51,16 @@ def state_of(tolerance: str, passed: bool, *, reduced: bool) -> State:
 
 
 def remedy(tolerance: str, *, reduced: bool) -> str:
-    """What to do about a limit that an import fails; empty where nothing is known."""
+    """What to do about the limit `tolerance` (id) that an import fails, `reduced` or not by
+    residual reduction; empty where nothing is known.
+    """
     if tolerance.startswith("residual-"):
         return _AFTER if reduced else _BEFORE
     return _REMEDIES.get(tolerance, "")
 
 
 def failure(name: str, value: float | None, limit: float, unit: str, what_to_do: str = "") -> str:
-    """A limit that failed in words: measure, value, limit, and what to do."""
+    """A failed limit in words: `name`, `value`, `limit` in `unit`, and `what_to_do`."""
     measured = "not measured" if value is None else f"{value:.3g} {unit}"
     rest = f": {what_to_do}" if what_to_do else ""
     return f"{name}: {measured}, limit {limit:g} {unit}{rest}"

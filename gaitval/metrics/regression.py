@@ -3,14 +3,14 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 from xml.etree import ElementTree
 
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import Origin
-from gaitval.metrics.origin import is_judged, measure_origin, origins_in
-from gaitval.metrics.results import check_metrics
+from gaitval.metrics.origin import is_judged, measure_origin
+from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
 
 Outcome = Literal["lost", "kept", "improved"]
@@ -67,32 +67,22 @@ def _change(baseline: float | None, current: float | None, margin: float, better
     return "improved" if gain > margin else "kept"
 
 
-def _values(metrics: Mapping[str, Any]) -> dict[tuple[str, str], float | None]:
-    return {(row["measure"], row["target"]): row["value"] for row in metrics["measures"]}
+def _values(metrics: Metrics) -> dict[tuple[str, str], float | None]:
+    return {(row.measure, row.target): row.value for row in metrics.measures}
 
 
 def compare(
-    baseline: Mapping[str, Any],
-    current: Mapping[str, Any],
+    baseline: Metrics,
+    current: Metrics,
     *,
     leave_out: Collection[str] = (),
     margins: Mapping[str, Allowed] | None = None,
 ) -> list[Row]:
-    """Rows of every measure in either run, in the order of the baseline, new ones last.
-
-    Parameters
-    ----------
-    baseline, current : contents of `metrics.json`.
-    leave_out : measures that are not compared.
-    margins : by measure, instead of those of the installed gaitval.
-
-    Raises
-    ------
-    ArtefactError : one of them does not match the schema, or they are of different subjects.
+    """A row for every measure of `baseline` or `current`, new ones last, except those in
+    `leave_out`. `margins`, by measure, replace those of the installed gaitval. Raises ArtefactError
+    for different subjects.
     """
-    check_metrics(baseline, "the baseline")
-    check_metrics(current, "the current metrics")
-    ours, theirs = current["subject"]["identifier"], baseline["subject"]["identifier"]
+    ours, theirs = current.subject.identifier, baseline.subject.identifier
     if ours != theirs:
         raise ArtefactError(
             f"the baseline is of subject {theirs}, but the run is of subject {ours}. Give the "
@@ -101,7 +91,7 @@ def compare(
     allowed: dict[str, Allowed] = {each.measure: each for each in load_registry().margin}
     allowed |= margins or {}
     before, now = _values(baseline), _values(current)
-    origins = origins_in(current)
+    origins = current.origins
     return [
         Row(
             measure=measure,
@@ -118,13 +108,14 @@ def compare(
             ),
             origin=measure_origin(measure, target, origins),
         )
+        # a dictionary for its order: the baseline's, then what only the new run has
         for measure, target in dict.fromkeys([*before, *now])
         if measure not in leave_out
     ]
 
 
 def check_same_measures(rows: Sequence[Row]) -> None:
-    """Raise ArtefactError if the baseline lacks a measure that the current run has."""
+    """Raise ArtefactError if the baseline of `rows` lacks a measure that the current run has."""
     missing = [f"{row.measure} of {row.target}" for row in rows if row.baseline is None]
     if missing:
         raise ArtefactError(
@@ -135,16 +126,13 @@ def check_same_measures(rows: Sequence[Row]) -> None:
 
 
 def lost(rows: Sequence[Row]) -> list[Row]:
-    """The rows that lost accuracy; the check fails if there are any."""
+    """The `rows` that got worse; the check fails if there are any."""
     return [row for row in rows if row.change == "lost"]
 
 
 def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
-    """Write JUnit XML with one test case per measure; lost ones are failures.
-
-    Parameters
-    ----------
-    about : what else is to be known, as the properties of the suite.
+    """Write `rows` to `path` as JUnit XML, a test case per measure; those lost are failures.
+    `about` becomes the properties of the suite.
     """
     suite = ElementTree.Element(
         "testsuite",

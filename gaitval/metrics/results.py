@@ -4,42 +4,63 @@ The models are the schema: `scripts/schemas.py` writes it beside them. It is lon
 have many parts, each of which is one model.
 """
 
-from typing import Annotated, Any, Final, Literal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, model_validator
 
+from gaitval.artefacts import read_json, write_json
+from gaitval.coordinates import SIDES, Side
+from gaitval.display import FORCE, MOMENT, Displayed, NamedCurve, of_kind, sourced_frame
 from gaitval.errors import ArtefactError
-from gaitval.gait.record import Origin
+from gaitval.gait.record import LowPass, Origin
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.comparison import CurveError
+from gaitval.metrics.joint_power import JointPower
+from gaitval.metrics.known_measures import ReadBy, Status
+from gaitval.metrics.learning_gain import LearningGain
+from gaitval.metrics.origin import Origins
 from gaitval.metrics.record_results import (
-    Curve,
-    JointPowerResult,
+    CentreOfMass,
+    Kind,
     Kinds,
     MeasuredErrors,
-    Path,
     PredictionResult,
+    RecordedCurves,
     RecordResult,
-    Sides,
     UnseenResult,
 )
-from gaitval.metrics.told_measures import ReadBy, Status
-from gaitval.metrics.tolerances import WALK_UNITS
-from gaitval.metrics.torque_shares import PARTS
+from gaitval.metrics.round_errors import Epsilon
+from gaitval.metrics.tolerances import Measure, Verdict
 from gaitval.metrics.typed import (
     Count,
     Flag,
     Number,
     OpenResult,
-    Positive,
     Result,
     Sha256,
     Size,
     named,
     same_version,
 )
+from gaitval.metrics.walk_results import (
+    CountBySide,
+    Endurance,
+    FootContacts,
+    MeanCurve,
+    PushRecovery,
+    TorqueShares,
+)
 from gaitval.metrics.walk_statistics import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
-from gaitval.prediction.told import QUANTITIES, Quantity
+from gaitval.prediction.known import QUANTITIES, Quantity
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+METRICS: Final = "metrics.json"
 SCHEMA_VERSION: Final = 9
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
@@ -47,10 +68,6 @@ IDENTIFICATION_VERSION: Final = 2
 
 CORRECTED_JOINTS: Final = 13
 """Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
-
-
-class CountBySide(Sides[Count]):
-    """Right and left."""
 
 
 class SubjectResult(Result):
@@ -69,25 +86,22 @@ class CurveUnits(Result):
     moments: Literal["Nm/kg"]
     forces: Literal["% BW"]
 
-
-class LowPassResult(Result):
-    """Low-pass filters applied to the record's moments and forces before averaging."""
-
-    moments_hz: Positive
-    forces_hz: Positive
+    def of(self, kind: Kind) -> str:
+        """That of a kind of curves."""
+        return str(getattr(self, kind))
 
 
 class Method(Result):
     """How rollouts were compared."""
 
     centring: Size | None = None
-    """Share of the policy's habit that was taken from its actions."""
+    """Share of the policy's action bias that was taken from its actions."""
     model_mass_kg: Size
     gravity_m_s2: Size
     body_weight_n: Size
     event_threshold_n: Size
     filter_frequency_hz: Size
-    record_low_pass: LowPassResult | None = None
+    record_low_pass: LowPass | None = None
     settling_cycles: Count
     cycles: Count
     consecutive_cycles: Count
@@ -96,124 +110,54 @@ class Method(Result):
     external_load: str
 
 
-class Start(Result):
-    """How far the rollout from one start phase went."""
-
-    start_phase: Number
-    fell: Flag
-    seconds: Size
-    cycles: CountBySide
-    scuffs: CountBySide
-    walking_speed: Number | None
-    engine: Literal["compiled", "dart", "mujoco"] = "dart"
-    """That it walked in; a file without it is from when all walked in DART."""
+Spatiotemporal = Literal[
+    "walking_speed",
+    "cadence",
+    "stride_time_right",
+    "stride_time_left",
+    "stance_fraction_right",
+    "stance_fraction_left",
+    "double_support_fraction",
+    "step_length_right",
+    "step_length_left",
+    "step_width",
+]
 
 
 class SpatiotemporalResult(Result):
     """A spatiotemporal parameter of a rollout, and of the record."""
 
-    name: Literal[
-        "walking_speed",
-        "cadence",
-        "stride_time_right",
-        "stride_time_left",
-        "stance_fraction_right",
-        "stance_fraction_left",
-        "double_support_fraction",
-        "step_length_right",
-        "step_length_left",
-        "step_width",
-    ]
+    name: Spatiotemporal
     unit: str
     mean: Number | None
     sd: Number | None
     recorded: Number | None
 
 
-class MeanCurve(Result):
-    """Mean and standard deviation over the cycles; null where there are too few."""
-
-    mean: Curve | None
-    sd: Curve | None
-
-
-class MeanCurves(Kinds[MeanCurve]):
+class WalkedCurves(Kinds[MeanCurve]):
     """Simulated, in the units of the curves."""
 
 
-class CurveErrorResult(Result):
-    """How a mean simulated curve differs from the recorded one."""
-
-    rmse: Number | None
-    peak_error: Number | None
-    peak_percent: Annotated[Count, Field(le=100)]
-    bias: Number | None
-    correlation: Number | None
-
-
-class CurveErrors(Kinds[CurveErrorResult | None]):
+class CurveErrors(Kinds[CurveError | None]):
     """In the units of the curves; null where there is no cycle."""
-
-
-class EpsilonResult(Result):
-    """Epsilon and its parts, see gaitval/metrics/epsilon.py."""
-
-    angles: Number | None
-    moments: Number | None
-    forces: Number | None
-    total: Number | None
-    angles_rad: Number | None = None
-    moments_nm_per_kg: Number | None = None
-    forces_body_weights: Number | None = None
-
-
-class PressurePath(Result):
-    """Centre of pressure over stance in the footprint, % of foot length from the heel, towards
-    the midline.
-    """
-
-    along: MeanCurve
-    across: MeanCurve
-
-
-_PERCENT, _PERCENTS = named(("10", "50", "90"))
-
-
-class FootContactResult(Result):
-    """How one foot met the ground, see gaitval/metrics/foot_contact.py."""
-
-    stances: Count
-    foot_length_m: Positive
-    spheres: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
-    """Along, across and radius of each contact sphere in the footprint, foot lengths."""
-    path: PressurePath
-    progress: Annotated[dict[Annotated[str, _PERCENT], Number | None], *_PERCENTS]
-    """Centre of pressure at % of stance, % of foot length from the heel."""
-    bounces_per_stance: Number | None
-    transient_peak: Number | None
-    """Largest unfiltered vertical force in the first 15 % of stance, % BW, mean."""
-
-
-class FootContacts(Sides[FootContactResult]):
-    """Right and left foot."""
 
 
 class WalkResult(Result):
     """The rollouts with one set of body parameters."""
 
     mu: Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
-    starts: Annotated[list[Start], Field(min_length=1)]
+    starts: Annotated[list[Endurance], Field(min_length=1)]
     cycles: CountBySide
     """Number of gait cycles in the curves."""
     spatiotemporal: list[SpatiotemporalResult]
     foot_contact: FootContacts
-    curves: MeanCurves
+    curves: WalkedCurves
     errors: CurveErrors
     errors_as_measured: MeasuredErrors | None
     """Null where the record needs no correction of its plates."""
-    joint_power: JointPowerResult | None
-    centre_of_mass: Path | None
-    epsilon: EpsilonResult | None
+    joint_power: JointPower | None
+    centre_of_mass: CentreOfMass | None
+    epsilon: Epsilon | None
 
 
 class WalkResults(Result):
@@ -223,68 +167,13 @@ class WalkResults(Result):
     identified: WalkResult | None
 
 
-MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(WALK_UNITS))})$")]
-
-
-class MeasureResult(Result):
-    """A measured value; null if the rollout was too short."""
-
-    measure: MeasureName
-    target: str
-    value: Number | None
-    unit: str
-
-
-class ComparedMeasure(MeasureResult):
-    """A measured value of the final walk, and whether what it is compared with was told."""
+class ComparedMeasure(Measure):
+    """A value of the final walk, and whether what it is compared with was known to the model."""
 
     comparison: Status
     origin: Origin | None = None
     """Where what it is compared with comes from; null for what needs no record. Only what was
     recorded judges: any other value is a distance, without verdict, goal or skill."""
-
-
-class SpreadResult(Result):
-    """A verdict in repeats, see gaitval/metrics/spread.py."""
-
-    repeats: Count
-    """Walks from other starts with noise; pushes of `push_survival`; start phases of endurance."""
-    kept: Count
-    """Of them, those that keep the limit; pushes that were survived; walks without a fall."""
-    low: Number | None
-    high: Number | None
-    """90 % interval, in the measure's unit; null with fewer than three repeats."""
-    close: Flag
-    """The limit is kept, but not by all repeats and the whole interval, or one push more that is
-    not survived would fail it."""
-
-
-class VerdictResult(Result):
-    """The verdict of a tolerance on a measured value."""
-
-    id: str
-    title: str
-    measure: MeasureName
-    unit: str
-    limit: Literal["at_most", "at_least", "exactly"]
-    goal: Number | None
-    """A stricter limit to aim at."""
-    role: Literal["acceptance", "context"]
-    status: Literal["published", "derived", "convention"]
-    verified: Flag
-    citation: str
-    locator: str
-    note: str
-    remedy: str = ""
-    """What to do where it fails; empty in files from before it was told."""
-    target: str
-    value: Number | None
-    tolerance: Number
-    passed: Flag
-    reached: Flag | None
-    """Whether the goal is reached; null without one."""
-    spread: SpreadResult | None = None
-    """Null where nothing was repeated."""
 
 
 class Summary(Result):
@@ -308,29 +197,32 @@ class Round(OpenResult):
     """One round of Algorithm 1."""
 
     round: Count
-    epsilon: EpsilonResult | None
+    epsilon: Epsilon | None
     """At mu*, mean over the start phases."""
-    epsilon_nominal: EpsilonResult | None = None
+    epsilon_nominal: Epsilon | None = None
     scatter: Number | None = None
     """SD of epsilon over the start phases."""
     floor: Number | None = None
     """Epsilon of the reference itself."""
 
 
+Determination = Literal["identified", "weak", "not identified", "at its bound"]
+"""What the record says about a parameter, see gaitval/identification/verdicts.py."""
+
 _Parameters = Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
 
 
-class Combination(OpenResult):
+class ParameterSum(OpenResult):
     """A sum of parameters that matters as one, m, about its prior mean."""
 
     name: str
     prior_standard_deviation: Size
     mean: Number
     standard_deviation: Size
-    verdict: Literal["identified", "weak", "not identified"]
+    verdict: Determination
 
 
-class Extended(OpenResult):
+class ExtendedResult(OpenResult):
     """A parameter of `gaitval.model.extended`, which is 0 as scaled."""
 
     name: str
@@ -338,7 +230,7 @@ class Extended(OpenResult):
     prior_standard_deviation: Size
     mean: Number
     standard_deviation: Size
-    verdict: Literal["identified", "weak", "not identified"]
+    verdict: Determination
 
 
 class FoundParameters(OpenResult):
@@ -357,7 +249,7 @@ class FoundParameters(OpenResult):
     upper: _Parameters
     on_bound: Annotated[list[Flag], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     verdicts: Annotated[
-        list[Literal["identified", "weak", "not identified", "at its bound"]],
+        list[Determination],
         Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS)),
     ]
     profiles: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
@@ -367,8 +259,8 @@ class FoundParameters(OpenResult):
     correlation: Annotated[
         list[_Parameters], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
     ]
-    combinations: list[Combination]
-    extended: list[Extended] = Field(default_factory=list)
+    combinations: list[ParameterSum]
+    extended: list[ExtendedResult] = Field(default_factory=list)
     """Empty unless they were looked for; the walker does not use them."""
     plates: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """m, by how much the centre of pressure of the right and left plate is further forward."""
@@ -384,8 +276,8 @@ class FoundParameters(OpenResult):
 class IdentificationResult(FoundParameters):
     """The identification of the chosen round of Algorithm 1: `identification.json`."""
 
-    epsilon_nominal: EpsilonResult | None
-    epsilon_identified: EpsilonResult | None
+    epsilon_nominal: Epsilon | None
+    epsilon_identified: Epsilon | None
     rounds: list[Round]
     chosen_round: Count | None = None
     searched: _Parameters | None = None
@@ -398,7 +290,7 @@ class CorrectedCurve(Result):
     kind: Literal["angles", "moments", "forces"]
     curve: str
     fitted: bool
-    """Whether the correction looks at it; the others tell whether it does harm."""
+    """Whether the correction looks at it; the others show whether it does harm."""
     before: Number
     after: Number
 
@@ -423,38 +315,6 @@ class CorrectionResult(Result):
     curves: list[CorrectedCurve]
 
 
-class PushRecoveryResult(Result):
-    """Recovery from horizontal pushes at the pelvis, see gaitval/metrics/push_recovery.py."""
-
-    seconds: Positive
-    cycles: Positive
-    resolution: Positive
-    ceiling: Size
-    phases: Annotated[list[Number], Field(min_length=1)]
-    directions: Annotated[list[Number], Field(min_length=1)]
-    """Degrees from straight ahead, left positive."""
-    largest: list[Annotated[list[Size], Field(min_length=1)]]
-    """By phase and direction, N: the largest force up to which every tested push was survived."""
-    force: Size
-    criterion_directions: list[Number]
-    survived: list[list[Flag]]
-    """By phase and criterion direction: whether the push of `force` was survived."""
-
-
-class ShareResult(Result):
-    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
-
-    rms: Size
-    """Nm/kg."""
-    r_squared: Number | None
-    """Share of the moment's variance that the part alone explains."""
-
-
-_PART, _PARTS = named(PARTS)
-TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], ShareResult], *_PARTS]]
-"""By actuated coordinate and part."""
-
-
 class WitnessResult(Result):
     """The final walk's body and policy in a second physics engine, for the compared cycles."""
 
@@ -464,7 +324,7 @@ class WitnessResult(Result):
     goals: Count
     """Goals of acceptance that such a walk can be held against."""
     goals_reached: Count
-    measures: list[MeasureResult]
+    measures: list[Measure]
 
 
 class HeldOutError(Result):
@@ -503,7 +363,7 @@ class Provenance(Result):
 _QUANTITY, _QUANTITIES = named(QUANTITIES)
 
 
-class Metrics(Result):
+class Metrics(Displayed, Result):
     """The validation of a subject's simulated walks against the recorded gait.
 
     Curves run over each side's own gait cycle, 0 to 100 %. Signs: flexion, dorsiflexion, adduction,
@@ -522,7 +382,7 @@ class Metrics(Result):
     told: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
-    """Of the record, without a model; skill is told against the first."""
+    """Of the record, without a model; skill is relative to the first."""
     unseen: list[UnseenResult]
     """The final walk against further trials at the same speed."""
     prediction_errors: HeldOutErrors | None = None
@@ -531,9 +391,9 @@ class Metrics(Result):
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""
     measures: list[ComparedMeasure]
-    tolerances: list[VerdictResult]
+    tolerances: list[Verdict]
     summary: Summary
-    push_recovery: PushRecoveryResult | None
+    push_recovery: PushRecovery | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
     witness: WitnessResult | None = None
@@ -541,22 +401,102 @@ class Metrics(Result):
     """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None
     correction: CorrectionResult | None
-    training: dict[str, Any] | None
+    training: LearningGain | None
     provenance: Provenance
+
+    @model_validator(mode="after")
+    def _has_the_final_walk(self) -> Self:
+        if self.final == "identified" and self.walks.identified is None:
+            raise ValueError("final is identified, but there are no rollouts with that body")
+        return self
+
+    @property
+    def walk(self) -> WalkResult:
+        """The walk that measures and tolerances refer to."""
+        identified = self.walks.identified if self.final == "identified" else None
+        return identified or self.walks.nominal
+
+    @property
+    def origins(self) -> Origins:
+        """Where what the walk is compared with comes from; of an earlier file without origins,
+        those that follow from what it says was recorded.
+        """
+        if self.record.origins is not None:
+            return {
+                quantity: {side: found.of(side) for side in SIDES}
+                for quantity, found in self.record.origins.items()
+            }
+        return {
+            quantity: dict[Side, Origin].fromkeys(
+                SIDES, "recorded" if quantity in self.recorded else "expected"
+            )
+            for quantity in QUANTITIES
+        }
+
+    @property
+    def is_recorded_at_all(self) -> bool:
+        """Whether anything that the walk is compared with was recorded."""
+        return any("recorded" in sides.values() for sides in self.origins.values())
+
+    def title(self) -> str:
+        """Whose, and how many limits are met, or that nothing was recorded to judge by."""
+        counts, name = self.summary, self.subject.identifier
+        if not self.is_recorded_at_all:
+            return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
+        return (
+            f"Study of {name}: {counts.accepted} of {counts.accepted + counts.refused} limits met"
+        )
+
+    def overview(self) -> "pd.DataFrame":
+        """Each limit that decides the verdict, and how many of its measures meet it."""
+        met: dict[tuple[str, str, str], list[bool]] = {}
+        for row in self.tolerances:
+            if row.role == "acceptance":
+                limit = f"{row.limit.replace('_', ' ')} {row.tolerance:g}"
+                met.setdefault((row.title, limit, row.unit), []).append(row.passed)
+        import pandas as pd
+
+        return pd.DataFrame(
+            [(*limit, f"{sum(passed)} of {len(passed)}") for limit, passed in met.items()],
+            columns=["quantity", "limit", "unit", "met"],
+        )
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Mean curves of the walk and of the record at 0, 1, … 100 % of each side's gait cycle:
+        joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
+        `source` says whose each row is.
+        """
+        name = self.subject.identifier
+        other = "record of" if self.is_recorded_at_all else "prediction for"
+        return sourced_frame(
+            {
+                f"walk of {name}": self._named(self.walk.curves),
+                f"the {other} {name}": self._named(self.record.curves),
+            }
+        )
+
+    def _named(self, curves: RecordedCurves | WalkedCurves) -> Iterator[NamedCurve]:
+        words: dict[Kind, str] = {"angles": "", "moments": MOMENT, "forces": FORCE}
+        for kind, name, curve in curves.items():
+            values = curve.mean if isinstance(curve, MeanCurve) else curve
+            shown = np.full(SAMPLES, np.nan) if values is None else np.array(values, dtype=float)
+            yield of_kind(name, words[kind]), self.units.of(kind), shown
+
+    def save(self, path: str | Path) -> None:
+        """Write `metrics.json` into a folder, whole or not at all."""
+        write_json(Path(path) / METRICS, self.as_dict())
+
+
+def read_metrics(file: Path) -> Metrics:
+    """The metrics in a file, or in the `metrics.json` of a folder; see `metrics_from`."""
+    file = file / METRICS if file.is_dir() else file
+    return metrics_from(read_json(file), str(file))
 
 
 def metrics_from(values: Any, origin: str) -> Metrics:
-    """Typed metrics from the values read from a file.
-
-    Other versions are refused, not converted, because their verdicts are for other limits.
-
-    Parameters
-    ----------
-    origin : where they come from, for the message.
-
-    Raises
-    ------
-    ArtefactError : they are of another version, or do not match the schema; the message says where.
+    """Typed metrics from the `values` of the file `origin`. Raises ArtefactError where they do not
+    match the schema. Other versions are refused, not converted: their verdicts are for other
+    limits.
     """
     same_version(
         values,
@@ -568,6 +508,7 @@ def metrics_from(values: Any, origin: str) -> Metrics:
     )
     found = Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
     source = found.subject.source
+    # such files have no origins; only the text of the source shows that nothing was recorded
     if found.record.origins is None and (source.endswith(" predicted") or ", mirrored" in source):
         raise ArtefactError(
             f"{origin}: an earlier gaitval wrote it and judged the walk by what was not recorded "
@@ -576,17 +517,9 @@ def metrics_from(values: Any, origin: str) -> Metrics:
     return found
 
 
-def check_metrics(metrics: Any, origin: str) -> None:
-    """Raise ArtefactError, as `metrics_from` does, if `metrics` cannot be used."""
-    metrics_from(metrics, origin)
-
-
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
-    """A typed identification from the values read from a file, of one round or the chosen one.
-
-    Raises
-    ------
-    ArtefactError : they do not match the schema; the message says where.
+    """A typed identification from the `values` of the file `origin`, of one round or the chosen
+    one. Raises ArtefactError where they do not match the schema.
     """
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters

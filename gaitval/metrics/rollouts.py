@@ -1,10 +1,10 @@
 """Rollouts without pushes, which are compared with the record.
 
 A rollout is long, to show that the walker keeps walking, but only its first cycles are compared
-with the record: for the rest only the distance is reported, and the trajectory is not kept.
+with the record. Of the rest only the distance is reported; the trajectory is not kept.
 
-The one that is compared walks in DART. Those from the other start phases, which only show that the
-walker keeps walking, walk side by side in the compiled engine, which solves the same equations.
+The compared walk is made in DART. Those from the other start phases only show that the walker keeps
+walking; they run side by side in the compiled engine, which solves the same equations.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,6 +23,8 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
 from gaitval.metrics.cycles import find_cycles, walking_speed
+from gaitval.metrics.typed import number
+from gaitval.metrics.walk_results import CountBySide, Endurance
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout, travel_together
 from gaitval.policy.storage import Policy
@@ -35,40 +37,6 @@ _WHOLE = ("mu", "start_phase", "fell")
 
 
 @dataclass(frozen=True)
-class Endurance:
-    """How far one rollout went.
-
-    Attributes
-    ----------
-    start_phase : of the right gait cycle.
-    fell : the rollout ended early.
-    seconds : its duration.
-    cycles : by side, complete gait cycles in a row after the settling ones.
-    scuffs : by side, contacts too short for a stance.
-    walking_speed : m/s over whole right cycles; None without any.
-    engine : that it walked in.
-    """
-
-    start_phase: float
-    fell: bool
-    seconds: float
-    cycles: Mapping[str, int]
-    scuffs: Mapping[str, int]
-    walking_speed: float | None
-    engine: Engine
-
-    def as_dict(self) -> dict[str, Any]:
-        """The fields by name, to be written as JSON."""
-        return asdict(self)
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> "Endurance":
-        """What `as_dict` gave. Without an engine it is from when all of them walked in DART."""
-        known = {"engine": "dart", **values}
-        return cls(**{field.name: known[field.name] for field in fields(cls)})
-
-
-@dataclass(frozen=True)
 class Rollouts:
     """Rollouts with one set of body parameters.
 
@@ -76,7 +44,7 @@ class Rollouts:
     ----------
     compared : the rollout from the first start phase, as far as its cycles are compared with the
         record.
-    starts : how far the rollout from each start phase went, the compared one first.
+    starts : how far each start phase's rollout walked, the compared one first.
     """
 
     compared: Rollout
@@ -84,15 +52,8 @@ class Rollouts:
 
 
 def endurance(rollout: Travel, configuration: Configuration, *, engine: Engine) -> Endurance:
-    """How far a rollout without pushes went.
-
-    Parameters
-    ----------
-    engine : that it walked in.
-
-    Raises
-    ------
-    ArtefactError : the rollout has a push.
+    """How far the walker of `rollout` walked in `engine`, by the events of `configuration`. Raises
+    ArtefactError if the rollout has a push.
     """
     if rollout.root_force.any():
         row = int(rollout.root_force.any(axis=1).argmax())
@@ -106,21 +67,22 @@ def endurance(rollout: Travel, configuration: Configuration, *, engine: Engine) 
         start_phase=float(rollout.start_phase[0]),
         fell=bool(rollout.fell[0]),
         seconds=float(rollout.time[-1] - rollout.time[0]),
-        cycles={side: cycles.count(side) for side in SIDES},
-        scuffs={side: cycles.events[side].scuffs for side in SIDES},
-        walking_speed=walking_speed(rollout, cycles),
+        cycles=CountBySide(**{side: cycles.count(side) for side in SIDES}),
+        scuffs=CountBySide(**{side: cycles.events[side].scuffs for side in SIDES}),
+        walking_speed=number(walking_speed(rollout, cycles)),
         engine=engine,
     )
 
 
 def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
-    """The beginning of a rollout, as long as its compared cycles require.
+    """The start of `rollout`, as long as the compared cycles of `configuration` require.
 
-    It has two cycles more than are compared: one for a left cycle that begins and ends later, and
-    one in which the zero-lag filter settles.
+    It has two more cycles: one for a left cycle that begins and ends later, and one in which the
+    zero-lag filter settles.
     """
     settings = configuration.validation
     cycles = settings.settling_cycles + settings.cycles + 2
+    # the phase is not wrapped and never decreases, so it can be searched
     rows = int(np.searchsorted(rollout.phase, rollout.start_phase[0] + cycles, side="right"))
     return replace(
         rollout,
@@ -176,14 +138,12 @@ def _walks(pool: RolloutPool, starts: Sequence[_Start]) -> Iterable[_Walk]:
 def begun_walk(
     pool: RolloutPool, policy: Policy, mu: Array, phase: float, *, cycles: int, engine: Engine
 ) -> Callable[[], tuple[Endurance, Rollout]]:
-    """Begin a walk in another engine beside those that the pool is given next; the function that is
-    returned waits for it.
-
-    Returns
-    -------
-    How far it went, and its part that is compared.
+    """Start a walk in another `engine` beside the next ones of `pool`: `policy` with the body `mu`
+    (14,) from `phase`, for `cycles`. The returned function waits for it and returns how far it
+    walked and its compared part.
     """
     start = _Start(policy, mu, phase, cycles, compared=True)
+    # the pool starts the work now; the iterator blocks only where its result is read
     walks = iter(pool.each(_walk, [start], engine=engine))
 
     def ended() -> tuple[Endurance, Rollout]:
@@ -203,16 +163,16 @@ def roll_out_from(
     cycles: int,
     workspace: Path | None = None,
 ) -> Rollouts:
-    """Rollouts of the deterministic policy from each start phase; the first one is compared, and
-    walks in the pool's engine, the others in the compiled one.
+    """Rollouts of the deterministic policy from each start phase. The first is compared and runs in
+    the engine of `pool`, the others in the compiled one.
 
     Parameters
     ----------
     mu : (14,) body parameters.
     phases : of the right gait cycle.
     cycles : planned length of each rollout in gait cycles of the reference.
-    workspace : a folder for finished rollouts; those that an interrupted call has left there are
-        taken over, to the same result.
+    workspace : a folder for finished rollouts; an interrupted call continues from those left there,
+        to the same result.
     """
     kept = Path(workspace) / "compared.npz" if workspace else None
 
@@ -223,7 +183,8 @@ def roll_out_from(
         return went.as_dict()
 
     def read(values: Mapping[str, Any]) -> _Walk:
-        went = Endurance.from_dict(values)
+        went = Endurance.model_validate(values)
+        # only the compared walk, from the first phase, has a stored trajectory
         first = went.start_phase == phases[0] and kept is not None
         return went, Rollout.load(kept) if first and kept is not None else None
 

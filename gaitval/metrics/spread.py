@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy import stats
 
-from gaitval.metrics.tolerances import Tolerance, Verdict, holds
+from gaitval.metrics.tolerances import Spread, Verdict
+from gaitval.metrics.typed import number
+from gaitval.metrics.walk_results import Repeat
 
 CONFIDENCE: Final = 0.9
 """Of the intervals."""
@@ -17,55 +18,33 @@ Repeated = Mapping[tuple[str, str], Sequence[float | None]]
 """Values by measure and target, one a repeat; None where it could not be measured."""
 
 
-@dataclass(frozen=True)
-class Spread:
-    """A verdict in repeats.
-
-    Attributes
-    ----------
-    repeats, kept : walks (of `push_survival`: pushes), and those that keep the limit (survive).
-    low, high : interval of `CONFIDENCE`, in the measure's unit: of the value of one more walk, or
-        of the share of pushes that are survived; None with too few repeats.
-    close : the limit is kept, but the interval reaches beyond it, a repeat does not keep it, or one
-        push less survived would fail it.
-    """
-
-    repeats: int
-    kept: int
-    low: float | None
-    high: float | None
-    close: bool
-
-    def as_dict(self) -> dict[str, Any]:
-        """The fields by name, to be written as JSON."""
-        return asdict(self)
-
-
-def repeated_values(rows: Sequence[Mapping[str, Any]]) -> Repeated:
-    """The values of rows of `repeats.repeated_walks` by measure and target."""
+def repeated_values(repeats: Sequence[Repeat]) -> Repeated:
+    """The values of `repeats` of a walk, by measure and target."""
     found: dict[tuple[str, str], list[float | None]] = {}
-    for row in rows:
-        for measure, targets in row["measures"].items():
+    for repeat in repeats:
+        for measure, targets in repeat.measures.items():
             for target, value in targets.items():
                 found.setdefault((measure, target), []).append(value)
     return found
 
 
 def prediction_interval(values: Sequence[float]) -> tuple[float, float] | None:
-    """Where one more value of the same kind falls with probability `CONFIDENCE`, if they are normal
-    (Student's t); None with fewer than three.
+    """Where one more value falls with probability `CONFIDENCE` if `values` are normal (Student's
+    t); None with fewer than three.
     """
     count = len(values)
     if count < 3:
         return None
     t = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
+    # the 1 is the scatter of the new value, 1/n that of the mean
     half = t * float(np.std(values, ddof=1)) * math.sqrt(1.0 + 1.0 / count)
     mean = float(np.mean(values))
     return mean - half, mean + half
 
 
 def share_interval(kept: int, count: int) -> tuple[float, float]:
-    """Wilson's score interval of a share (Wilson 1927), from 0 to 1."""
+    """Wilson's score interval (Wilson 1927), from 0 to 1, of the share `kept` of `count`."""
+    # unlike p ± z √(p q / n), the score interval stays within 0 and 1, also where all are kept
     z = float(stats.norm.ppf(0.5 + 0.5 * CONFIDENCE))
     share, grown = kept / count, 1.0 + z * z / count
     middle = (share + z * z / (2 * count)) / grown
@@ -74,39 +53,40 @@ def share_interval(kept: int, count: int) -> tuple[float, float]:
 
 
 def spread_of(verdict: Verdict, values: Sequence[float | None]) -> Spread | None:
-    """The spread of a verdict over repeated walks; None without any."""
+    """The spread of `verdict` over the `values` of repeated walks; None without any."""
     if not values:
         return None
-    tolerance = verdict.tolerance
-    kept = sum(holds(tolerance, value, tolerance.value) for value in values)
+    kept = sum(map(verdict.holds, values))
     found = [value for value in values if value is not None]
     interval = prediction_interval(found)
     if interval is None:
-        return Spread(len(values), kept, None, None, verdict.passed and kept < len(values))
+        close = verdict.passed and kept < len(values)
+        return Spread(repeats=len(values), kept=kept, low=None, high=None, close=close)
     low, high = interval
     if min(found) >= 0.0:  # sizes of errors have no other side
         low = max(low, 0.0)
-    beyond = kept < len(values) or not _kept_within(tolerance, low, high)
-    return Spread(len(values), kept, low, high, verdict.passed and beyond)
+    worst = low if verdict.limit == "at_least" else high
+    beyond = kept < len(values) or not verdict.holds(worst)
+    return Spread(
+        repeats=len(values),
+        kept=kept,
+        low=number(low),
+        high=number(high),
+        close=verdict.passed and beyond,
+    )
 
 
 def spread_of_pushes(verdict: Verdict, survived: int, count: int) -> Spread:
-    """The spread of the share of pushes survived, %."""
+    """The spread of `verdict` on the share, %, of `survived` among `count` pushes."""
     low, high = (100.0 * end for end in share_interval(survived, count))
-    tolerance = verdict.tolerance
-    one_less = 100.0 * (survived - 1) / count
-    close = verdict.passed and not holds(tolerance, one_less, tolerance.value)
-    return Spread(count, survived, low, high, close)
+    # a share near its limit is judged by single pushes, not by its wide interval
+    close = verdict.passed and not verdict.holds(100.0 * (survived - 1) / count)
+    return Spread(repeats=count, kept=survived, low=low, high=high, close=close)
 
 
 def spread_of_falls(falls: int, walks: int) -> Spread:
-    """The spread of a number of falls: walks that did not end in one, and the interval of how many
-    of as many walks would.
+    """The spread of a number of `falls` in `walks`: walks without a fall, and the interval of how
+    many of as many new walks would fall.
     """
     low, high = (walks * end for end in share_interval(falls, walks))
-    return Spread(walks, walks - falls, low, high, close=False)
-
-
-def _kept_within(tolerance: Tolerance, low: float, high: float) -> bool:
-    worst = low if tolerance.limit == "at_least" else high
-    return holds(tolerance, worst, tolerance.value)
+    return Spread(repeats=walks, kept=walks - falls, low=low, high=high, close=False)

@@ -3,14 +3,20 @@
 import operator
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import split_side
+from gaitval.display import Displayed
+from gaitval.metrics.typed import Count, Flag, Number, Result, number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WALK_UNITS = {
     "angle_rmse": "deg",
@@ -82,14 +88,20 @@ JUDGED_UNITS = {
     "moment_side_difference": "Nm/kg",
 }
 """What else is measured on a model and results of OpenSim (`gaitval judge`), with units; see
-`gaitval.judging`. A factor is how many times a value is larger or smaller than the expected one, so
+`gaitval_judge`. A factor is how many times a value is larger or smaller than the expected one, so
 it is at least 1."""
 
 UNITS = WALK_UNITS | RECORDING_UNITS | JUDGED_UNITS
 
+MeasureName = Annotated[str, Field(pattern=f"^({'|'.join(sorted(UNITS))})$")]
 Text = Annotated[str, Field(min_length=1)]
+Limit = Literal["at_most", "at_least", "exactly"]
+Role = Literal["acceptance", "context"]
+Basis = Literal["published", "derived", "convention"]
+"""Where a limit comes from: the source states it for this use, it follows from what the source
+states, or it is our own."""
 
-_HOLDS: dict[str, Callable[[float, float], bool]] = {
+_HOLDS: dict[Limit, Callable[[float, float], bool]] = {
     "at_most": operator.le,
     "at_least": operator.ge,
     "exactly": operator.eq,
@@ -119,10 +131,10 @@ class Tolerance(_Entry):
     id: Text
     title: Text
     applies_to: tuple[Text, ...] | None = None
-    limit: Literal["at_most", "at_least", "exactly"]
+    limit: Limit
     goal: Annotated[float, Field(ge=0)] | None = None
-    role: Literal["acceptance", "context"]
-    status: Literal["published", "derived", "convention"]
+    role: Role
+    status: Basis
     verified: bool
     citation: Text
     locator: Text
@@ -142,47 +154,117 @@ class Margin(_Entry):
     better: Literal["lower", "higher"]
 
 
-class Registry(BaseModel):
-    """The file `tolerances.toml`."""
+class Registry(Displayed, BaseModel):
+    """The limits and margins of `tolerances.toml`, or some of them."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tolerance: tuple[Tolerance, ...]
-    margin: tuple[Margin, ...]
+    margin: tuple[Margin, ...] = ()
+
+    def title(self) -> str:
+        """How many there are."""
+        return f"{len(self.tolerance)} limits"
+
+    def overview(self) -> "pd.DataFrame":
+        """What is limited, and to what."""
+        return self.to_frame()[["quantity", "limit", "value", "goal", "unit", "role"]]
+
+    def to_frame(self) -> "pd.DataFrame":
+        """One row a limit: quantity, measure, limit, value, goal, unit, role, status, source."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {
+                    "quantity": row.title,
+                    "measure": row.measure,
+                    "limit": row.limit.replace("_", " "),
+                    "value": row.value,
+                    "goal": row.goal,
+                    "unit": row.unit,
+                    "role": row.role,
+                    "status": row.status,
+                    "source": f"{row.citation}; {row.locator}",
+                }
+                for row in self.tolerance
+            ]
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write the tolerances as JSON, whole or not at all."""
+        write_json(Path(path), [row.model_dump(mode="json") for row in self.tolerance])
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what `save` wrote. Raises ArtefactError."""
+        return cls.model_validate({"tolerance": read_json(Path(path))})
 
 
-@dataclass(frozen=True)
-class Measure:
-    """One measured value.
+class Measure(Result):
+    """A measured value; see `measured`."""
 
-    Attributes
-    ----------
-    measure : one of `UNITS`.
-    target : what it was measured on: a curve (`knee_angle_r`), a start phase, a side, the phase of
-        a push, or "walk".
-    value : in the measure's unit; None if the rollout was too short to measure it.
-    """
-
-    measure: str
+    measure: MeasureName
     target: str
-    value: float | None
+    """What it was measured on: a curve (`knee_angle_r`), a start phase, a side, the phase of a
+    push, or "walk"."""
+    value: Number | None
+    """Null if the rollout was too short to measure it."""
+    unit: str
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """The verdict of a tolerance on a measured value; a value that could not be measured fails.
+def measured(measure: str, target: str, value: float | None) -> Measure:
+    """The `value` of `measure` (one of `UNITS`) on a `target`, in the unit of the measure."""
+    return Measure(measure=measure, target=target, value=number(value), unit=UNITS[measure])
 
-    Attributes
-    ----------
-    passed : the value meets the limit.
-    reached : it meets the goal; None if the tolerance has none.
-    """
 
-    tolerance: Tolerance
+class Spread(Result):
+    """A verdict in repeats, see gaitval/metrics/spread.py."""
+
+    repeats: Count
+    """Walks from other starts with noise; pushes of `push_survival`; start phases of endurance."""
+    kept: Count
+    """Of them, those that keep the limit; pushes that were survived; walks without a fall."""
+    low: Number | None
+    high: Number | None
+    """90 % interval, in the measure's unit: of the value of one more walk, or of the share of
+    pushes that are survived; null with fewer than three repeats."""
+    close: Flag
+    """The limit is kept, but not by all repeats and the whole interval, or one push more that is
+    not survived would fail it."""
+
+
+class Verdict(Result):
+    """The verdict of a tolerance on a measured value; a value that could not be measured fails."""
+
+    id: str
+    title: str
+    measure: MeasureName
+    unit: str
+    limit: Limit
+    goal: Number | None
+    """A stricter limit to aim at."""
+    role: Role
+    status: Basis
+    verified: Flag
+    citation: str
+    locator: str
+    note: str
+    remedy: str = ""
+    """What to do where it fails; empty in files from before it was written."""
     target: str
-    value: float | None
-    passed: bool
-    reached: bool | None
+    value: Number | None
+    tolerance: Number
+    """The limit itself, in the unit of the measure."""
+    passed: Flag
+    reached: Flag | None
+    """Whether the goal is reached; null without one."""
+    spread: Spread | None = None
+    """Null where nothing was repeated."""
+
+    def holds(self, value: float | None) -> bool:
+        """Whether another value would keep the limit."""
+        return holds(self.limit, value, self.tolerance)
 
 
 @cache
@@ -193,28 +275,31 @@ def load_registry() -> Registry:
 
 
 def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
+    # a tolerance names curves without side
     _, name = split_side(measure.target)
     return tolerance.measure == measure.measure and (
         tolerance.applies_to is None or name in tolerance.applies_to
     )
 
 
-def holds(tolerance: Tolerance, value: float | None, bound: float) -> bool:
-    """Whether a value meets a limit or goal of a tolerance; one that was not measured does not."""
-    return value is not None and _HOLDS[tolerance.limit](value, bound)
+def holds(limit: Limit, value: float | None, bound: float) -> bool:
+    """Whether `value` meets a `limit` or goal of `bound`; None, not measured, does not."""
+    return value is not None and _HOLDS[limit](value, bound)
 
 
 def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
-    """The verdict of every tolerance on every measured value it applies to, in their order."""
+    """The verdict of every tolerance on those of `measures` it applies to, in registry order."""
     return [
         Verdict(
-            tolerance=tolerance,
+            **tolerance.model_dump(exclude={"applies_to", "value"}),
             target=measure.target,
             value=measure.value,
-            passed=holds(tolerance, measure.value, tolerance.value),
+            tolerance=tolerance.value,
+            passed=holds(tolerance.limit, measure.value, tolerance.value),
             reached=None
             if tolerance.goal is None
-            else holds(tolerance, measure.value, tolerance.goal),
+            else holds(tolerance.limit, measure.value, tolerance.goal),
+            spread=None,
         )
         for tolerance in load_registry().tolerance
         for measure in measures

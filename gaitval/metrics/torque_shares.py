@@ -16,52 +16,50 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
 from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.metrics.typed import number
+from gaitval.metrics.walk_results import PARTS, MomentShare, TorqueShares
 from gaitval.model.parameters import PARAMETERS
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.servo import reference_tables, servo_stiffness
 from gaitval.simulation.walker import WalkingTask
 
-PARTS = ("feed_forward", "servo", "policy", "passive")
-
-
-Shares = dict[str, dict[str, dict[str, float | None]]]
-"""By coordinate and part: `rms`, Nm/kg, and `r_squared`, the share of the moment's variance that
-the part alone explains: 1 − residual over variance, below 0 where the part alone is worse than the
-mean. None for a constant moment."""
-
 
 def moment_parts(rollout: Rollout, task: WalkingTask) -> dict[str, Array]:
-    """Each of `PARTS` (T, 25), Nm; they add up to `rollout.moments`.
-
-    Parameters
-    ----------
-    task : that the walk was of, with the reference that it followed.
+    """Each of `PARTS` (T, 25) Nm of the moments of `rollout`, which was walked on `task`; they add
+    up to `rollout.moments`.
     """
     servo = task.configuration.servo
     stiffness = servo_stiffness(servo, task.model.mass)
     damping = servo.damping_time * stiffness
     tables = reference_tables(task.reference, servo.feed_forward)
+    # the servo reads the phase before the step, and the state after it (implicit damping)
     before = np.concatenate([rollout.start_phase, rollout.phase[:-1]])
+    # p of the law above: how fast the phase runs compared with the reference's stride
     pace = (rollout.phase - before) * task.reference.stride_time / step_of(rollout)
     target, rate, feed_forward = (_at(table, before) for table in tables)
+    # the actuated coordinates follow the six of the free pelvis
     positions, velocities = rollout.positions[:, 6:], rollout.velocities[:, 6:]
     passive = -float(rollout.mu[PARAMETERS.index("damping")]) * velocities
     spring = stiffness * (target - positions)
     servo_moment = spring + damping * (pace[:, None] * rate - velocities)
+    # the remainder, since k a is the only other term of the law
     policy = rollout.moments - feed_forward - servo_moment - passive
     return dict(zip(PARTS, (feed_forward, servo_moment, policy, passive), strict=True))
 
 
 def _at(table: Array, phase: Array) -> Array:
     """Rows of a closed table (N + 1, 25) at phases (T,), interpolated as the walker does."""
+    # the last row repeats the first, so `row + 1` always exists
     place = (phase - np.floor(phase)) * (len(table) - 1)
     row = place.astype(int)
     part = (place - row)[:, None]
     return np.asarray((1.0 - part) * table[row] + part * table[row + 1])
 
 
-def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> Shares | None:
-    """By actuated coordinate and part, over the compared right cycles; None without a cycle."""
+def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> TorqueShares | None:
+    """RMS (Nm/kg) and explained variance of each part, by actuated coordinate, over the compared
+    right `cycles` of `rollout` on `task`; None without a cycle.
+    """
     if cycles.count("right") == 0:
         return None
     rows = cycles.rows()
@@ -70,15 +68,15 @@ def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> Sh
     variance = whole.var(axis=0)
     return {
         joint: {
-            name: {
-                "rms": float(np.sqrt(np.mean(part[:, i] ** 2)) / task.model.mass),
-                "r_squared": _explained(whole[:, i], part[:, i]) if variance[i] > 0.0 else None,
-            }
+            name: MomentShare(
+                rms=float(np.sqrt(np.mean(part[:, i] ** 2)) / task.model.mass),
+                r_squared=_explained(whole[:, i], part[:, i]) if variance[i] > 0.0 else None,
+            )
             for name, part in parts.items()
         }
         for i, joint in enumerate(ACTUATED)
     }
 
 
-def _explained(whole: Array, part: Array) -> float:
-    return float(1.0 - np.mean((whole - part) ** 2) / whole.var())
+def _explained(whole: Array, part: Array) -> float | None:
+    return number(1.0 - np.mean((whole - part) ** 2) / whole.var())

@@ -6,21 +6,44 @@ a file and written again gives the same bytes.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final, Generic, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 
+from gaitval.arrays import Array
+from gaitval.coordinates import Side
 from gaitval.errors import ArtefactError
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Size = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0)]
+Share = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0, le=1)]
 Positive = Annotated[float, Strict(), Field(allow_inf_nan=False, gt=0)]
 Count = Annotated[int, Strict(), Field(ge=0)]
 Flag = Annotated[bool, Strict()]
 Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+Curve = Annotated[list[Number | None], Field(min_length=101, max_length=101)]
+"""0 to 100 % of a side's gait cycle; null where not finite."""
+
+T = TypeVar("T")
+R = TypeVar("R", bound="Result")
+
+
+def number(value: float | None) -> float | None:
+    """`value` as a plain float, as results have it; None for what is missing or not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def numbers(values: Array) -> list[float | None]:
+    """The curve `values` (n,) as results have it: all digits, None where it is not finite."""
+    return [number(each) for each in values.tolist()]
+
+
+def array(curve: Sequence[float | None]) -> Array:
+    """The `curve` of a result as an array (n,), NaN where it has no value."""
+    return np.array(curve, dtype=float)
 
 
 class Result(BaseModel):
@@ -42,7 +65,7 @@ class Result(BaseModel):
         values : JSON.
         origin : where they come from, for the message.
         file : the kind of file, such as `metrics.json`.
-        mend : what to do if they cannot be used.
+        mend : what the user can do if they cannot be used.
 
         Raises
         ------
@@ -60,14 +83,32 @@ class Result(BaseModel):
             ) from None
 
 
+class Sides(Result, Generic[T]):
+    """Something of both sides."""
+
+    right: T
+    left: T
+
+    def of(self, side: Side) -> T:
+        """That of a side."""
+        return self.right if side == "right" else self.left
+
+
 class OpenResult(Result):
     """A part of a result to which other versions may have added keys; they are kept."""
 
     model_config = ConfigDict(extra="allow")
 
 
+def rounded(result: R) -> R:
+    """The `result` as its file has it (`tidy`)."""
+    return type(result).model_validate(tidy(result.model_dump(exclude_unset=True)))
+
+
 def same_version(values: Any, origin: str, *, file: str, version: int, mend: str) -> None:
-    """Raise ArtefactError if a file states another version of its schema."""
+    """Raise ArtefactError if the file `origin` (of kind `file`) states in `values` another schema
+    than `version`; `mend` says what to do.
+    """
     found = values.get("schema_version") if isinstance(values, Mapping) else None
     if isinstance(found, int) and found != version:
         raise ArtefactError(
@@ -77,7 +118,9 @@ def same_version(values: Any, origin: str, *, file: str, version: int, mend: str
 
 
 def named(names: Sequence[str]) -> tuple[Any, Any]:
-    """Annotations of a dictionary with exactly these keys: for the keys, and for the whole."""
+    """Annotations, of the keys and of the whole, of a dictionary that has exactly the keys `names`.
+    The dictionary's check raises ValueError, from which pydantic makes its error.
+    """
 
     def check(values: dict[str, Any]) -> dict[str, Any]:
         wrong = sorted(set(names) ^ set(values))
@@ -86,22 +129,27 @@ def named(names: Sequence[str]) -> tuple[Any, Any]:
             raise ValueError(f"{'missing' if missing else 'unknown'}: {(missing or wrong)[0]}")
         return values
 
+    # a type cannot require a set of keys: the schema states it here, and `check` enforces it
     key = Field(json_schema_extra={"enum": list(names)})
     whole = Field(json_schema_extra={"minProperties": len(names)})
     return key, (whole, AfterValidator(check))
 
 
+def sided(names: Sequence[str]) -> tuple[str, ...]:
+    """Each of `names` with `_r` and with `_l`."""
+    return tuple(f"{name}_{side}" for name in names for side in "rl")
+
+
 def schema(model: type[Result], *, name: str, version: int) -> dict[str, Any]:
-    """The JSON schema of a file, `name` without `.json`."""
+    """The JSON schema of the file `name`.json that holds a `model`, with its `version`."""
     found = model.model_json_schema()
     title = f"gaitval {name}.json"
     return {"$schema": DIALECT, "$id": f"urn:gaitval:{name}:{version}", **found, "title": title}
 
 
 def tidy(value: Any) -> Any:
-    """JSON-serialisable copy: floats to six significant digits, non-finite values as null.
-
-    So the file does not depend on the last bits of the floating-point arithmetic.
+    """JSON-serialisable copy of `value`: floats to six significant digits, non-finite values as
+    null. So a file does not depend on the last bits of the arithmetic.
     """
     if isinstance(value, Mapping):
         return {str(key): tidy(item) for key, item in value.items()}
@@ -112,5 +160,6 @@ def tidy(value: Any) -> Any:
     if isinstance(value, np.generic):
         return tidy(value.item())
     if isinstance(value, float):
+        # adding 0 turns -0.0 into 0.0
         return float(f"{value:.6g}") + 0.0 if math.isfinite(value) else None
     return value

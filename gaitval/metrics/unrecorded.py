@@ -1,5 +1,4 @@
-"""What no record tells of a walk, and must be humanly plausible all the same: arms, trunk, step
-width and ringing.
+"""Measures without a record that must still be humanly plausible: arms, trunk, step width, ringing.
 
 A walker is free to use what is not compared with a record. These measures show where it does.
 """
@@ -14,7 +13,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, ARM, LEG, LUMBAR, SIDES
 from gaitval.metrics.cycles import GaitCycles, cut, step_of
-from gaitval.metrics.tolerances import Measure
+from gaitval.metrics.tolerances import Measure, measured
 from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 
@@ -62,12 +61,12 @@ class Unrecorded:
     def measures(self) -> list[Measure]:
         """The values as they are judged."""
         return [
-            *(Measure("shoulder_moment_rms", side, self.shoulder_rms[side]) for side in SIDES),
-            *(Measure("shoulder_moment_peak", side, self.shoulder_peak[side]) for side in SIDES),
-            Measure("arm_work_share", "walk", self.arm_work),
-            Measure("force_ringing", "walk", self.ringing),
-            *(Measure("trunk_motion", name, value) for name, value in self.trunk.items()),
-            Measure("lumbar_moment_peak", "walk", self.lumbar_peak),
+            *(measured("shoulder_moment_rms", side, self.shoulder_rms[side]) for side in SIDES),
+            *(measured("shoulder_moment_peak", side, self.shoulder_peak[side]) for side in SIDES),
+            measured("arm_work_share", "walk", self.arm_work),
+            measured("force_ringing", "walk", self.ringing),
+            *(measured("trunk_motion", name, value) for name, value in self.trunk.items()),
+            measured("lumbar_moment_peak", "walk", self.lumbar_peak),
         ]
 
 
@@ -83,12 +82,7 @@ NOTHING: Final = Unrecorded(
 
 
 def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecorded:
-    """Arms and ringing of the compared cycles of a walk.
-
-    Parameters
-    ----------
-    mass : kg, of the model.
-    """
+    """Arms, trunk and ringing in the compared `cycles` of `rollout`, by a model of `mass` kg."""
     if cycles.count("right") == 0:
         return NOTHING
     rows = cycles.rows()
@@ -111,8 +105,8 @@ def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecord
 
 
 def trunk_angles(positions: Array) -> Array:
-    """Forward tilt, lean to the left and turn to the left (T, 3) deg of the trunk in the room, of
-    coordinates (T, 31).
+    """Forward tilt, lean to the left and turn to the left (T, 3) deg of the trunk in the room, from
+    the coordinates `positions` (T, 31).
     """
     pelvis = Rotation.from_rotvec(positions[:, :3])
     # The lumbar joint turns about -y, x and z of the pelvis in this order.
@@ -134,10 +128,10 @@ def _trunk(rollout: Rollout, cycles: GaitCycles) -> dict[str, float | None]:
 
 
 def step_width_measure(width: float | None, leg_length: float) -> Measure:
-    """How many standard deviations between people a step width is from their mean; both in m."""
+    """SDs between people from their mean step width to `width`, at `leg_length`; both in m."""
     mean, sd = STEP_WIDTH
     value = None if width is None else abs(width / leg_length - mean) / sd
-    return Measure("step_width", "walk", value)
+    return measured("step_width", "walk", value)
 
 
 def _columns(names: tuple[str, ...], side: str) -> list[int]:
@@ -146,18 +140,19 @@ def _columns(names: tuple[str, ...], side: str) -> list[int]:
 
 def _positive_work(rollout: Rollout, rows: slice, columns: list[int]) -> float:
     """J, of joints' positive power over some rows."""
+    # the first six coordinates are those of the free pelvis, which has no moment
     rates = rollout.velocities[rows, 6:][:, columns]
     power = rollout.moments[rows][:, columns] * rates
     return float(np.clip(power, 0.0, None).sum() * step_of(rollout))
 
 
 def force_ringing(rollout: Rollout, rows: slice) -> float:
-    """RMS, N, of the vertical ground reaction of both feet together in the band `RINGING_HZ`.
-
-    By Parseval's theorem, from the spectrum of whole gait cycles, so that no filter has a say.
+    """RMS, N, of the vertical ground reaction of both feet in `rows` of `rollout` in the band
+    `RINGING_HZ`: by Parseval's theorem from the spectrum of whole gait cycles, so without a filter.
     """
     both: Array = rollout.ground_reaction[rows, :, 2].sum(axis=1)
     spectrum = np.abs(np.fft.rfft(both - both.mean())) / len(both)
     frequency = np.fft.rfftfreq(len(both), step_of(rollout))
     band = (frequency >= RINGING_HZ[0]) & (frequency <= RINGING_HZ[1])
+    # rfft keeps positive frequencies only; the negative ones have the same power
     return float(np.sqrt(2.0 * np.sum(spectrum[band] ** 2)))

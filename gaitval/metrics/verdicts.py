@@ -1,27 +1,27 @@
-"""The verdict in words, and what failed: one account for the terminal, the report and Python."""
+"""The verdict in words, and what failed: the same texts for the terminal, the report and Python."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any, Final
+from typing import Final
 
 from gaitval.coordinates import split_side
-from gaitval.metrics.origin import is_recorded_at_all, not_judged
-from gaitval.metrics.tolerances import load_registry
-
-Json = Mapping[str, Any]
+from gaitval.metrics.origin import Origins, not_recorded
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.tolerances import Verdict, load_registry
 
 SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
 
 CURVE_NAMES: Final[Mapping[str, str]] = {
     "hip_flexion": "hip flexion",
     "hip_adduction": "hip adduction",
-    "hip_rotation": "hip rotation",
+    "hip_rotation": "hip internal rotation",
     "knee_angle": "knee flexion",
     "ankle_angle": "ankle dorsiflexion",
     "subtalar_angle": "subtalar inversion",
-    "pelvis_tilt": "pelvis tilt",
-    "pelvis_list": "pelvis list",
+    "pelvis_tilt": "pelvis anterior tilt",
+    "pelvis_list": "pelvis obliquity",
     "pelvis_rotation": "pelvis rotation",
     "forward": "fore-aft force",
     "medial": "medial force",
@@ -31,8 +31,8 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
 
 
 @dataclass(frozen=True)
-class LimitResult:
-    """A limit, and what became of all that it was put to.
+class LimitVerdict:
+    """A limit, and the verdicts on everything it was applied to.
 
     Attributes
     ----------
@@ -40,18 +40,18 @@ class LimitResult:
     remedy : what to do where it fails.
     """
 
-    rows: tuple[Json, ...]
+    rows: tuple[Verdict, ...]
     remedy: str
 
     @property
-    def first(self) -> Json:
+    def first(self) -> Verdict:
         """A row, for what all of them have."""
         return self.rows[0]
 
     @property
-    def failed(self) -> list[Json]:
+    def failed(self) -> list[Verdict]:
         """The rows that miss the limit."""
-        return [row for row in self.rows if not row["passed"]]
+        return [row for row in self.rows if not row.passed]
 
     @property
     def passed(self) -> bool:
@@ -59,20 +59,16 @@ class LimitResult:
         return not self.failed
 
     @property
-    def worst(self) -> Json:
+    def worst(self) -> Verdict:
         """The row furthest on the wrong side; one that was not measured, if any."""
-        unmeasured = [row for row in self.rows if row["value"] is None]
-        if unmeasured:
-            return unmeasured[0]
-        sign = -1.0 if self.first["limit"] == "at_least" else 1.0
-        return max(self.rows, key=lambda row: sign * row["value"])
+        # below a lower limit the smallest value is the worst
+        sign = -1.0 if self.first.limit == "at_least" else 1.0
+        return max(self.rows, key=lambda row: math.inf if row.value is None else sign * row.value)
 
     @property
-    def close(self) -> list[Json]:
+    def close(self) -> list[Verdict]:
         """The rows that keep the limit, but would not in every repeat."""
-        return [
-            row for row in self.rows if row["passed"] and (row.get("spread") or {}).get("close")
-        ]
+        return [row for row in self.rows if row.passed and row.spread and row.spread.close]
 
     def value_text(self) -> str:
         """The worst value with its unit."""
@@ -80,99 +76,95 @@ class LimitResult:
 
     def limit_text(self) -> str:
         """The limit with sign and unit."""
-        return bound_text(self.first, self.first["tolerance"])
+        return bound_text(self.first, self.first.tolerance)
 
     def goal_text(self) -> str:
         """The goal with sign and unit; nothing without one."""
-        return bound_text(self.first, self.first["goal"])
+        return bound_text(self.first, self.first.goal)
 
 
-def limit_results(metrics: Json, role: str | None = None) -> list[LimitResult]:
-    """Every limit that was put to the walk, those that failed first.
-
-    Parameters
-    ----------
-    role : "acceptance" or "context"; all if none is given.
+def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdict]:
+    """Every limit applied to the walk in `metrics`, failed ones first: of one `role` ("acceptance"
+    or "context"), or all.
     """
     remedies = {each.id: each.remedy for each in load_registry().tolerance}
     found = [
-        LimitResult(tuple(rows), rows[0].get("remedy") or remedies.get(name, ""))
-        for name, group in groupby(metrics["tolerances"], key=lambda row: str(row["id"]))
+        LimitVerdict(tuple(rows), rows[0].remedy or remedies.get(name, ""))
+        for name, group in groupby(metrics.tolerances, key=lambda row: row.id)
         for rows in (list(group),)
-        if role in (None, rows[0]["role"])
+        if role in (None, rows[0].role)
     ]
     return sorted(found, key=lambda each: each.passed)
 
 
-def failed_limits(metrics: Json) -> list[LimitResult]:
-    """What failed: acceptance limits first, then context."""
+def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
+    """The failed limits in `metrics`: acceptance limits first, then context."""
     return [
         each
         for role in ("acceptance", "context")
-        for each in limit_results(metrics, role)
+        for each in limit_verdicts(metrics, role)
         if not each.passed
     ]
 
 
-def spread_text(row: Json) -> str:
-    """A row's value in repeats: "0.87-1.12° in 8 of 8 walks"; nothing where none were made."""
-    spread = row.get("spread")
+def spread_text(row: Verdict) -> str:
+    """The value of a `row` in repeats: "0.87-1.12° in 8 of 8 walks"; empty where none were made."""
+    spread = row.spread
     if spread is None:
         return ""
-    pushes = row["measure"] == "push_survival"
-    count = f"{spread['kept']} of {spread['repeats']} {'pushes' if pushes else 'walks'}"
-    if spread["low"] is None:
+    pushes = row.measure == "push_survival"
+    count = f"{spread.kept} of {spread.repeats} {'pushes' if pushes else 'walks'}"
+    if spread.low is None:
         return count
-    interval = f"{spread['low']:.3g}–{spread['high']:.3g}{unit_text(row['unit'])}"
-    return f"{interval}, {count}"
+    return f"{spread.low:.3g}–{spread.high:.3g}{unit_text(row.unit)}, {count}"
 
 
-def close_text(row: Json) -> str:
-    """Why a row that keeps its limit may not keep it again."""
-    if row["measure"] == "push_survival":
+def close_text(row: Verdict) -> str:
+    """Why a `row` that keeps its limit may not keep it again."""
+    if row.measure == "push_survival":
         return "passes, but one push less survived would fail it"
-    if row["spread"]["kept"] < row["spread"]["repeats"]:
+    if row.spread is not None and row.spread.kept < row.spread.repeats:
         return "passes, but not in every repeated walk"
     return "passes, but one more walk may fail it"
 
 
 def unit_text(unit: str) -> str:
-    """A unit as written after a number."""
+    """`unit` as written after a number."""
     return {"deg": "°", "1": ""}.get(unit, f" {unit}")
 
 
-def value_text(row: Json) -> str:
-    """A row's value with its unit."""
-    if row["value"] is None:
+def value_text(row: Verdict) -> str:
+    """The value of a `row` with its unit."""
+    if row.value is None:
         return "not measured"
-    return f"{row['value']:.3g}{unit_text(row['unit'])}"
+    return f"{row.value:.3g}{unit_text(row.unit)}"
 
 
-def bound_text(row: Json, bound: float | None) -> str:
-    """A limit or goal of a row with sign and unit; nothing without one."""
-    return "" if bound is None else f"{SIGNS[row['limit']]} {bound:g}{unit_text(row['unit'])}"
+def bound_text(row: Verdict, bound: float | None) -> str:
+    """The limit or goal `bound` of a `row`, with sign and unit; empty without one."""
+    return "" if bound is None else f"{SIGNS[row.limit]} {bound:g}{unit_text(row.unit)}"
 
 
 def target_text(target: str) -> str:
-    """A measure's target in words: "left knee flexion"; nothing for the whole walk."""
+    """The `target` of a measure in words: "left knee flexion"; empty for the whole walk."""
     side, name = split_side(target)
     if target == "walk" or not side:
         return "" if target == "walk" else target
     return f"{side} {CURVE_NAMES.get(name, name.replace('_', ' '))}"
 
 
-def sentence(metrics: Json) -> str:
-    """The verdict in one sentence: it says of what was not recorded that it is not judged."""
-    every = limit_results(metrics)
-    if not is_recorded_at_all(metrics):
-        speed = metrics["record"]["spatiotemporal"]["walking_speed"]
+def sentence(metrics: Metrics) -> str:
+    """The verdict of `metrics` in one sentence; what was not recorded is named as not judged."""
+    every = limit_verdicts(metrics)
+    if not metrics.is_recorded_at_all:
+        speed = metrics.record.spatiotemporal.walking_speed
         return (
             f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
             f"{sum(each.passed for each in every)} of {len(every)} limits kept."
         )
     counts = []
     for role in ("acceptance", "context"):
-        some = [each for each in every if each.first["role"] == role]
+        some = [each for each in every if each.first.role == role]
         failed = sum(not each.passed for each in some)
         counts.append(
             f"all {len(some)} {role} limits passed"
@@ -180,22 +172,21 @@ def sentence(metrics: Json) -> str:
             else f"{failed} of {len(some)} {role} limits failed"
         )
     first, second = counts
-    close = sum(len(each.close) for each in every if each.first["role"] == "acceptance")
+    close = sum(len(each.close) for each in every if each.first.role == "acceptance")
     narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
-    return (
-        f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}{unjudged_text(metrics)}"
-    )
+    said = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}"
+    return said + unjudged_text(metrics.origins)
 
 
-def unjudged_text(metrics: Json) -> str:
-    """What the walk is not judged by, and why; nothing if everything was recorded."""
+def unjudged_text(origins: Origins) -> str:
+    """What the walk is not judged by, and why, by its `origins`; empty if all was recorded."""
     reasons = {
         "mirrored": "mirrored from the other side",
         "expected": "only expected",
         "predicted": "predicted by gaitval",
     }
     by_reason: dict[str, dict[str, list[str]]] = {}
-    for quantity, side, origin in not_judged(metrics):
+    for quantity, side, origin in not_recorded(origins):
         by_reason.setdefault(origin, {}).setdefault(quantity, []).append(side)
     said = [
         f"{_listed([_quantity_text(name, sides) for name, sides in found.items()])} "

@@ -1,29 +1,27 @@
-"""What `metrics.json` says of whole curves: where the walk differs, how alike it is, and how far
-both walk and record are from healthy gait.
+"""Statistics of whole curves for `metrics.json`: where the walk differs from the record, how
+similar they are, and how far both are from healthy gait.
 
-The record is a mean curve without its strides, so the only scatter that the test knows is that of
-the walk's cycles: a region says that the walk, repeated, would differ there again; whether the
-person would, it cannot say. Cycles follow one another and are a little alike, which makes regions a
-little too wide.
+The record is a mean curve without its strides, so the only scatter known to the test is that of the
+walk's cycles. A region is where the walk, repeated, would differ again; it does not show whether
+the person, walking again, would. Successive cycles are slightly correlated, which makes regions
+slightly too wide.
 """
 
 import csv
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
-from pydantic import Field
 
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import SIDES
+from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.comparison import Curves
-from gaitval.metrics.curve_statistics import ALPHA, CurveTest, one_sample_test
+from gaitval.metrics.curve_statistics import ALPHA, Region, one_sample_test
 from gaitval.metrics.cycles import GaitCycles, cut
 from gaitval.metrics.gait_profile import (
     PROFILE_ANGLES,
@@ -32,9 +30,9 @@ from gaitval.metrics.gait_profile import (
     load_controls,
 )
 from gaitval.metrics.origin import Origins, curve_origin
-from gaitval.metrics.record_results import Kinds
+from gaitval.metrics.record_results import KINDS, Kind, Kinds
 from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.typed import Count, Result, Size
+from gaitval.metrics.typed import Count, Result, Share, Size, number, sided
 from gaitval.metrics.unseen import multiple_correlation
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
@@ -45,17 +43,6 @@ PERMUTATIONS: Final = 2_000
 
 BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""
-
-Percent = Annotated[Count, Field(le=100)]
-Share = Annotated[Size, Field(le=1)]
-
-
-class RegionResult(Result):
-    """A part of the cycle where the walk differs from the record."""
-
-    first: Percent
-    last: Percent
-    p: Share
 
 
 class CurveStatistics(Result):
@@ -72,25 +59,23 @@ class CurveStatistics(Result):
     """The same by random field theory, which takes the cycles for normal."""
     p: Share | None
     """Null where the curve was not recorded: nothing is tested there."""
-    regions: list[RegionResult]
+    regions: list[Region]
+    """Where the walk differs from the record."""
+
+    @property
+    def share(self) -> float | None:
+        """% of the points of the cycle at which the walk differs; None where nothing is tested."""
+        width = sum(each.last - each.first + 1 for each in self.regions)
+        return None if self.p is None else 100.0 * width / SAMPLES
 
 
-class ProfileResult(Result):
-    """Gait Profile Score and its variables, deg, see gaitval/metrics/gait_profile.py."""
-
-    scores: dict[str, Size]
-    right: Size
-    left: Size
-    total: Size
-
-
-class ProfilesResult(Result):
+class GaitProfiles(Result):
     """Of the record and of the walk, from the same variables."""
 
     variables: list[str]
-    record: ProfileResult | None
+    record: GaitProfile | None
     """Null unless the angles of both sides were recorded."""
-    walk: ProfileResult
+    walk: GaitProfile
 
 
 People = Literal["adults", "children"]
@@ -116,20 +101,24 @@ class BandShares(Result):
     walk: Share
 
 
+class StatisticsOfCurves(Kinds[CurveStatistics]):
+    """What is said of every curve."""
+
+
 class WalkStatistics(Result):
     """Statistics of whole curves of the final walk."""
 
     alpha: Share
     permutations: Count
-    curves: Kinds[CurveStatistics]
-    profiles: ProfilesResult
+    curves: StatisticsOfCurves
+    profiles: GaitProfiles
     bands: dict[str, dict[str, BandShares]]
     """By kind and curve, of those that have a band."""
     band_people: BandPeople = BandPeople()
     """Files without it are from when all bands were those of children."""
 
 
-Bands = dict[str, dict[str, tuple[Array, Array]]]
+Bands = dict[Kind, dict[str, tuple[Array, Array]]]
 """Mean and standard deviation, (101,) each, by kind and curve."""
 
 
@@ -146,11 +135,8 @@ def adult_bands() -> Bands:
 
 
 def bands_beside(age_years: float | None) -> tuple[Bands, dict[str, People]]:
-    """The bands that a person is held against, and whose they are by kind of curve.
-
-    Parameters
-    ----------
-    age_years : a person of unknown age counts as an adult.
+    """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
+    curve.
     """
     grown = age_years is None or age_years >= ADULT
     bands = {**healthy_bands(), **(adult_bands() if grown else {})}
@@ -164,16 +150,19 @@ def _read_bands(name: str) -> Bands:
     text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     table = np.array(rows[1:], dtype=float)
-    at, found = np.arange(SAMPLES), dict[str, dict[str, tuple[Array, Array]]]()
+    at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
     for column in range(1, len(rows[0]), 2):
+        # a pair of columns for each curve, mean and SD: the header is kind/name/which
         kind, name, _ = rows[0][column].split("/")
         mean, spread = (np.interp(at, table[:, 0], table[:, column + i]) for i in (0, 1))
-        found.setdefault(kind, {})[name] = mean, spread
+        found.setdefault(KINDS[KINDS.index(kind)], {})[name] = mean, spread
     return found
 
 
 def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, Array]:
-    """Direction of both feet seen from above, toes towards the midline positive: (n, 101) rad."""
+    """Direction of both feet of `model` seen from above, (n, 101) rad over the `cycles` of
+    `rollout`; positive with the toes towards the midline.
+    """
     found = {}
     frames = segment_frames(model, rollout.positions)
     for side in SIDES:
@@ -187,12 +176,12 @@ def walk_statistics(
     curves: Curves,
     progression: Mapping[str, Array],
     record: GaitRecord,
-    recorded: Mapping[str, Any],
+    recorded: Mapping[Kind, Mapping[str, Array]],
     origins: Origins,
     *,
     age_years: float | None = None,
-) -> dict[str, Any] | None:
-    """The statistics of a walk's cycles, to be written as JSON; None with fewer than two cycles.
+) -> WalkStatistics | None:
+    """The statistics of a walk's cycles against `record`; None with fewer than two cycles.
 
     Parameters
     ----------
@@ -200,13 +189,13 @@ def walk_statistics(
     progression : of its feet, see `foot_progression`.
     recorded : curves of the record by kind and name, in their units.
     origins : where they come from; nothing is tested against what was not recorded.
-    age_years : of the person, who is held against adults or children (`bands_beside`).
+    age_years : of the person, to choose the bands (`bands_beside`).
     """
     cycles = by_kind(curves)
     if min(len(curve) for kind in cycles.values() for curve in kind.values()) < 2:
         return None
     found = {
-        kind: {
+        str(kind): {
             name: _of_curve(curve, recorded[kind][name], _tested(kind, name, curves, recorded))
             if curve_origin(kind, name, origins) == "recorded"
             else _untested(curve)
@@ -219,48 +208,51 @@ def walk_statistics(
         for kind, each in cycles.items()
     }
     bands, people = bands_beside(age_years)
-    return {
-        "alpha": ALPHA,
-        "permutations": PERMUTATIONS,
-        "curves": found,
-        "profiles": _profiles(walked["angles"], progression, record, origins),
-        "bands": _bands(walked, recorded, origins, bands),
-        "band_people": people,
-    }
+    return WalkStatistics(
+        alpha=ALPHA,
+        permutations=PERMUTATIONS,
+        curves=StatisticsOfCurves(**found),
+        profiles=_profiles(walked["angles"], progression, record, origins),
+        bands=_bands(walked, recorded, origins, bands),
+        band_people=BandPeople(**people),
+    )
 
 
-def _tested(kind: str, name: str, curves: Curves, recorded: Mapping[str, Any]) -> Flags:
+def _tested(
+    kind: Kind, name: str, curves: Curves, recorded: Mapping[Kind, Mapping[str, Array]]
+) -> Flags:
     """Points at which a curve is tested: of forces those where walk or record is in stance."""
+    # in swing both forces are all but zero, so there is nothing to test
     if kind != "forces":
         return np.ones(SAMPLES, dtype=bool)
     vertical = f"vertical_{name[-1]}"
     on_ground: Flags = curves.forces[vertical].mean(axis=0) > STANCE_THRESHOLD
-    recorded_on: Flags = np.asarray(recorded["forces"][vertical]) > 100.0 * STANCE_THRESHOLD
+    recorded_on: Flags = recorded["forces"][vertical] > 100.0 * STANCE_THRESHOLD
     return on_ground | recorded_on
 
 
-def _of_curve(cycles: Array, expected: Array, where: Any) -> dict[str, Any]:
-    test: CurveTest = one_sample_test(cycles, expected, where=where, permutations=PERMUTATIONS)
-    return {
-        "multiple_correlation": multiple_correlation([np.asarray(expected), cycles.mean(axis=0)]),
-        "repeatability": multiple_correlation(list(cycles)),
-        "threshold": test.threshold,
-        "normal_threshold": test.normal_threshold,
-        "p": test.p,
-        "regions": [asdict(region) for region in test.regions],
-    }
+def _of_curve(cycles: Array, expected: Array, where: Flags) -> CurveStatistics:
+    test = one_sample_test(cycles, expected, where=where, permutations=PERMUTATIONS)
+    return CurveStatistics(
+        multiple_correlation=multiple_correlation([expected, cycles.mean(axis=0)]),
+        repeatability=multiple_correlation(list(cycles)),
+        threshold=number(test.threshold),
+        normal_threshold=number(test.normal_threshold),
+        p=number(test.p),
+        regions=list(test.regions),
+    )
 
 
-def _untested(cycles: Array) -> dict[str, Any]:
+def _untested(cycles: Array) -> CurveStatistics:
     """What is said of a curve that was not recorded: how the walk repeats itself."""
-    return {
-        "multiple_correlation": None,
-        "repeatability": multiple_correlation(list(cycles)),
-        "threshold": None,
-        "normal_threshold": None,
-        "p": None,
-        "regions": [],
-    }
+    return CurveStatistics(
+        multiple_correlation=None,
+        repeatability=multiple_correlation(list(cycles)),
+        threshold=None,
+        normal_threshold=None,
+        p=None,
+        regions=[],
+    )
 
 
 def _profiles(
@@ -268,40 +260,37 @@ def _profiles(
     progression: Mapping[str, Array],
     record: GaitRecord,
     origins: Origins,
-) -> dict[str, Any]:
+) -> GaitProfiles:
     phase, controls = np.linspace(0.0, 1.0, SAMPLES), load_controls().curves
     of_record = {name: np.degrees(curve(phase)) for name, curve in record.angles.items()}
     turned = {name: np.degrees(curve.mean(axis=0)) for name, curve in progression.items()}
     both = {name: curve for name, curve in {**walked, **turned}.items() if name in of_record}
     variables = [name for name in PROFILE_ANGLES if f"{name}_r" in both and f"{name}_l" in both]
+    # scored on the same variables, else the two totals could not be compared
     same = {name: of_record[name] for name in both}
     recorded = set(origins["angles"].values()) == {"recorded"}
-    return {
-        "variables": variables,
-        "record": _profile(gait_profile(same, controls)) if recorded else None,
-        "walk": _profile(gait_profile(both, controls)),
-    }
-
-
-def _profile(found: GaitProfile) -> dict[str, Any]:
-    sides = {str(side): score for side, score in found.sides.items()}
-    return {"scores": found.scores, **sides, "total": found.total}
+    return GaitProfiles(
+        variables=variables,
+        record=gait_profile(same, controls) if recorded else None,
+        walk=gait_profile(both, controls),
+    )
 
 
 def _bands(
-    walked: Mapping[str, Any], recorded: Mapping[str, Any], origins: Origins, bands: Bands
-) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    walked: Mapping[Kind, Mapping[str, Array]],
+    recorded: Mapping[Kind, Mapping[str, Array]],
+    origins: Origins,
+    bands: Bands,
+) -> dict[str, dict[str, BandShares]]:
+    found: dict[str, dict[str, BandShares]] = {}
     for kind, each in bands.items():
         found[kind] = {}
         for name, (mean, spread) in each.items():
-            for side in "rl":
-                key = f"{name}_{side}"
-                shares = {
-                    which: float(np.mean(np.abs(curves[kind][key] - mean) <= BAND * spread))
-                    if which == "walk" or curve_origin(kind, key, origins) == "recorded"
-                    else None
-                    for which, curves in (("record", recorded), ("walk", walked))
-                }
-                found[kind][key] = shares
+            for key in sided([name]):
+                here, there = (
+                    float(np.mean(np.abs(curves[kind][key] - mean) <= BAND * spread))
+                    for curves in (recorded, walked)
+                )
+                known = curve_origin(kind, key, origins) == "recorded"
+                found[kind][key] = BandShares(record=here if known else None, walk=there)
     return found

@@ -6,6 +6,9 @@ to the pelvis, forward the one nearest to the line from the heels to the toes.
 
 Landmarks are named as in `gaitval.scaling.joint_centres`: `R.` or `L.` and ASIS, PSIS, Knee, Ankle,
 Heel, MT1, MT5 …; any other marker on the toes or the metatarsals counts as `Toe`, `MT2`.
+
+It is long because the same few measures of the body (up, facing, sides) find the axes, check those
+that the user gives, and turn a walk.
 """
 
 import re
@@ -74,12 +77,16 @@ class LaboratoryAxes:
 def parse_axes(text: str) -> LaboratoryAxes:
     """Laboratory axes as a user writes them: `forward=+x up=+y`.
 
-    `left=` or `right=` may replace either; a plus sign may be left out (`up=z` is `up=+z`).
+    Parameters
+    ----------
+    text : two or more of forward, backward, left, right, up and down, each with a signed axis; a
+        plus sign may be left out (`up=z` is `up=+z`).
 
     Raises
     ------
     RecordError
-        The text has another form, an axis is not x, y or z, or two directions share an axis.
+        The text has another form, an axis is not x, y or z, two directions share an axis, or three
+        of them form a left-handed system.
     """
     form = (
         'Name the axis that the person faces along and the axis that points up: "forward=+x up=+y".'
@@ -101,11 +108,13 @@ def parse_axes(text: str) -> LaboratoryAxes:
     if len(found) < 2:
         raise RecordError(f'axes "{text}": two directions are needed. {form}')
     given = list(found.values())
+    # Signed unit vectors are at right angles unless they lie along the same axis.
     if any(a @ b for i, a in enumerate(given) for b in given[:i]):
         raise RecordError(f'axes "{text}": two directions share an axis. {form}')
     forward = found.get("forward")
     left = found.get("left")
     up = found.get("up")
+    # The third axis of a right-handed system: x = y × z, z = x × y, y = z × x.
     if forward is None:
         forward = np.cross(_given(left), _given(up))
     if up is None:
@@ -113,6 +122,7 @@ def parse_axes(text: str) -> LaboratoryAxes:
     if left is None:
         left = np.cross(up, forward)
     rotation = np.stack([forward, left, up])
+    # Three given directions may contradict each other; two never do.
     if np.linalg.det(rotation) < 0:
         raise RecordError(
             f'axes "{text}": forward, left and up as given form a left-handed system, which no '
@@ -172,6 +182,7 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
             "axis is forward. Give the axis that the person walks along, for example --axes "
             f'"forward={_axis_name(forward)} up={_axis_name(up)}".'
         )
+    # y = z × x is to the left of a person who faces along x.
     axes = LaboratoryAxes(np.stack([forward, np.cross(up, forward), up]), "")
     _check_sides(where, points, axes)
     return LaboratoryAxes(
@@ -187,6 +198,11 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
 
     The person may stand at an angle to the walkway, so up must agree and left must be left, but
     forward may be up to 60° off.
+
+    Parameters
+    ----------
+    axes : of `parse_axes`.
+    recording, landmarks : as for `detect_axes`.
 
     Raises
     ------
@@ -219,6 +235,7 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
     seen = {at: recording.marker(name) for at, name in landmarks.items() if name in recording.names}
     pelvis = [path for at, path in seen.items() if at.rpartition(".")[2] in _PELVIS]
     middle = np.mean(pelvis, axis=0) if pelvis else np.zeros(3)
+    # Without one frame of the whole pelvis nothing is subtracted.
     middle = middle if np.isfinite(middle).any() else np.zeros(3)
     found = {
         at: np.median(path[whole], axis=0)
@@ -240,6 +257,8 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
 def _check_height(where: str, height: float) -> None:
     """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
     if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
+        # An adult's pelvis is 0.6 to 1.1 m above the ankles; a power of ten that leads there is the
+        # likely error of the unit.
         factors = [f for f in (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3) if 0.6 <= height * f <= 1.1]
         hint = (
             f"the markers are in the wrong unit, by a factor of {factors[0]:g}: correct the unit "
@@ -276,6 +295,7 @@ def _facing(points: Mapping[str, Array], up: Array) -> Array:
         if any(f"{side}.{name}" in points for name in _HEEL) and any(
             f"{side}.{name}" in points for name in _TOES
         ):
+            # One unit vector a foot: the direction of their sum halves the angle between the feet.
             feet.append(_unit(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up)))
     if not feet:
         return _unit(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
@@ -373,10 +393,12 @@ def turn_to_walking_direction(
     turned_by, off = (-quarter, angle - quarter) if along else (-angle, 0.0)
     cosine, sine = np.cos(turned_by), np.sin(turned_by)
     rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+    # cos and sin of a right angle are 1 and 0 only to rounding, which would move every marker.
     if off or not turned_by:
         rotation = np.round(rotation)  # a multiple of a right angle, exactly
     turned = recording.turned(rotation)
     _check_facing(turned, landmarks)
+    # The same turn within −180° to 180°, for the text.
     by = np.degrees(turned_by) % 360
     by -= 360.0 * (by > 180.0)
     # that of the strides, which is among the results, differs a little
@@ -425,14 +447,17 @@ def _walking_velocity(
     where = recording.source
     seen = np.isfinite(pelvis).all(axis=1)
     time = recording.time[seen]
+    # The slope of a line through the path: single frames at its ends do not decide.
     drift = np.array([np.polyfit(time - time[0], pelvis[seen, i], 1)[0] for i in range(2)])
     ground = _ground_velocity(recording, landmarks)
+    # Overground the pelvis travels and the feet on the ground rest; on a belt it is the reverse.
     if np.linalg.norm(drift) > np.linalg.norm(ground):
         velocity, how = drift, "overground"
     else:
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
     extent = float(np.linalg.norm(np.ptp(pelvis[seen, :2], axis=0)))
+    # There and back the mean velocity is near zero although the person walks.
     if speed < SLOWEST_WALK and extent > TURNS_ROUND_M:
         raise RecordError(
             f"{where}: the pelvis travels {extent:.1f} m, but ends where it began ({speed:.2f} "
@@ -475,6 +500,7 @@ def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Arra
             seen = np.isfinite(velocity).all(axis=1) & np.isfinite(path[:, 2])
             if np.count_nonzero(seen) < 2:
                 continue
+            # Percentiles, because a spike of one frame would stretch the range.
             low, high = np.nanpercentile(path[:, 2], [2, 98])
             velocities.append(velocity[seen & (path[:, 2] <= low + 0.25 * (high - low))])
     if not velocities:

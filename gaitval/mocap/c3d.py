@@ -41,6 +41,10 @@ _OFFS: Final = ("to", "fo", "off", "toeoff", "footoff")
 def read_c3d(path: Path) -> Recording:
     """Read a C3D file.
 
+    Parameters
+    ----------
+    path : the file.
+
     Returns
     -------
     Recording
@@ -111,9 +115,12 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
             "program that recorded them and export again."
         )
     points = contents.points[:, kept]
+    # The format marks an unseen point by a negative residual, but some programs write zeros
+    # instead.
     hidden = (contents.residuals[:, kept] < 0) | (points == 0).all(axis=2)
     markers = np.where(hidden[:, :, None], np.nan, points) * metres
     names = [labels[i] for i in kept]
+    # Two subjects may have the same marker, so only a prefix that all names share is removed.
     prefixes = {name.partition(":")[0] for name in names if ":" in name}
     if len(prefixes) == 1 and all(":" in name for name in names):
         names = [name.partition(":")[2] for name in names]
@@ -122,9 +129,11 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
 
 def _event(label: str, context: str) -> tuple[Side, EventKind, bool] | None:
     """Side and kind of an event, and whether it is a plate's contact; None for other events."""
+    # Letters only: `R-HS` and `R HS` are the same.
     plain = re.sub(r"[^a-z]", "", label.lower())
     named = context.strip().lower()[:1]
     side: Side | None = "left" if named == "l" else "right" if named == "r" else None
+    # Ordered with the longest prefixes first: `left` also begins with `l`.
     for prefix, found in _SIDES.items():
         rest = plain.removeprefix(prefix)
         if rest != plain and rest in _STRIKES + _OFFS:
@@ -148,9 +157,12 @@ def _events(contents: Contents, start: float, duration: float) -> tuple[Event, .
     times = contents.get("EVENT", "TIMES")
     found = []
     for index, label in enumerate(labels[: len(times) // 2]):
+        # CONTEXTS, which has the side, may be shorter than LABELS or missing.
         meaning = _event(label, contexts[index] if index < len(contexts) else "")
         if meaning is not None:
             side, kind, contact = meaning
+            # EVENT:TIMES is an array of 2 by events, minutes and seconds, with the first index
+            # fastest.
             seconds = 60.0 * float(times[2 * index]) + float(times[2 * index + 1])
             found.append((Event(seconds, side, kind), contact))
     inside = [pair for pair in found if start - 0.05 <= pair[0].time <= start + duration]
@@ -158,6 +170,7 @@ def _events(contents: Contents, start: float, duration: float) -> tuple[Event, .
         found = [(replace(event, time=event.time + start), contact) for event, contact in found]
         inside = [pair for pair in found if start - 0.05 <= pair[0].time <= start + duration]
     kept: list[Event] = []
+    # Contacts first, so that of two entries for one event the contact is kept.
     for event, _ in sorted(inside, key=lambda pair: (not pair[1], pair[0].time)):
         if not any(
             (event.side, event.kind) == (other.side, other.kind)

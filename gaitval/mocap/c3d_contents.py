@@ -41,7 +41,16 @@ _BLOCK: Final = 512
 
 @dataclass(frozen=True)
 class Contents:
-    """What ezc3d finds in a file: parameters by group and name, and the data."""
+    """What ezc3d finds in a file: parameters by group and name, and the data; T frames.
+
+    Attributes
+    ----------
+    parameters : by group and name; each has its `value` as a flat list and its `shape`.
+    first_frame : number of the first frame that is kept, as ezc3d counts; frame 0 is at time 0.
+    points : (T, M, 3) in POINT:UNITS.
+    residuals : (T, M), negative where a point was not seen.
+    analogs : (samples, channels), a whole number of samples for each frame.
+    """
 
     parameters: Mapping[str, Mapping[str, Mapping[str, list[Any]]]]
     first_frame: int
@@ -71,12 +80,14 @@ class Contents:
         stored = self.parameters.get("FORCE_PLATFORM", {}).get(name)
         if stored is None:
             return None
+        # Programs leave out the last axis of an array for a single plate.
         sizes = [*stored["shape"], 1][: len(shape) + 1]
         if len(sizes) <= len(shape) or sizes[-1] <= index:
             return None
         if any(size < wanted for size, wanted in zip(sizes, shape, strict=False)):
             return None
         try:
+            # C3D stores the first index fastest, as Fortran does.
             values = np.array(stored["value"], dtype=float).reshape(sizes, order="F")
         except ValueError:
             return None
@@ -85,12 +96,23 @@ class Contents:
 
 
 def check_size(path: Path) -> None:
-    """Refuse a file that is not C3D, or that is shorter than its header says."""
+    """Refuse a file that is not C3D, or that is shorter than its header says.
+
+    Parameters
+    ----------
+    path : the file; only its first bytes are read.
+
+    Raises
+    ------
+    RecordError : the file cannot be opened, is empty, truncated, of another format, or in the byte
+        order of MIPS processors.
+    """
     try:
         with path.open("rb") as file:
             head = file.read(_BLOCK)
             size = file.seek(0, io.SEEK_END)
             if len(head) == _BLOCK:
+                # Byte 0 is the number of the first block of parameters, counted from 1.
                 file.seek((max(head[0], 1) - 1) * _BLOCK)
                 parameters = file.read(4)
     except FileNotFoundError:
@@ -117,6 +139,7 @@ def check_size(path: Path) -> None:
             f"{path}: stored in the byte order of MIPS processors (SGI workstations), which cannot "
             "be read. Open it in a program that reads it, such as Mokka, and save it for Intel."
         )
+    # Words 2 to 5 and 9 to 10 of the header; bytes 12 to 15 are the scale of integer data.
     points, analogs, first, last = struct.unpack("<4H", head[2:10])
     data_block, samples = struct.unpack("<2H", head[16:20])
     (scale,) = struct.unpack("<f", head[12:16])
@@ -124,8 +147,10 @@ def check_size(path: Path) -> None:
         scale = -1.0 if head[13] & 0x80 else 1.0
     if last < first:
         return  # over 65535 frames: the count is in the parameters, see `read_contents`
+    # A negative scale marks floating-point data; otherwise they are integers of 16 bits.
     word = 4 if scale < 0 else 2
     frames = last - first + 1
+    # A point takes four words in each frame: x, y, z, and the residual with the cameras.
     needed = (data_block - 1) * _BLOCK + frames * (4 * points + analogs) * word
     if size < needed:
         raise RecordError(
@@ -143,7 +168,17 @@ def _damaged(path: Path, why: str) -> RecordError:
 
 
 def read_contents(path: Path) -> Contents:
-    """Contents of a file, read in another process (see the module's docstring)."""
+    """Contents of a file, read in another process (see the module's docstring).
+
+    Parameters
+    ----------
+    path : the file, which `check_size` has passed.
+
+    Raises
+    ------
+    RecordError : the file is damaged (`_damaged` gives the message), or has fewer frames than its
+        header says.
+    """
     # -P: a json.py in the data folder must not replace Python's own.
     limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     command = [sys.executable, "-P", str(PROCESS), str(path.resolve()), str(limit)]
@@ -155,12 +190,15 @@ def read_contents(path: Path) -> Contents:
         )
     except subprocess.TimeoutExpired:
         raise _damaged(path, f"reading did not finish within {BUSY * limit:.0f} s") from None
+    # A negative exit code is the signal that ended the process.
     if done.returncode == -OUT_OF_TIME:
         raise _damaged(path, f"reading did not finish within {limit:.0f} s of computing")
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
+        # A message of `c3d_process`, and neither a crash (a negative code) nor an error of
+        # Python's.
         known = done.returncode > 0 and lines and lines[-1].startswith("c3d: ")
-        # ezc3d goes on to say how to switch its check off, which does not help our users.
+        # ezc3d then explains how to switch its check off, which does not help our users.
         why = lines[-1][5:].partition(". If you want")[0] if known else "the reader crashes"
         raise _damaged(path, why)
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as stored:
@@ -182,7 +220,19 @@ def read_contents(path: Path) -> Contents:
 
 
 def labels_of(contents: Contents, group: str, name: str) -> list[str]:
-    """Values of a text parameter that continues in NAME2, NAME3 after 255 entries."""
+    """Values of a text parameter that continues in NAME2, NAME3 after 255 entries.
+
+    Parameters
+    ----------
+    contents : of the file.
+    group, name : of the parameter, for example POINT and LABELS.
+
+    Returns
+    -------
+    list
+        Texts without blanks at their ends, in the file's order; empty where the parameter is
+        missing.
+    """
     found = [str(text).strip() for text in contents.get(group, name)]
     for number in range(2, 100):
         more = contents.get(group, f"{name}{number}")

@@ -1,4 +1,4 @@
-"""What a C3D file knows of the person: Vicon's PROCESSING and SUBJECTS groups.
+"""What a C3D file contains about the person: Vicon's PROCESSING and SUBJECTS groups.
 
 Plug-in Gait stores there what was measured on the person, kg and mm. Only what can be a person's is
 taken over: a length of 0 means that it was not measured.
@@ -25,12 +25,12 @@ _RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "asis_distance_m": (0.1, 0.5),
     "marker_diameter_m": (0.002, 0.04),
 }
-"""What a child's or an adult's can be."""
+"""Lowest and highest plausible value, from children to adults, kg and m."""
 
 
 @dataclass(frozen=True)
 class PersonFacts:
-    """What a file knows of a person; None or empty where it does not.
+    """What a file contains about a person; None or empty where it has nothing.
 
     Attributes
     ----------
@@ -54,7 +54,11 @@ class PersonFacts:
 
 
 def read_person(path: Path) -> PersonFacts:
-    """What a file knows of the person; nothing if it is not C3D.
+    """What a file contains about the person; nothing if it is not C3D.
+
+    Parameters
+    ----------
+    path : of any recording.
 
     Raises
     ------
@@ -67,13 +71,25 @@ def read_person(path: Path) -> PersonFacts:
 
 
 def person_of(source: str, contents: Contents) -> PersonFacts:
-    """What the parameters of a C3D file say."""
+    """What the parameters of a C3D file contain about the person.
+
+    Parameters
+    ----------
+    source : the file, kept in the result.
+    contents : of `read_contents`.
+
+    Returns
+    -------
+    PersonFacts
+        SI units; values outside the range of a person's are left out.
+    """
     stored = {
         name.lower(): contents.number("PROCESSING", name)
         for name in contents.parameters.get("PROCESSING", {})
     }
 
     def one(name: str, field: str, factor: float = _MM) -> float | None:
+        # A length of 0, which was not measured, is outside every range.
         value = factor * stored.get(name, 0.0)
         low, high = _RANGES[field]
         return value if low <= value <= high else None
@@ -83,6 +99,7 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
 
     # Cortex writes Company and Software, Vicon COMPANY and SOFTWARE
     made = {name.upper(): name for name in contents.parameters.get("MANUFACTURER", {})}
+    # The program is worth more to a reader than its maker, which is taken if it is all there is.
     system = [
         contents.text("MANUFACTURER", made.get(name, name)) for name in ("SOFTWARE", "COMPANY")
     ]

@@ -28,13 +28,19 @@ person: many programs write the default frames 1 to 10 even if someone is standi
 def read_plates(
     path: Path, contents: Contents, markers: Array, marker_rate: float
 ) -> tuple[tuple[Plate, ...], float]:
-    """The plates of a file that have channels, and their force rate, Hz (0 without plates).
+    """The plates of a file that have channels, and their sample rate.
 
     Parameters
     ----------
     path : for messages.
-    markers : (T, M, 3) m, of the same file.
+    contents : of `read_contents`.
+    markers : (T, M, 3) m, of the same file, laboratory axes; they show which side of a plate is up.
     marker_rate : Hz.
+
+    Returns
+    -------
+    tuple
+        Plates in the laboratory's axes, and Hz; 0 Hz without plates.
 
     Raises
     ------
@@ -44,6 +50,7 @@ def read_plates(
     rate = contents.number("ANALOG", "RATE")
     if used < 1 or not contents.analogs.size:
         return (), 0.0
+    # The data decide how many samples a frame has; the declared rates must agree with them.
     per_frame = round(len(contents.analogs) / len(markers))
     if per_frame < 1 or abs(rate - per_frame * marker_rate) > 1e-3 * rate:
         raise RecordError(
@@ -73,6 +80,7 @@ def _plate(
         )
     listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
     numbers = [] if listed is None else [int(n) for n in listed]
+    # All channels are 0: the plate is declared but was not recorded.
     if numbers and not any(numbers):
         return None
     if not numbers or not all(1 <= n <= contents.analogs.shape[1] for n in numbers):
@@ -82,6 +90,7 @@ def _plate(
         )
     metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
     stored = contents.of_plate("CORNERS", index, 3, 4)
+    # The file has a column for each corner.
     corners = np.zeros((4, 3)) if stored is None else stored.T * metres
     if not _span(corners):
         seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
@@ -91,6 +100,7 @@ def _plate(
             "again."
         )
     to_origin = contents.of_plate("ORIGIN", index, 3)
+    # Type 1 measures its centre of pressure itself, so it needs no origin.
     if to_origin is None and kind != 1:
         raise RecordError(
             f"{where}: FORCE_PLATFORM:ORIGIN is missing, so the moments have no point of "
@@ -116,8 +126,11 @@ def _plate(
         force = force - force[first:last].mean(axis=0)
         moment = moment - moment[first:last].mean(axis=0)
     centre = corners.mean(axis=0)
+    # The person is above the plate, so a force on them points from the plate to the markers,
+    # whichever way the plate's own z points.
     person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
     normal = force[:, 2] * np.sign(plate_axes(corners)[:, 2] @ person)
+    # The plate seems to pull: the file has the force on the plate, not on the person.
     if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
         force, moment = -force, -moment
     plate = make_plate(str(index + 1), corners, force, moment)
@@ -194,6 +207,7 @@ def _zero_samples(contents: Contents, index: int, per_frame: int, count: int) ->
     zero = [int(n) for n in contents.get("FORCE_PLATFORM", "ZERO")[:2]]
     if len(zero) < 2 or not 1 <= zero[0] <= zero[1]:
         return 0, 0
+    # Frames are counted from 1, and the last one is included.
     first = (zero[0] - 1) * per_frame
     last = zero[1] * per_frame
     return (first, last) if last <= count else (0, 0)
@@ -206,6 +220,8 @@ def _check_moments(where: str, plate: Plate, centre: Array) -> None:
         return
     away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)
     reach = float(np.linalg.norm(plate.corners - centre, axis=1).max())
+    # Nmm read as Nm put the point a thousand times too far away; Nm read as Nmm keep it at the
+    # middle.
     if np.median(away) > 5 * reach or away.max() < reach / 500:
         raise RecordError(
             f"{where}: under load its centre of pressure is {np.median(away):.3g} m from the "

@@ -18,13 +18,23 @@ import numpy as np
 
 
 def values(stored: Any) -> list[Any]:
-    """Values of a parameter in the file's order; texts without trailing blanks and NUL."""
+    """Values of a parameter in the file's order; texts without trailing blanks and NUL.
+
+    Parameters
+    ----------
+    stored : array of any shape, or list, as ezc3d gives it; the first index is fastest in the file.
+    """
     found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
     return [plain(value) if isinstance(value, str) else value for value in found]
 
 
 def plain(text: str) -> str:
-    """Text as ezc3d gives it; bytes that are not UTF-8 are taken as Latin-1."""
+    """Text without blanks and NUL at its ends.
+
+    Parameters
+    ----------
+    text : as ezc3d gives it; bytes that are not UTF-8 are taken as Latin-1.
+    """
     stripped = text.strip("\0 ")
     try:
         stripped.encode("utf-8")
@@ -34,8 +44,12 @@ def plain(text: str) -> str:
 
 
 def limit_memory(size: int) -> None:
-    """Limit this process to the memory that a file of `size` bytes needs, if the system can:
-    Windows has no such limit, and macOS refuses it.
+    """Limit this process to the memory that a file needs, if the system can: Windows has no such
+    limit, and macOS refuses it.
+
+    Parameters
+    ----------
+    size : of the file, bytes.
     """
     try:
         import resource
@@ -48,13 +62,20 @@ def limit_memory(size: int) -> None:
 
 
 def limit_time(seconds: float) -> None:
-    """End this process when it has computed for so long, if the system can."""
+    """End this process when it has computed for too long, if the system can.
+
+    Parameters
+    ----------
+    seconds : of computing, not by the clock; rounded up to whole seconds.
+    """
     try:
         import resource
     except ImportError:
         return
     whole = math.ceil(seconds)
     with contextlib.suppress(OSError, ValueError):
+        # The system sends SIGXCPU at the first limit, which the parent process recognises, and
+        # kills the process at the second.
         resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 1))
 
 
@@ -83,6 +104,7 @@ def main() -> None:
             "first_frame": int(file["header"]["points"]["first_frame"]),
             "last_frame": int(file["header"]["points"]["last_frame"]),
         }
+        # ezc3d has (x y z 1, point, frame); saved are (frame, point, x y z).
         points, residuals = file["data"]["points"], file["data"]["meta_points"]["residuals"]
         output = io.BytesIO()
         np.savez(

@@ -23,6 +23,7 @@ def write_c3d(path: Path, recording: Recording) -> None:
 
     Parameters
     ----------
+    path : of the file, which is written whole or not at all.
     recording : with the `moment` and the corners of every plate, as `make_plate` gives them.
 
     Raises
@@ -35,8 +36,10 @@ def write_c3d(path: Path, recording: Recording) -> None:
 
     file = ezc3d.c3d()
     seen: Flags = np.asarray(np.isfinite(recording.markers).all(axis=2))
+    # ezc3d takes homogeneous coordinates, with a fourth row of ones.
     points = np.ones((4, len(recording.names), len(recording.markers)))
     markers = np.where(seen[..., None], recording.markers, 0.0)
+    # As ezc3d has them: coordinate, marker, frame.
     points[:3] = _MILLIMETRES * markers.transpose(2, 1, 0)
     parameters = file["parameters"]
     parameters["POINT"]["RATE"]["value"] = [recording.marker_rate]
@@ -74,10 +77,13 @@ def _add_plates(file: Any, recording: Recording) -> None:
     declared = parameters["FORCE_PLATFORM"]
     declared["USED"]["value"] = np.array([count])
     declared["TYPE"]["value"] = np.array([2] * count)
+    # 0, 0: a reader must not subtract a baseline.
     declared["ZERO"]["value"] = np.array([0, 0])
     declared["CHANNEL"]["value"] = np.arange(1, 6 * count + 1).reshape(count, 6).T
+    # (3, 4, plates) as the format has them.
     corners = np.stack([_MILLIMETRES * plate.corners.T for plate in plates], axis=2)
     file.add_parameter("FORCE_PLATFORM", "CORNERS", corners)
+    # The moments are about the middle of the surface already.
     file.add_parameter("FORCE_PLATFORM", "ORIGIN", np.zeros((3, count)))
 
 

@@ -87,17 +87,21 @@ def clean(
         frame_finding(recording, "missing", [name], 0, last, "never seen in this trial; left out")
         for name in missing
     ]
+    # Before the spikes: a marker that visits another one's place for a moment would be cut as one.
     findings += exchange_back(recording, markers, segments)
+    # After the exchanges: labels that are wrong for a part of the trial only are right by now.
     refuse_mirrored_labels(recording.with_markers(recording.names, markers), landmarks)
     found, spiked = cut_spikes(recording, markers)
     findings += found
     findings += fill_gaps(recording, markers, segments, processing, spiked)
     now = seen_frames(markers)
+    # NaN equals nothing, so a frame that was filled counts as changed.
     changed = now & ~(markers == recording.markers).all(axis=2)
     report = CleaningReport(
         findings=tuple(sorted(findings, key=lambda finding: (finding.start, finding.names))),
         missing=missing,
         filled=_counts(recording.names, changed.sum(axis=0)),
+        # A marker that is never seen is missing, not left open.
         left_open=_counts(recording.names, np.where(never, 0, (~now).sum(axis=0))),
     )
     return recording.with_markers(recording.names, markers), report

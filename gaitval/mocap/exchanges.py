@@ -25,10 +25,29 @@ than this; otherwise it is unclear which part is right."""
 def exchange_back(
     recording: Recording, markers: Array, segments: Mapping[str, str]
 ) -> list[Finding]:
-    """Undo exchanges of two trajectories within the trial, in place."""
+    """Undo exchanges of two trajectories within the trial.
+
+    Parameters
+    ----------
+    recording : for names, rate and messages.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+    segments : marker -> segment of the body model.
+
+    Returns
+    -------
+    list
+        One finding for each part of the trial that was exchanged back.
+
+    Raises
+    ------
+    RecordError : two markers change places once, near the middle of the trial, so it is unclear
+        which part is right.
+    """
     names = recording.names
     changes: dict[tuple[int, int], list[int]] = {}
     done: set[tuple[int, int, int]] = set()
+    # Each change is undone up to the end of the trial, so a change back shows up as the next one.
+    # `done` keeps a pair from being exchanged at the same frame for ever.
     while (change := _next_change(recording, markers, segments, done)) is not None:
         done.add(change)
         frame, first, second = change
@@ -37,6 +56,7 @@ def exchange_back(
     findings = []
     for (first, second), frames in changes.items():
         pair = names[first], names[second]
+        # An odd number of changes leaves the two in each other's places at the end of the trial.
         if len(frames) % 2:
             opened = frames.pop()
             tail = len(markers) - opened
@@ -80,9 +100,11 @@ def _next_change(
     surprise = np.stack([surprise_of(markers[:, i]) for i in range(markers.shape[1])], axis=1)
     allowed = [jump_tolerance(markers[:, i], rate) for i in range(markers.shape[1])]
     jumped = surprise > np.array(allowed)
+    # An exchange makes two markers jump in the same frame.
     for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
         for first, second in combinations(np.flatnonzero(jumped[frame]), 2):
             pair = [first, second]
+            # Where both would be if they kept their velocities.
             ahead = 2.0 * markers[frame - 1, pair] - markers[frame - 2, pair]
             crossed = np.linalg.norm(markers[frame, pair[::-1]] - ahead, axis=1)
             change = int(frame), int(first), int(second)
@@ -117,12 +139,15 @@ def _change_over_gap(
             before = markers[begin - 1, first] - markers[begin - 1, second]
             after = markers[end, first] - markers[end, second]
             change = int(end), first, second
+            # If the vector is reversed its two values nearly cancel in the sum.
             reversed_ = np.linalg.norm(after + before) < 0.5 * np.linalg.norm(after - before)
             if reversed_ and change not in done:
                 return change
     return None
 
 
+# How names mark a side, the clearest way first: a whole word, a capital at the beginning of a word,
+# a single small letter, a capital at the end.
 _LEFT_RIGHT: Final = (
     (r"(?i)(?<![a-z])left(?![a-z])", "right"),
     (r"(?i)(?<![a-z])right(?![a-z])", "left"),
@@ -138,6 +163,11 @@ _LEFT_RIGHT: Final = (
 def opposite_marker(name: str, names: Iterable[str]) -> str | None:
     """The marker at the same place on the other side of the body, by its name, if there is one.
 
+    Parameters
+    ----------
+    name : of a marker; the side is read from it.
+    names : of all markers of the trial.
+
     >>> opposite_marker("R.Knee", ["R.Knee", "L.Knee"])
     'L.Knee'
     """
@@ -151,7 +181,17 @@ def opposite_marker(name: str, names: Iterable[str]) -> str | None:
 
 
 def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Raise if the markers labelled left are on the right of their partners throughout."""
+    """Refuse a trial whose left markers are on the right of their partners throughout.
+
+    Parameters
+    ----------
+    recording : z up, m.
+    landmarks : see `foot_markers`; they show where the person faces.
+
+    Raises
+    ------
+    RecordError : left and right labels are exchanged, or the direction the person faces is unknown.
+    """
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
     left_of = {name: _side(name, landmarks, recording.names) for name in recording.names}
@@ -183,5 +223,6 @@ def _side(name: str, landmarks: Mapping[str, str], names: Sequence[str]) -> str 
     partner = opposite_marker(name, names)
     if partner is None:
         return None
+    # The first letter that differs is the one that marks the side.
     place = next(i for i, (a, b) in enumerate(zip(name, partner, strict=False)) if a != b)
     return "left" if name[place] in "Ll" else "right"

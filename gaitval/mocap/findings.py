@@ -56,7 +56,16 @@ def frame_finding(
     last: int,
     action: str,
 ) -> Finding:
-    """Something found in the frames `first` to `last` of the markers, both included."""
+    """A finding in frames of the markers.
+
+    Parameters
+    ----------
+    recording : whose clock and marker rate give the times.
+    kind : what was found.
+    names : the markers concerned.
+    first, last : frames counted from 0, both included.
+    action : what was done about it, in words.
+    """
     return _finding(recording.start, recording.marker_rate, kind, names, first, last, action)
 
 
@@ -68,7 +77,16 @@ def sample_finding(
     end: int,
     action: str,
 ) -> Finding:
-    """Something found in the force samples from `begin` up to, but not including, `end`."""
+    """A finding in samples of the forces.
+
+    Parameters
+    ----------
+    recording : whose clock and force rate give the times.
+    kind : what was found.
+    names : the plates or feet concerned.
+    begin, end : first sample, counted from 0, and the first one after it.
+    action : what was done about it, in words.
+    """
     last = int(end) - 1
     return _finding(recording.start, recording.force_rate, kind, names, begin, last, action)
 
@@ -89,5 +107,15 @@ def _finding(
 
 
 def seen_frames(positions: Array) -> Flags:
-    """Where all three coordinates are known."""
+    """Where all three coordinates are known.
+
+    Parameters
+    ----------
+    positions : (..., 3) m.
+
+    Returns
+    -------
+    array
+        (...) True where none of the three is NaN or infinite.
+    """
     return np.asarray(np.isfinite(positions).all(axis=-1))

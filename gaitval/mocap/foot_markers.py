@@ -46,6 +46,7 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
 
     Parameters
     ----------
+    recording : z up, m.
     landmarks : canonical landmark -> marker of the recording. Used here, with `R.` or `L.` before
         them: `Heel`, any of `MT1`, `MT2`, `MT5`, and `Ankle` if there is one.
 
@@ -76,10 +77,20 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
 
 
 def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Horizontal unit vector (3,) that the person faces along, the median over the trial.
+    """Horizontal direction that the person faces, the median over the trial.
 
     It points from the posterior to the anterior iliac spines or, without them, from heels to
     forefeet.
+
+    Parameters
+    ----------
+    recording : z up, m.
+    landmarks : see `foot_markers`; `R.ASIS`, `L.ASIS`, and `R.PSIS`, `L.PSIS` or `Sacrum`.
+
+    Returns
+    -------
+    array
+        (3,) unit vector with z = 0.
 
     Raises
     ------
@@ -91,6 +102,7 @@ def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
         forward = _mean(front) - _mean(back)
     else:
         feet = foot_markers(recording, landmarks).values()
+        # Frames of both feet together, so that toeing out cancels in the median.
         forward = np.concatenate([foot.front - foot.heel for foot in feet])
     forward = forward[np.isfinite(forward).all(axis=1)][:, :2]
     if not len(forward):
@@ -103,8 +115,17 @@ def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 
 
 def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Middle (T, 3) m of the back of the pelvis (`R.PSIS` and `L.PSIS`, or `Sacrum`) or, if these
-    are not marked, of its front (`R.ASIS` and `L.ASIS`).
+    """Middle of the back of the pelvis or, if that is not marked, of its front.
+
+    Parameters
+    ----------
+    recording : m.
+    landmarks : see `foot_markers`; `R.PSIS` and `L.PSIS`, or `Sacrum`; else `R.ASIS` and `L.ASIS`.
+
+    Returns
+    -------
+    array
+        (T, 3) m; NaN in frames that do not show all markers used.
 
     Raises
     ------
@@ -123,6 +144,7 @@ def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 
 def _back_of_pelvis(recording: Recording, landmarks: Mapping[str, str]) -> list[Array]:
     back = _trajectories(recording, landmarks, ["R.PSIS", "L.PSIS"])
+    # One PSIS alone is beside the middle.
     return back if len(back) == 2 else _trajectories(recording, landmarks, ["Sacrum"])
 
 
@@ -131,6 +153,8 @@ def _sole(side: Side, heel: Array, names: list[str], front: list[Array]) -> list
     heads = list(front)
     if len(names) == 1:
         along = front[0] - heel
+        # The line from heel to head, turned by 90° to the left: towards the midline of the body for
+        # the right foot.
         medial = np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
         medial *= 1.0 if side == "right" else -1.0
         heads += [front[0] + share * medial for share in FOREFOOT[names[0]]]

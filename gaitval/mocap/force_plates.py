@@ -38,6 +38,7 @@ def plate_axes(corners: Array) -> Array:
     """
     x = corners[0] - corners[1]
     z = np.cross(x, corners[0] - corners[3])
+    # Measured corners are not exactly at right angles, so y comes from z and x.
     y = np.cross(z, x)
     return np.column_stack([axis / np.linalg.norm(axis) for axis in (x, y, z)])
 
@@ -70,15 +71,19 @@ def plate_wrench(
     """
     if kind == 1:
         force = channels[:, :3]
+        # About the middle of the surface: M = p × F + T, with p on the surface.
         at = np.column_stack([channels[:, 3:5], np.zeros(len(channels))])
         moment = np.cross(at, force)
         moment[:, 2] += channels[:, 5]
         return force, moment
+    # Samples are rows, so C v becomes v Cᵀ.
     loads = channels if calibration is None else channels @ calibration.T
     if kind in (3, 7):
         x12, x34, y14, y23, z1, z2, z3, z4 = loads.T
         half_x, half_y = abs(origin[0]), abs(origin[1])
         force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
+        # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle: Mx
+        # = Σ y Fz, My = −Σ x Fz, Mz = Σ (x Fy − y Fx).
         moment = np.column_stack(
             [
                 half_y * (z1 + z2 - z3 - z4),
@@ -86,6 +91,7 @@ def plate_wrench(
                 half_y * (x34 - x12) + half_x * (y14 - y23),
             ]
         )
+        # Moved by d the moment is M + F × d. The surface is above the sensors, and z points down.
         to_surface = np.array([0.0, 0.0, -abs(origin[2])])
         return force, moment + np.cross(force, to_surface)
     to_surface = -origin if origin[2] > 0 else origin
@@ -99,7 +105,8 @@ def make_plate(
 
     Parameters
     ----------
-    corners : (4, 3) m.
+    name : of the plate.
+    corners : (4, 3) m, laboratory axes, in the order of the quadrants.
     force, moment : (T, 3) N and Nm, in the plate's axes, of the plate on the person, the moment
         about the middle of the surface.
     unloaded_n : N, see `UNLOADED_N`.
@@ -110,12 +117,14 @@ def make_plate(
     vertical: M - p x F = (0, 0, Tz), hence px = -My / Fz, py = Mx / Fz (Winter 2009, chapter 5).
     """
     axes, centre = plate_axes(corners), corners.mean(axis=0)
+    # The plate's z usually points down, where the force on the person is negative.
     loaded = np.abs(force[:, 2]) >= unloaded_n
     vertical = np.where(loaded, force[:, 2], np.nan)
     pressure = np.column_stack(
         [-moment[:, 1] / vertical, moment[:, 0] / vertical, np.where(loaded, 0.0, np.nan)]
     )
     free = np.zeros_like(moment)
+    # The moment that remains about the centre of pressure; x and y vanish by its definition.
     free[loaded, 2] = (moment - np.cross(pressure, force))[loaded, 2]
     turned = force @ axes.T
     return Plate(
@@ -124,5 +133,6 @@ def make_plate(
         force=turned,
         centre_of_pressure=pressure @ axes.T + centre,
         free_moment=free @ axes.T,
+        # From the middle of the surface c to the origin: M + c × F.
         moment=moment @ axes.T + np.cross(centre, turned),
     )

@@ -38,7 +38,21 @@ def fill_gaps(
     processing: ProcessingSettings,
     spiked: Flags,
 ) -> list[Finding]:
-    """Fill gaps in place from what was seen, never from what another gap was filled with."""
+    """Fill gaps in place from what was seen, never from what another gap was filled with.
+
+    Parameters
+    ----------
+    recording : for names, rate and the times of findings.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+    segments : marker -> segment of the body model; markers without one have no neighbours.
+    processing : its `largest_gap_s`.
+    spiked : (T, M) where a spike was removed, for the findings.
+
+    Returns
+    -------
+    list
+        One finding for each gap, filled or not.
+    """
     rate = recording.marker_rate
     measured = markers.copy()
     seen = seen_frames(measured)
@@ -53,6 +67,7 @@ def fill_gaps(
             dtype=int,
         )
         for begin, end in zip(*runs(~seen[:, column]), strict=True):
+            # Never seen: `cleaning.clean` reports it as missing.
             if end - begin == len(markers):
                 continue
             duration = (end - begin) / rate
@@ -95,12 +110,14 @@ def _rebuild(
     skin's movement, which is spread evenly over the gap so that both edges join.
     """
     edges = [frame for frame in (begin - 1, end) if 0 <= frame < len(markers)]
+    # The gap with the seen frames at its edges; at an end of the trial there is only one.
     frames = np.arange(begin - (begin > 0), end + (end < len(markers)))
     used = [int(i) for i in others if seen[frames, i].all()]
     if len(used) < 3:
         return None
     template = markers[edges[0]][used]
     centre = template.mean(axis=0)
+    # Markers on a line leave the rotation about it open.
     spread = np.linalg.svd(template - centre, compute_uv=False)
     if spread[1] < FLATTEST_CLUSTER * spread[0]:
         return None
@@ -111,7 +128,9 @@ def _rebuild(
         cluster = markers[frame][used]
         middle = cluster.mean(axis=0)
         turn, distance = Rotation.align_vectors(cluster - middle, template - centre)
+        # `align_vectors` gives the root of the sum of squares over the markers.
         deformation = max(deformation, float(distance) / np.sqrt(len(used)))
+        # Rotation about the middle of the cluster, and its translation.
         moved[row] = turn.apply(local) + middle
     if deformation > LARGEST_DEFORMATION:
         return None
@@ -136,10 +155,12 @@ def _bridge(path: Array, begin: int, end: int, rate: float) -> Array | None:
         count = len(frames) if known.all() else int(np.argmin(known))
         if count < 2:
             return None
+        # A parabola through three frames would reproduce their noise.
         degree = 2 if count > 3 else 1
         fit = np.polyfit(frames[:count] - frame, path[frames[:count]], degree)
         knots.append(frame)
         positions.append(path[frame])
+        # The linear coefficient of a polynomial about the edge is the velocity there, per frame.
         velocities.append(fit[-2])
     curve = CubicHermiteSpline(knots, np.array(positions), np.array(velocities))
     return np.asarray(curve(np.arange(begin, end)))

@@ -50,6 +50,10 @@ def read_storage(path: Path) -> StorageTable:
     It understands `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
     (version 3) and `datarows`, `datacolumns` (SIMM), with or without a name in the first line.
 
+    Parameters
+    ----------
+    path : the file.
+
     Raises
     ------
     RecordError
@@ -66,6 +70,7 @@ def read_storage(path: Path) -> StorageTable:
         )
     header: dict[str, str] = {}
     for line in lines[: ends[0]]:
+        # `key = value` of OpenSim, or `datarows 12` of SIMM.
         found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
             r"\s*(datacolumns|datarows)\s+(\d+)\s*$", line
         )
@@ -104,6 +109,7 @@ def read_storage(path: Path) -> StorageTable:
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
     table = numbers_of(path, [row for _, row in rows], rows[0][0], len(labels), separator=None)
+    # The name is optional: a first line with `=` is part of the header already.
     name = lines[0].strip() if ends[0] and "=" not in lines[0] else ""
     return StorageTable(
         columns=tuple(labels[1:]),
@@ -115,7 +121,17 @@ def read_storage(path: Path) -> StorageTable:
 
 
 def write_storage(path: Path, table: StorageTable) -> None:
-    """Write a MOT or STO file that OpenSim reads, whole or not at all."""
+    """Write a MOT or STO file that OpenSim reads, whole or not at all.
+
+    Parameters
+    ----------
+    path : of the file.
+    table : with values in the units that the reader expects; numbers get 12 digits.
+
+    Raises
+    ------
+    ArtefactError : the file cannot be written.
+    """
     lines = [
         table.name,
         "version=1",
@@ -137,6 +153,10 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
     The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too. Columns
     for one foot over all its steps also count as a plate, so a torque may have three components.
+
+    Parameters
+    ----------
+    path : the file.
 
     Returns
     -------
@@ -178,6 +198,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         force, point, torque = (
             np.column_stack([table.column(parts[kind + axis]) for axis in XYZ]) for kind in "vpm"
         )
+        # The lowest free number from this plate's own on, because other plates may be named by
+        # numbers.
         unnamed = next(n for n in map(str, range(number, 2 * len(found) + 1)) if n not in found)
         plates.append(pressed_plate(path, name or unnamed, force, point, torque))
     return sample_rate(path, table.time), float(table.time[0]), tuple(plates)
@@ -196,10 +218,13 @@ def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
 def _part(column: str) -> tuple[str, str] | None:
     """Plate and quantity (`vx`, `py`, `mz` …) from a column's name; None for other columns."""
     plain = column.lower()
+    # `1_ground_force_vx` has the plate before the word, `ground_force_r_vx` between the word and
+    # the axis, `ground_force_vx1` after the axis.
     found = re.fullmatch(r"(.*)(force|torque|moment)(.*?)(?:_?([vpm]))?([xyz])(_?\d*)", plain)
     if found is None:
         return None
     before, word, between, kind, axis, after = found.groups()
+    # Without v or p it may be a muscle's force; a torque needs no such letter.
     if word == "force" and kind is None:
         return None
     if word != "force":

@@ -20,7 +20,22 @@ LONGEST_PLATE_M: Final = 1.0
 
 
 def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Array) -> Plate:
-    """A plate in a file that has the centre of pressure, in N, m, Nm; corners are unknown."""
+    """A plate in a file that has the centre of pressure instead of moments; its corners are
+    unknown.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    name : of the plate.
+    force : (T, 3) N on the person.
+    point : (T, 3) m, centre of pressure; read only where the plate is loaded (`UNLOADED_N`).
+    torque : (T, 3) Nm on the person about `point`, likewise.
+
+    Raises
+    ------
+    RecordError : a force is missing, or a point or torque under load; or the torque is more than a
+        foot can exert.
+    """
     if not np.isfinite(force).all():
         raise RecordError(
             f"{path}: plate {name}: {np.count_nonzero(~np.isfinite(force).all(axis=1))} force "

@@ -145,6 +145,7 @@ def _spread(markers: Array) -> float:
     if not len(seen):
         seen = np.flatnonzero(np.isfinite(markers).any(axis=(1, 2)))
     frames = seen[np.unique(np.linspace(0, len(seen) - 1, SPREAD_FRAMES).astype(int))]
+    # Each frame's own extent, then the median: where the person walks does not matter.
     low, high = np.nanpercentile(markers[frames], [10.0, 90.0], axis=1)
     return float(np.median((high - low).max(axis=1)))
 
@@ -171,7 +172,9 @@ def with_plates(
 
     Parameters
     ----------
-    path : where the plates come from.
+    recording : markers without plates.
+    path : where the plates come from, for messages.
+    plates : with equally many samples, in the markers' axes.
     rate, start : Hz and s, of the plates' samples.
 
     Raises
@@ -187,6 +190,7 @@ def with_plates(
             f"markers', but the ratio is {ratio:.4g}. Resample the forces to "
             f"{max(per_frame, 1) * recording.marker_rate:.6g} Hz and export again."
         )
+    # Rates written with few digits do not divide exactly; the markers' rate counts.
     rate = per_frame * recording.marker_rate
     frames, samples = len(recording.markers), len(plates[0].force)
     ends = (recording.start + frames / recording.marker_rate, start + samples / rate)
@@ -200,6 +204,7 @@ def with_plates(
     skipped = max(0, int(np.ceil((start - recording.start) * recording.marker_rate - 1e-3)))
     begin = recording.start + skipped / recording.marker_rate
     offset = round((begin - start) * rate)
+    # As many whole frames as both have.
     kept = min(frames - skipped, (samples - offset) // per_frame)
     window = slice(offset, offset + kept * per_frame)
     cut = tuple(
@@ -252,6 +257,7 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
         where = np.median(pressure, axis=0)
         outside = np.maximum(low - where, where - high).max()
         if outside > LARGEST_DISTANCE_M:
+            # If a thousandth of the distances fits, the points are in millimetres.
             shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
             why = (
                 "it looks like millimetres: divide the points (px, py, pz) by 1000"
@@ -266,6 +272,7 @@ def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
                 f"{np.round(high, 2).tolist()} m; {why}."
             )
         towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
+        # 1 if every force points from its point to the middle of the markers.
         cosine = np.nanmean(
             (plate.force[strong] / size[strong, None] * towards).sum(axis=1)
             / np.linalg.norm(towards, axis=1)

@@ -6,14 +6,19 @@ throughout: m, N, Nm, s.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+from gaitval.display import Displayed, read_record, value_frame, write_record
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
@@ -53,8 +58,8 @@ class Event:
     kind: EventKind
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Displayed):
     """One trial.
 
     Attributes
@@ -102,6 +107,7 @@ class Recording:
         ----------
         rotation : (3, 3), takes vectors in laboratory axes to project axes.
         """
+        # Vectors are rows here, so R v becomes v Rᵀ.
         turn = np.asarray(rotation, dtype=float).T
         return replace(
             self,
@@ -123,6 +129,68 @@ class Recording:
     def with_markers(self, names: Iterable[str], markers: Array) -> "Recording":
         """The same trial with other marker trajectories (T, M, 3) of these names."""
         return replace(self, names=tuple(names), markers=np.asarray(markers, dtype=float))
+
+    def title(self) -> str:
+        """File and axes."""
+        return f"Recording {self.source}, {self.axes} axes"
+
+    def overview(self) -> "pd.DataFrame":
+        """How much of what was recorded."""
+        seen = np.isfinite(self.markers).all(axis=2).mean() if self.markers.size else np.nan
+        return value_frame(
+            [
+                ("", "duration", len(self.markers) / self.marker_rate, "s"),
+                ("", "markers", len(self.names), "1"),
+                ("", "marker rate", self.marker_rate, "Hz"),
+                ("", "markers seen", 100.0 * float(seen), "%"),
+                ("", "force plates", len(self.plates), "1"),
+                ("", "force rate", self.force_rate, "Hz"),
+                ("", "events", len(self.events), "1"),
+            ]
+        ).drop(columns=["side", "percent"])
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Marker positions: columns marker, quantity (x, y, z), time (s), value, unit (m)."""
+        count, markers, _ = self.markers.shape
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "marker": np.tile(np.repeat(self.names, 3), count),
+                "quantity": np.tile(["x", "y", "z"], count * markers),
+                "time": np.repeat(self.time, 3 * markers),
+                "value": self.markers.reshape(-1),
+                "unit": "m",
+            }
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write one npz file, whole or not at all."""
+        arrays = {"markers": self.markers}
+        for number, plate in enumerate(self.plates):
+            for name, values in vars(plate).items():
+                if isinstance(values, np.ndarray):
+                    arrays[f"plate{number}.{name}"] = values
+        others = {
+            each.name: getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in ("markers", "plates", "events")
+        }
+        others["plates"] = [plate.name for plate in self.plates]
+        others["events"] = [list(asdict(event).values()) for event in self.events]
+        write_record(Path(path), type(self).__name__, arrays, others)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what `save` wrote. Raises ArtefactError."""
+        arrays, others = read_record(Path(path), cls.__name__)
+        plates = []
+        for number, name in enumerate(others.pop("plates")):
+            start = f"plate{number}."
+            found = {k.removeprefix(start): v for k, v in arrays.items() if k.startswith(start)}
+            plates.append(Plate(name, **found))
+        events = tuple(Event(*each) for each in others.pop("events"))
+        return cls(markers=arrays["markers"], plates=tuple(plates), events=events, **others)
 
 
 @dataclass(frozen=True)

@@ -27,23 +27,59 @@ required."""
 
 
 def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
-    """Largest distance of a marker from where its velocity would take it in some frames, m."""
+    """Largest distance that a marker may be from where its velocity would take it.
+
+    Parameters
+    ----------
+    path : (T, 3) m, of one marker; NaN where not seen.
+    rate : Hz.
+    frames : number of frames over which the velocity is extrapolated.
+
+    Returns
+    -------
+    float
+        m.
+    """
     usual = surprise_of(path)
+    # 0 stands for unknown.
     usual = usual[usual > 0.0]
     noise = NOISE_MULTIPLE * float(np.median(usual)) if len(usual) else 0.0
+    # Over a time step dt an acceleration a makes a second difference of a dt².
     return max(JUMP_NOISE, noise) + LARGEST_ACCELERATION * (frames / rate) ** 2
 
 
 def surprise_of(path: Array) -> Array:
-    """(T,) m: distance of each frame from where the velocity before it points; 0 if unknown."""
+    """Distance of a marker from where its last velocity points.
+
+    Parameters
+    ----------
+    path : (T, 3) m, of one marker; NaN where not seen.
+
+    Returns
+    -------
+    array
+        (T,) m; 0 where this frame or one of the two before it is not seen.
+    """
     distance = np.zeros(len(path))
     if len(path) > 2:
+        # Second difference: x₂ less its extrapolation x₁ + (x₁ − x₀).
         distance[2:] = np.linalg.norm(path[2:] - 2.0 * path[1:-1] + path[:-2], axis=1)
     return np.nan_to_num(distance)
 
 
 def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
-    """Turn frames in which a marker briefly leaves its path into gaps, in place."""
+    """Turn frames in which a marker briefly leaves its path into gaps.
+
+    Parameters
+    ----------
+    recording : for names, rate and the times of findings.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+
+    Returns
+    -------
+    tuple
+        Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
+    """
     rate = recording.marker_rate
     findings = []
     spiked = np.zeros(markers.shape[:2], dtype=bool)
@@ -54,6 +90,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
             spiked[begin:end, column] = True
             action = f"up to {1000 * away:.0f} mm off its path; removed"
             findings.append(frame_finding(recording, "spike", [name], begin, end - 1, action))
+        # A jump that is left when the spikes are cut does not come back.
         surprise = surprise_of(path)
         jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
         if len(jumps):
@@ -75,6 +112,7 @@ def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     found = []
     # forwards, then backwards for spikes that the start of the trial or of a block hides
     for reverse in (False, True):
+        # A view, so that a spike found forwards is a gap for the search backwards.
         view = path[::-1] if reverse else path
         for frame in np.flatnonzero(surprise_of(view) > allowed[1]):
             spike = _spike_at(view, int(frame), allowed)
@@ -94,8 +132,10 @@ def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, i
     for length in range(1, len(allowed) - 1):
         back = frame + length
         away = _distance(path[frame:back], base, velocity)
+        # Not seen afterwards, so nothing shows that the marker really was there.
         if back >= len(path) or not seen[length + 2]:
             return frame, back, away
+        # From the base frame to the return there are length + 1 steps.
         miss = float(np.linalg.norm(path[back] - base - (length + 1) * velocity))
         if miss < min(RETURNED * away, allowed[length + 1]):
             return frame, back, away

@@ -24,8 +24,19 @@ def _not_text(path: Path) -> RecordError:
 
 
 def text_lines(path: Path) -> list[str]:
-    """Lines of a text file in UTF-8 or Windows' code page; refuses an empty or binary one."""
+    """Lines of a text file in UTF-8 or Windows' code page.
+
+    Parameters
+    ----------
+    path : the file.
+
+    Raises
+    ------
+    RecordError : the file cannot be opened, is empty, or is not text (`_not_text` gives the
+        message).
+    """
     try:
+        # -sig: programs for Windows may begin a file with a byte order mark.
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
@@ -54,10 +65,29 @@ def _number(field: str, blank: float = np.nan) -> float:
 def numbers_of(
     path: Path, rows: Sequence[str], first_line: int, width: int, separator: str | None
 ) -> Array:
-    """Numbers (rows, width) of lines of text; an empty field is NaN."""
+    """Numbers in lines of text; an empty field is NaN.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    rows : one line for each row.
+    first_line : number of the first row in the file, counted from 1, for messages.
+    width : number of fields that each row must have.
+    separator : between fields; None for any blanks.
+
+    Returns
+    -------
+    array
+        (rows, width).
+
+    Raises
+    ------
+    RecordError : a row has another number of fields, or a field is not a number or infinite.
+    """
     table = np.empty((len(rows), width))
     for i, row in enumerate(rows):
         fields = row.rstrip("\r\n").split(separator)
+        # Some programs end every row with a separator or several.
         while len(fields) > width and not fields[-1].strip():
             fields.pop()
         if len(fields) != width:
@@ -98,10 +128,16 @@ def sample_rate(path: Path, time: Array) -> float:
     The rate is that of the straight line through all times; a whole number of Hz is preferred if it
     explains the times as well (WBDS: 0.007, 0.013, 0.020 s are 150 Hz).
 
+    Parameters
+    ----------
+    path : the file, for messages.
+    time : (T,) s.
+
     Raises
     ------
     RecordError
-        The times do not increase, or are not evenly spaced.
+        A time is missing, there is only one, or they do not increase, are not evenly spaced or not
+        in seconds.
     """
     if not np.isfinite(time).all():
         raise RecordError(f"{path}: a time is missing or not a number. Export the file again.")
@@ -134,12 +170,20 @@ def sample_rate(path: Path, time: Array) -> float:
     whole = round(rate)
     if whole:
         misfit = time - index / whole
+        # `spread` is about the rounding of the times. A whole rate that misses them by no more than
+        # rounding can is as good as the line.
         if np.ptp(misfit) <= 2 * max(2 * spread, 1e-7):
             return float(whole)
     return rate
 
 
 def with_gaps(markers: Array) -> Array:
-    """NaN where a marker lacks a coordinate, or is exactly at the origin."""
+    """The same trajectories with NaN where a marker was not seen.
+
+    Parameters
+    ----------
+    markers : (T, M, 3) in any unit; a marker that lacks a coordinate or is exactly at the origin
+        was not seen.
+    """
     hidden = np.isnan(markers).any(axis=2) | (markers == 0).all(axis=2)
     return np.where(hidden[:, :, None], np.nan, markers)

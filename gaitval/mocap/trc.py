@@ -21,6 +21,15 @@ def read_trc(path: Path) -> Recording:
     Columns to the right of the named markers are unlabelled ones (Cortex writes them, not in every
     row) and are left out. A row that ends early lacks its last markers.
 
+    Parameters
+    ----------
+    path : the file.
+
+    Returns
+    -------
+    Recording
+        Markers in m, in the laboratory's axes.
+
     Raises
     ------
     RecordError
@@ -31,6 +40,7 @@ def read_trc(path: Path) -> Recording:
     lines = text_lines(path)
     rate, frames, names, metres = _header(path, lines)
     count = len(names)
+    # Five lines of header; a blank sixth, which some programs write, is left out with all others.
     numbered = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
     if len(numbered) != frames:
         raise RecordError(
@@ -50,6 +60,7 @@ def read_trc(path: Path) -> Recording:
                 f"{path}: DataRate is {rate:g} Hz, but the times go in steps of {1 / seen:.5g} s "
                 f"({seen:.5g} Hz). Correct the one that is wrong."
             )
+        # The times decide: a rounded rate would shift the last frames of a long trial.
         rate = seen
     markers = table[:, 2:].reshape(frames, count, 3)
     return Recording(
@@ -97,6 +108,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
             f"{header['NumFrames']}, {header['NumMarkers']}; but the rate must be above 0 Hz and "
             "the counts whole numbers. Correct them."
         )
+    # Frame and time come first; each name heads three columns, so two empty cells follow it.
     cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
     names = [cell for cell in cells if cell]
     if not names:
@@ -122,6 +134,7 @@ def _named_columns(numbered: Sequence[tuple[int, str]], width: int) -> list[str]
         fields = line.rstrip("\r\n").split("\t")
         if len(fields) > width and not fields[-1].strip():
             fields.pop()
+        # Three columns for each marker; any other difference is damage, which `numbers_of` reports.
         if (len(fields) - width) % 3 == 0 and (len(fields) > width or place < len(numbered)):
             fields = fields[:width] + [""] * (width - len(fields))
         rows.append("\t".join(fields))
@@ -132,7 +145,16 @@ def write_trc(path: Path, recording: Recording) -> None:
     """Write markers as TRC in mm, in the axes they are in; gaps are NaN.
 
     OpenSim expects y up: turn the recording first. OpenSim refuses a row that ends in empty cells,
-    so gaps are not left empty. The file is written whole or not at all.
+    so gaps are not left empty.
+
+    Parameters
+    ----------
+    path : of the file, which is written whole or not at all.
+    recording : whose markers are written; plates and events are not.
+
+    Raises
+    ------
+    ArtefactError : the file cannot be written.
     """
     frames, count = recording.markers.shape[:2]
     rate = f"{recording.marker_rate:.12g}"

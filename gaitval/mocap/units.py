@@ -24,15 +24,34 @@ _SPELLINGS: Final = (
 
 
 def unit_name(text: str) -> str:
-    """A unit as a file writes it, as `METRES`, `NEWTONS` and `NEWTON_METRES` spell it."""
+    """A unit as `METRES`, `NEWTONS` and `NEWTON_METRES` spell it.
+
+    Parameters
+    ----------
+    text : the unit as a file writes it, for example `Millimeters` or `N.mm`.
+    """
+    # `N.mm`, `N*mm` and `N-mm` are all `nmm`.
     plain = re.sub(r"[\s.*·-]", "", text).lower()
+    # In this order: millimetre contains metre.
     for written, short in _SPELLINGS:
         plain = re.sub(written, short, plain)
     return plain
 
 
 def unit_factor(path: Path, text: str, units: Mapping[str, float], what: str) -> float:
-    """Factor to SI of a unit as a file writes it."""
+    """Factor to SI of a unit as a file writes it.
+
+    Parameters
+    ----------
+    path : the file, for the message.
+    text : the unit, in any of the known spellings.
+    units : factor of each unit that may be meant, for example `METRES`.
+    what : where in the file the unit is, for the message.
+
+    Raises
+    ------
+    RecordError : the unit is missing or unknown.
+    """
     plain = unit_name(text)
     if plain not in units:
         seen = f"is {text.strip()!r}, which is not a known unit" if plain else "is missing"

@@ -35,6 +35,10 @@ def _tabbed(path: Path) -> tuple[list[str], Array]:
 def read_wbds_markers(path: Path) -> Recording:
     """Read a `…mkr.txt` file of WBDS: `Time` in s, three columns (X, Y, Z, mm) for each marker.
 
+    Parameters
+    ----------
+    path : the file.
+
     Raises
     ------
     RecordError
@@ -42,6 +46,7 @@ def read_wbds_markers(path: Path) -> Recording:
     """
     path = Path(path)
     header, table = _tabbed(path)
+    # Every third column is the x of a marker; its last letter is the axis.
     names = [column[:-1] for column in header[1::3]]
     expected = [name + axis for name in names for axis in "XYZ"]
     if header[0] != "Time" or header[1:] != expected or not names:
@@ -70,6 +75,10 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     `Time` is the sample's index at 300 Hz; each plate has Fx, Fy, Fz (N), COPx, COPy, COPz (mm) and
     Ty (Nmm), followed by the plate's number. On the treadmill, plate 1 is the left one. The
     treadmill's plates are not zeroed, which cannot be corrected from this file: prefer the C3D.
+
+    Parameters
+    ----------
+    path : the file.
 
     Returns
     -------
@@ -110,6 +119,7 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         force = table[:, [places[f"F{axis}"] for axis in XYZ]]
         point = table[:, [places[f"COP{axis}"] for axis in XYZ]] * METRES["mm"]
         torque = np.zeros_like(force)
+        # y is up in WBDS, so the free moment is about y; Nmm to Nm.
         torque[:, 1] = table[:, places["Ty"]] * 1e-3
         plates.append(pressed_plate(path, name, force, point, torque))
     return WBDS_FORCE_RATE, 0.0, tuple(plates)

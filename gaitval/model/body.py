@@ -5,8 +5,10 @@ Scaling passes this type to every later stage. It is stored as a URDF file.
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from gaitval.arrays import Array
+from gaitval.coordinates import Side
 
 SEGMENTS = (
     "pelvis",
@@ -59,6 +61,8 @@ JOINT_COORDINATES = {
 }
 """Coordinates of the joint between a segment and its parent, outermost rotation first."""
 
+_SIDE: Final[dict[str, Side]] = {"_r": "right", "_l": "left"}
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -79,6 +83,16 @@ class Segment:
     mass: float
     centre_of_mass: Array
     inertia: Array
+
+    @property
+    def side(self) -> Side | None:
+        """The side of an arm or leg; None in the middle of the body."""
+        return _SIDE.get(self.name[-2:])
+
+    @property
+    def kind(self) -> str:
+        """The name without the side."""
+        return self.name if self.side is None else self.name[:-2]
 
 
 @dataclass(frozen=True)

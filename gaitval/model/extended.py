@@ -1,11 +1,10 @@
-"""Parameters beside the 14 of mu that a walk depends on and that a record can tell: the contact
-with the ground, where the sole ends, and a leg that is longer than the other.
+"""Parameters beside the 14 of mu that a walk depends on and that a record can determine: the
+contact with the ground, where the sole ends, and a leg that is longer than the other.
 
-They are looked for on request (`identification.parameters = "extended"`), so that what they do is
-not laid on the 14; `gaitval screen` says for a record which of them matter. Left out after
-screening, because a record leaves them at 0.9 of what was known before: the height of the sole and
-the trunk's share of the mass. Stiffness of passive joints is left out because recorded moments are
-net moments, of which passive ones are a part.
+They are identified on request (`identification.parameters = "extended"`), so that their effects are
+not attributed to the 14; `gaitval screen` says for a record which of them matter. Left out after
+screening, because a record leaves 0.9 of their prior SD: the height of the sole and the trunk's
+share of the mass. Passive joint stiffness is left out because recorded moments are net moments.
 """
 
 from dataclasses import dataclass, replace
@@ -55,24 +54,19 @@ EXTENDED: Final = (
 def extended_body(
     model: BodyModel, contact: ContactSettings, values: Array
 ) -> tuple[BodyModel, ContactSettings]:
-    """A body and its contact with the extended parameters (5,), in the order of `EXTENDED`."""
+    """`model` and `contact` with the extended parameters `values` (5,), in `EXTENDED`'s order."""
     stiffness, dissipation, heel, forefoot, left = np.asarray(values, float).tolist()
-    changed = contact.model_copy(
-        update={
-            "stiffness": contact.stiffness * np.exp(stiffness),
-            "dissipation": contact.dissipation * np.exp(dissipation),
-        }
-    )
+    changed = contact.scaled(np.exp(stiffness), np.exp(dissipation))
     segments = tuple(_segment(each, left) for each in model.segments)
     spheres = tuple(_sphere(each, heel, forefoot) for each in model.spheres)
     return replace(model, segments=segments, spheres=spheres), changed
 
 
 def _segment(segment: Segment, left: float) -> Segment:
-    if segment.name[:-2] not in ("shank", "foot"):  # at the lower ends of thigh and shank
+    if segment.kind not in ("shank", "foot"):  # at the lower ends of thigh and shank
         return segment
     joint = segment.joint_position.copy()
-    joint[2] *= 1.0 + (left if segment.name.endswith("_l") else -left)
+    joint[2] *= 1.0 + (left if segment.side == "left" else -left)
     return replace(segment, joint_position=joint)
 
 

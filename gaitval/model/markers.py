@@ -38,7 +38,7 @@ def save_markers(
     marker_set: str,
     standing: Mapping[str, Sequence[float]] | None = None,
 ) -> None:
-    """Write the markers of a body as JSON.
+    """Write the markers of a body to `path` as JSON.
 
     Parameters
     ----------
@@ -58,7 +58,9 @@ def _numbers(place: Iterable[float]) -> list[float]:
 def load_markers(
     path: Path,
 ) -> tuple[tuple[ModelMarker, ...], str, dict[str, tuple[float, ...]]]:
-    """What `save_markers` was given. Raises ArtefactError for a missing or damaged file."""
+    """Markers, marker set and standing places that `save_markers` wrote to `path`. Raises
+    ArtefactError for a missing or damaged file.
+    """
     values = read_json(path)
     try:
         rows = [{**row, "position": np.array(row["position"], float)} for row in values["markers"]]

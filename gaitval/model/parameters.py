@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.configuration import RandomisationSettings
 from gaitval.errors import ModelError
-from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
+from gaitval.model.body import BodyModel, ContactSphere, Segment
 
 PARAMETERS: Final = (
     "damping",
@@ -51,14 +51,10 @@ _LENGTHS = {"foot": 2, "toes": 2, "shank": 3, "thigh": 4}
 _LONG_AXIS = {"foot": 0, "toes": 0, "shank": 2, "thigh": 2}
 _OFFSETS = {"foot": slice(5, 8), "thigh": slice(8, 11), "shank": slice(11, 14)}
 """Elements of mu with the offset of the joint at which each segment begins."""
-_LEG = tuple(name for name in SEGMENTS if name[:-2] in _LENGTHS)
-_INDEX = {name: index for index, name in enumerate(SEGMENTS)}
 
 
 def nominal_parameters() -> NDArray[np.float64]:
-    """mu of the model as scaled, shape (14,): published damping and friction, length factors of
-    one, no offsets.
-    """
+    """mu (14,) of the model as scaled: published damping and friction, factors 1, no offsets."""
     mu = np.zeros(len(PARAMETERS))
     mu[:2] = NOMINAL_DAMPING, NOMINAL_FRICTION
     mu[2:5] = 1.0
@@ -66,7 +62,7 @@ def nominal_parameters() -> NDArray[np.float64]:
 
 
 def parameter_bounds(randomisation: RandomisationSettings) -> tuple[Array, Array]:
-    """Lowest and highest mu, each of shape (14,), that the configuration allows."""
+    """Lowest and highest mu, each of shape (14,), that the configuration `randomisation` allows."""
     offset = (-randomisation.joint_offset, randomisation.joint_offset)
     pairs = [getattr(randomisation, name) for name in PARAMETERS[:5]] + [offset] * 9
     low, high = np.array(pairs, dtype=np.float64).T
@@ -96,20 +92,17 @@ def apply_parameters(model: BodyModel, mu: NDArray[np.float64]) -> BodyModel:
         raise ModelError(f"mu must have shape ({len(PARAMETERS)},), but its shape is {mu.shape}.")
     if not np.isfinite(mu).all() or mu[2:5].min() <= 0:
         raise ModelError(f"mu must be finite with positive lengths, but it is {mu}.")
-    segments = list(model.segments)
-    for name in _LEG:
-        index = _INDEX[name]
-        segments[index] = _changed(segments[index], mu)
     return replace(
         model,
-        segments=tuple(segments),
+        segments=tuple(_changed(s, mu) if s.kind in _LENGTHS else s for s in model.segments),
         spheres=tuple(_moved(sphere, mu[2]) for sphere in model.spheres),
     )
 
 
 def _changed(segment: Segment, mu: NDArray[np.float64]) -> Segment:
-    kind, side = segment.name[:-2], segment.name[-1]
+    kind = segment.kind
     joint = segment.joint_position.copy()
+    # A segment begins where its parent ends, so its joint moves with the stretch of the parent.
     if kind == "toes":
         joint[0] *= mu[_LENGTHS["foot"]]
     elif kind == "foot":
@@ -118,7 +111,7 @@ def _changed(segment: Segment, mu: NDArray[np.float64]) -> Segment:
         joint[2] *= mu[_LENGTHS["thigh"]]
     if kind in _OFFSETS:
         x, y, z = mu[_OFFSETS[kind]].tolist()
-        joint += (x, y if side == "r" else -y, z)
+        joint += (x, -y if segment.side == "left" else y, z)
     axis, factor = _LONG_AXIS[kind], float(mu[_LENGTHS[kind]])
     centre = segment.centre_of_mass.copy()
     centre[axis] *= factor
@@ -128,16 +121,20 @@ def _changed(segment: Segment, mu: NDArray[np.float64]) -> Segment:
 
 
 def stretched_inertia(inertia: Array, axis: int, factor: float) -> Array:
-    """Inertia, (3, 3), of a body stretched by `factor` along a coordinate axis.
+    """Inertia (3, 3) of a body of inertia `inertia` stretched by `factor` along a coordinate axis
+    (`axis` 0, 1 or 2).
 
-    With the second moments S = tr(I)/2 - I, stretching multiplies a row and a column of S,
-    and I = tr(S) - S.
+    With the second moments S = tr(I)/2 - I, stretching multiplies a row and a column of S, and I =
+    tr(S) - S.
     """
+    # tr(I)/2 - I_aa = S_aa = ∫ a² dm; it grows by the factor's square and is a part of the other
+    # two moments of inertia only.
     moments = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 2
     gained = (factor * factor - 1.0) * (moments - inertia[axis, axis])
     stretched = inertia.copy()
     stretched[axis, :] *= factor
     stretched[:, axis] *= factor
+    # Row and column have both multiplied it: about the stretched axis nothing moves away.
     stretched[axis, axis] = inertia[axis, axis]
     for other in range(3):
         if other != axis:

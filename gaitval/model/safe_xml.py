@@ -17,13 +17,13 @@ DEPTH: Final = 100
 
 
 def read_xml(path: Path, *, largest: int, usual: str, mend: str) -> bytes:
-    """Bytes of an XML file.
+    """Bytes of the XML file `path`.
 
     Parameters
     ----------
     largest : bytes, the most that is read.
     usual : how large such a file is, for the message.
-    mend : what to do about one that is too large.
+    mend : what to do about one that is too large, for the message.
 
     Raises
     ------
@@ -53,13 +53,14 @@ def parse_xml(
     kind: str,
     on_start: Callable[[str], None] = lambda _: None,
 ) -> ElementTree.Element:
-    """The tree of a document; what is not XML of this kind, or not safe, is refused.
+    """The tree of the document `content`; what is not XML of this kind, or not safe, is refused.
 
     Names are taken as they are, without namespaces: OpenSim writes elements such as
     `HuntCrossleyForce::ContactParameters`, at which ElementTree's own parser stops.
 
     Parameters
     ----------
+    path : of the file, for messages.
     root : name of the outermost element.
     kind : what such a file is called, with its article: "a URDF".
     on_start : is called with the name of every element, and may refuse it.

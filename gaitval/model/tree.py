@@ -18,6 +18,7 @@ from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 ROOT_DOFS = 6
 SEGMENT_COUNT = len(SEGMENTS)
 COORDINATE_COUNT = len(COORDINATES)
+ACTUATED_COUNT = len(ACTUATED)
 
 _INDEX = {name: i for i, name in enumerate(SEGMENTS)}
 PARENT: Index = np.array([_INDEX[PARENTS[s]] if s in PARENTS else -1 for s in SEGMENTS])
@@ -75,18 +76,18 @@ class Frames(NamedTuple):
 
 @njit
 def empty_frames() -> Frames:
-    """Arrays to be filled."""
+    """Arrays to be filled by `forward` and `velocities`."""
     return Frames(
-        np.empty((14, 3, 3)),
-        np.empty((14, 3)),
-        np.zeros((31, 3)),
-        np.empty((14, 3)),
-        np.empty((14, 3)),
+        np.empty((SEGMENT_COUNT, 3, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
+        np.zeros((COORDINATE_COUNT, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
+        np.empty((SEGMENT_COUNT, 3)),
     )
 
 
 def tree_arrays(model: BodyModel) -> Tree:
-    """The arrays of a body model."""
+    """The arrays of a body `model`."""
     return Tree(
         joint_position=np.array([s.joint_position for s in model.segments], dtype=float),
         mass=np.array([s.mass for s in model.segments], dtype=float),
@@ -100,15 +101,14 @@ def tree_arrays(model: BodyModel) -> Tree:
 
 @njit_borrowing
 def _enter_rotation(vector: Array, matrix: Array) -> None:
-    """Write the rotation matrix (3, 3) of a rotation vector (3, …) into `matrix`, by Rodrigues'
-    formula.
-    """
+    """Write the matrix (3, 3) of a rotation vector (3, …) into `matrix`, by Rodrigues' formula."""
     x, y, z = vector[0], vector[1], vector[2]
     square = x * x + y * y + z * z
     angle = sqrt(square)
     small = angle < 1e-7
     divisor = where(small, 1.0, angle)
     sine, cosine = sine_cosine(angle)
+    # sin(θ)/θ and (1 - cos θ)/θ², by their series where they are 0/0.
     a = where(small, 1.0 - square / 6.0, sine / divisor)
     b = where(small, 0.5 - square / 24.0, (1.0 - cosine) / (divisor * divisor))
     matrix[0, 0] = 1.0 - b * (y * y + z * z)
@@ -124,7 +124,7 @@ def _enter_rotation(vector: Array, matrix: Array) -> None:
 
 @njit
 def rotation_matrix(vector: Array) -> Array:
-    """Rotation matrix (3, 3) of a rotation vector (3,)."""
+    """Rotation matrix (3, 3) of a rotation vector (3,), `vector`."""
     matrix = np.empty((3, 3))
     _enter_rotation(vector, matrix)
     return matrix
@@ -132,7 +132,8 @@ def rotation_matrix(vector: Array) -> Array:
 
 @njit_borrowing
 def enter_rotation_vector(matrix: Array, vector: Array) -> None:
-    """Rotation vector (3,) of a rotation matrix (3, 3), for angles below about 179 degrees."""
+    """Write the rotation vector of `matrix` (3, 3) into `vector` (3,), for less than about 179°."""
+    # The skew part of R is sin(angle) times the axis; its trace is 1 + 2 cos(angle).
     x = 0.5 * (matrix[2, 1] - matrix[1, 2])
     y = 0.5 * (matrix[0, 2] - matrix[2, 0])
     z = 0.5 * (matrix[1, 0] - matrix[0, 1])
@@ -145,7 +146,7 @@ def enter_rotation_vector(matrix: Array, vector: Array) -> None:
 
 @njit
 def rotation_vector(matrix: Array) -> Array:
-    """`enter_rotation_vector` into a new array."""
+    """`enter_rotation_vector` of `matrix` into a new array (3,)."""
     vector = np.empty(3)
     enter_rotation_vector(matrix, vector)
     return vector
@@ -179,6 +180,7 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     t, a, b, c = _half_turn(
         angular_velocity[0], angular_velocity[1], angular_velocity[2], 0.5 * step
     )
+    # Product of quaternions, the new rotation on the left: ω is in world axes.
     qw = t * w - a * x - b * y - c * z
     qx = t * x + a * w + b * z - c * y
     qy = t * y + b * w + c * x - a * z
@@ -187,6 +189,7 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
     sine = sqrt(qx * qx + qy * qy + qz * qz)
     small = sine < 1e-8
     factor = where(small, 2.0, 2.0 * arctangent(sine, magnitude(qw)) / where(small, 1.0, sine))
+    # q and -q are one rotation; the one with w ≥ 0 turns by at most π.
     factor = where(negative, -factor, factor)
     vector[0], vector[1], vector[2] = factor * qx, factor * qy, factor * qz
 
@@ -277,7 +280,9 @@ def velocities(
 def whole_body_centre_of_mass(
     mass: Array, centre_of_mass: Array, rotation: Array, origin: Array
 ) -> Array:
-    """Centre of mass (3,) m, world, after `forward` over all segments."""
+    """Centre of mass (3,) m, world, with `rotation` and `origin` as `forward` left them; `mass`
+    (14,) kg and `centre_of_mass` (14, 3) m as in `Tree`.
+    """
     total = np.zeros(3)
     for s in range(mass.shape[0]):
         for i in range(3):
@@ -295,10 +300,12 @@ def whole_body_centre_of_mass(
 def centres_of_mass(
     joint_position: Array, mass: Array, centre_of_mass: Array, positions: Array
 ) -> Array:
-    """Centre of mass (T, 3) m, world, at positions (T, 31)."""
+    """Centre of mass (T, 3) m, world, at `positions` (T, 31); `joint_position`, `mass` and
+    `centre_of_mass` as in `Tree`.
+    """
     segments = mass.shape[0]
     rotation, origin = np.empty((segments, 3, 3)), np.empty((segments, 3))
-    axes = np.zeros((31, 3))
+    axes = np.zeros((COORDINATE_COUNT, 3))
     found = np.empty((positions.shape[0], 3))
     for t in range(positions.shape[0]):
         forward(joint_position, positions[t], rotation, origin, axes, segments)
@@ -308,7 +315,7 @@ def centres_of_mass(
 
 @njit_borrowing
 def turned_inertia(rotation: Array, inertia: Array, out: Array) -> None:
-    """out = R I Rᵀ, all (3, 3)."""
+    """out = R I Rᵀ with R = `rotation` and I = `inertia`, all (3, 3)."""
     for i in range(3):
         r0, r1, r2 = rotation[i, 0], rotation[i, 1], rotation[i, 2]
         a = r0 * inertia[0, 0] + r1 * inertia[1, 0] + r2 * inertia[2, 0]
@@ -332,7 +339,7 @@ def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
 
     Parameters
     ----------
-    frames : of all segments.
+    tree, frames : the body, and poses and velocities of all its segments.
     out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
         which a rigid body of the same inertia about it has the same angular momentum; world.
     """
@@ -353,6 +360,8 @@ def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
             com[i] += mass[s] / total * place[s, i]
             com_velocity[i] += mass[s] / total * velocity[s, i]
     for s in range(mass.shape[0]):
+        # L = Σ (r × m v + J ω) and I = Σ (J + m (r² 1 - r rᵀ)), about the whole body's centre of
+        # mass.
         turned_inertia(frames.rotation[s], tree.inertia[s], turned)
         for i in range(3):
             place[s, i] -= com[i]
@@ -378,21 +387,14 @@ def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
 
 
 def segment_frames(model: BodyModel, positions: Array) -> Array:
-    """Poses of all segments over a motion.
-
-    Parameters
-    ----------
-    positions : (T, 31) in the order of `coordinates.COORDINATES`.
-
-    Returns
-    -------
-    (T, 14, 4, 4) homogeneous transforms, segment to world.
+    """Poses of all segments of `model` over a motion, `positions` (T, 31) in the order of
+    `coordinates.COORDINATES`: (T, 14, 4, 4) homogeneous transforms, segment to world.
     """
     tree = tree_arrays(model)
     frames = np.zeros((len(positions), len(SEGMENTS), 4, 4))
     frames[..., 3, 3] = 1.0
     rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
-    axes = np.zeros((ROOT_DOFS + len(ACTUATED), 3))
+    axes = np.zeros((COORDINATE_COUNT, 3))
     for t, q in enumerate(np.asarray(positions, dtype=float)):
         forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
         frames[t, :, :3, :3] = rotation

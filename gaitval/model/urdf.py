@@ -59,12 +59,7 @@ class Shape:
 
 
 def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
-    """What the URDF of a model shows, segment by segment.
-
-    Parameters
-    ----------
-    folder : where the URDF is for a while.
-    """
+    """What the URDF of `model` shows, segment by segment; the URDF is in `folder` meanwhile."""
     with scratch(folder) as own:
         path = own / "model.urdf"
         write_urdf(model, path)
@@ -83,7 +78,9 @@ def _shape_of(segment: str, visual: yourdfpy.Visual) -> Shape:
 
 
 def template_folder() -> Path:
-    """Folder of the Xacro templates: in the installed package, or in the checkout."""
+    """Folder of the Xacro templates: in the installed package, or in the checkout. Raises
+    ModelError if it is in neither.
+    """
     package = Path(str(files("gaitval")))
     for folder in (package / "models" / "xacro", package.parent / "models" / "xacro"):
         if (folder / TEMPLATE).is_file():
@@ -95,11 +92,8 @@ def template_folder() -> Path:
 
 
 def write_urdf(model: BodyModel, path: Path) -> None:
-    """Write the model as URDF through the Xacro template, whole or not at all.
-
-    Raises
-    ------
-    ModelError : the model's name cannot be used in a URDF, or the template is missing.
+    """Write `model` to `path` as URDF through the Xacro template, whole or not at all. Raises
+    ModelError if its name cannot be used in a URDF, or the template is missing.
     """
     if not NAME.fullmatch(model.name):
         raise ModelError(
@@ -118,14 +112,12 @@ def write_urdf(model: BodyModel, path: Path) -> None:
 
 
 def read_urdf(path: Path) -> BodyModel:
-    """Read a model that `write_urdf` wrote, checking everything that later stages rely on.
+    """Read the model that `write_urdf` wrote to `path`, checking everything that later stages rely
+    on.
 
-    No other file is opened: entities, document types and meshes are refused.
-
-    Raises
-    ------
-    ModelError : there is no such file, it is not URDF, or not this humanoid; the message names
-        every link, joint or number that is wrong.
+    No other file is opened: entities, document types and meshes are refused. Raises ModelError if
+    there is no such file, it is not URDF, or not this humanoid; the message names every link, joint
+    or number that is wrong.
     """
     robot = _parse(Path(path))
     try:
@@ -198,23 +190,29 @@ def _template_values(model: BodyModel) -> dict[str, Any]:
 def _shape(model: BodyModel) -> dict[str, float]:
     """Sizes of the drawn shapes, m, to the millimetre."""
     joint = {segment.name: segment.joint_position for segment in model.segments}
-    sole = max(s.radius - s.position[2] for s in model.spheres if s.segment == "foot_r")
-    heel = min(s.position[0] - s.radius for s in model.spheres if s.segment == "foot_r")
-    tip = max(s.position[0] + s.radius for s in model.spheres if s.segment == "toes_r")
     sizes = {
-        "thigh": -joint["shank_r"][2],
-        "shank": -joint["foot_r"][2],
-        "foot_length": joint["toes_r"][0] - heel,
-        "foot_middle": (joint["toes_r"][0] + heel) / 2,
-        "sole_depth": sole,
-        "toes_length": tip,
         "hip_half_width": -joint["thigh_r"][1],
         "lumbar_height": joint["torso"][2],
+        # Depth and girth are conventions for drawing; the body has only joints and masses.
         "pelvis_depth": 0.75 * abs(joint["torso"][2]) + 0.05,
         "shoulder_height": joint["upper_arm_r"][2],
         "shoulder_half_width": -joint["upper_arm_r"][1],
-        "upper_arm": -joint["forearm_r"][2],
     }
+    for side in "rl":
+        foot, toes = (
+            [s for s in model.spheres if s.segment == f"{name}_{side}"] for name in ("foot", "toes")
+        )
+        heel = min(s.position[0] - s.radius for s in foot)
+        ball = joint[f"toes_{side}"][0]
+        sizes |= {
+            f"thigh_{side}": -joint[f"shank_{side}"][2],
+            f"shank_{side}": -joint[f"foot_{side}"][2],
+            f"foot_length_{side}": ball - heel,
+            f"foot_middle_{side}": (ball + heel) / 2,
+            f"sole_depth_{side}": max(s.radius - s.position[2] for s in foot),
+            f"toes_length_{side}": max(s.position[0] + s.radius for s in toes),
+            f"upper_arm_{side}": -joint[f"forearm_{side}"][2],
+        }
     return {name: round(float(size), 3) for name, size in sizes.items()}
 
 
@@ -351,6 +349,7 @@ def _bad_numbers(segments: Sequence[Segment]) -> Iterator[str]:
             yield f"link {segment.name}: mass {segment.mass} kg, not positive"
         else:
             moments = np.linalg.eigvalsh(segment.inertia)
+            # Ixx + Iyy - Izz = 2 ∫ z² dm ≥ 0 for any mass, up to the rounding of a thin rod.
             if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-9):
                 yield (
                     f"link {segment.name}: principal moments {moments} are impossible for a rigid "

@@ -37,7 +37,7 @@ OPENSIM_COORDINATES: Final[tuple[str, ...]] = (*PELVIS_ANGLES, *PELVIS_TRANSLATI
 
 
 def vectors_to_opensim(vectors: Array) -> Array:
-    """Vectors (…, 3) from the project's axes to OpenSim's."""
+    """`vectors` (…, 3) from the project's axes to OpenSim's."""
     return np.asarray(vectors @ TO_OPENSIM.T)
 
 
@@ -54,6 +54,7 @@ def to_opensim(positions: Array) -> Array:
     without jumps of a whole turn. At ±90° of list the other two angles are not determined.
     """
     values = np.array(positions, dtype=float)
+    # A change of axes at both ends: C R Cᵀ.
     world = TO_OPENSIM @ Rotation.from_rotvec(values[:, :3]).as_matrix() @ TO_OPENSIM.T
     values[:, :3] = np.unwrap(Rotation.from_matrix(world).as_euler("ZXY"), axis=0)
     values[:, 3:6] = vectors_to_opensim(values[:, 3:6])
@@ -61,7 +62,8 @@ def to_opensim(positions: Array) -> Array:
 
 
 def from_opensim(values: Array) -> Array:
-    """The inverse of `to_opensim`: (T, 31) in the order of `OPENSIM_COORDINATES` to positions.
+    """The inverse of `to_opensim`: `values` (T, 31) in the order of `OPENSIM_COORDINATES` to
+    positions.
 
     The rotation vector is the shortest (at most half a turn).
     """
@@ -93,6 +95,7 @@ def forces_to_opensim(positions: Array, forces: Array) -> Array:
     moment = vectors_to_opensim(values[:, :3])
     tilt = Rotation.from_euler("Z", angles[:, :1]).as_matrix()
     tilt_list = Rotation.from_euler("ZX", angles[:, :2]).as_matrix()
+    # Power is moment · ω, and ω = tilt' Z + list' (X after tilt) + rotation' (Y after both).
     values[:, 0] = moment[:, 2]
     values[:, 1] = np.einsum("ti,ti->t", moment, tilt[:, :, 0])
     values[:, 2] = np.einsum("ti,ti->t", moment, tilt_list[:, :, 1])

@@ -32,19 +32,15 @@ _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORD
 
 
 def write_markers(path: Path, recording: Recording) -> None:
-    """Write the markers of a recording in the project's axes as TRC for OpenSim's inverse
-    kinematics (mm, OpenSim's axes).
+    """Write the markers of `recording`, which is in the project's axes, to `path` as TRC for
+    OpenSim's inverse kinematics (mm, OpenSim's axes).
     """
     write_trc(path, recording.turned(TO_OPENSIM))
 
 
 def write_motion(path: Path, time: Array, positions: Array) -> None:
-    """Write a motion (`.mot`, degrees and metres) for OpenSim.
-
-    Parameters
-    ----------
-    time : (T,) s.
-    positions : (T, 31) rad and m, in the order of `coordinates.COORDINATES`.
+    """Write a motion to `path` (`.mot`, degrees and metres) for OpenSim: `time` (T,) s and
+    `positions` (T, 31) rad and m, in the order of `coordinates.COORDINATES`.
     """
     values = to_opensim(positions)
     values[:, _ROTATIONS] = np.rad2deg(values[:, _ROTATIONS])
@@ -55,16 +51,11 @@ def write_motion(path: Path, time: Array, positions: Array) -> None:
 
 
 def read_motion(path: Path) -> tuple[Array, Array]:
-    """Read a motion of the exported model, as OpenSim's inverse kinematics writes it.
-
-    Returns
-    -------
+    """Read a motion of the exported model from `path`, as OpenSim's inverse kinematics writes it:
     time (T,) s and positions (T, 31) as `write_motion` takes them.
 
-    Raises
-    ------
-    RecordError : it is not a storage file, or it lacks coordinates of the model and so is for
-        another model.
+    Raises RecordError if it is not a storage file, or it lacks coordinates of the model and so is
+    for another model.
     """
     table = read_storage(path)
     missing = [name for name in OPENSIM_COORDINATES if name not in table.columns]
@@ -81,12 +72,9 @@ def read_motion(path: Path) -> tuple[Array, Array]:
 
 
 def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> None:
-    """Write joint moments and the residuals on the pelvis (`.sto`, Nm and N), under the names of
-    OpenSim's inverse dynamics: `hip_flexion_r_moment`, `pelvis_tx_force`, …
-
-    Parameters
-    ----------
-    positions : (T, 31) rad and m, the motion that `dynamics` was computed for.
+    """Write joint moments and the residuals on the pelvis to `path` (`.sto`, Nm and N), under the
+    names of OpenSim's inverse dynamics: `hip_flexion_r_moment`, `pelvis_tx_force`, … `dynamics` is
+    that of the motion `positions` (T, 31) rad and m.
     """
     forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, dynamics.moments])
     names = tuple(
@@ -99,7 +87,8 @@ def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> No
 
 
 def write_ground_reaction(path: Path, forces: FootForces) -> None:
-    """Write the ground reaction on both feet (`.mot`, N, m, Nm in OpenSim's axes).
+    """Write the ground reaction on both feet, `forces`, to `path` (`.mot`, N, m, Nm in OpenSim's
+    axes).
 
     A foot in the air has no force; its centre of pressure then moves from its last to its next
     position, because OpenSim interpolates and cannot read missing values (in version 4.6, NaN gives
@@ -129,12 +118,10 @@ def write_ground_reaction(path: Path, forces: FootForces) -> None:
 
 
 def write_external_loads(path: Path, ground_reaction: Path | str) -> None:
-    """Write which forces of `write_ground_reaction`'s file act on which body (XML).
+    """Write to `path` which forces of `write_ground_reaction`'s file act on which body (XML).
 
-    Parameters
-    ----------
-    ground_reaction : the file, as written in the XML: relative to the folder of `path`. OpenSim
-        first looks in its current folder, and uses a file of this name there.
+    `ground_reaction` is the file, as written in the XML: relative to the folder of `path`. OpenSim
+    first looks in its current folder, and uses a file of this name there.
     """
     document = ElementTree.Element("OpenSimDocument", Version=DOCUMENT_VERSION)
     loads = ElementTree.SubElement(document, "ExternalLoads", name="ground_reaction")

@@ -31,10 +31,10 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
+from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
-from gaitval.model.contact_law import PENETRATION_SLOPE, RATE_SLOPE, SMOOTHING, contact_law
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.coordinates import (
     PELVIS_ANGLES,
@@ -93,7 +93,7 @@ def write_osim(
     *,
     held: Mapping[str, float] | None = None,
 ) -> None:
-    """Write the model as `.osim`, whole or not at all; equal arguments give equal bytes.
+    """Write the model to `path` as `.osim`, whole or not at all; equal arguments give equal bytes.
 
     Parameters
     ----------
@@ -251,6 +251,7 @@ def _bodies(bodies: Element, model: BodyModel) -> None:
         _number(body, "mass", segment.mass)
         _vector(body, "mass_center", vectors_to_opensim(segment.centre_of_mass))
         inertia = TO_OPENSIM @ segment.inertia @ TO_OPENSIM.T
+        # OpenSim's order: xx yy zz xy xz yz.
         order = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
         _vector(body, "inertia", [inertia[index] for index in order])
 
@@ -292,6 +293,7 @@ def _joints(joints: Element, model: BodyModel, held: Mapping[str, float]) -> Non
                 _coordinate(coordinates, angle, (-np.pi, np.pi))
             for translation in PELVIS_TRANSLATIONS:
                 _coordinate(coordinates, translation, (-100.0, 100.0))
+            # Tilt about Z, list about X, rotation about Y.
             axes = dict(zip(PELVIS_ANGLES, np.eye(3)[[2, 0, 1]], strict=True))
             _transform(joint, axes, PELVIS_TRANSLATIONS)
         else:
@@ -367,18 +369,14 @@ def _contact_geometry(set_: Element, model: BodyModel) -> None:
 def _contact_forces(
     set_: Element, model: BodyModel, contact: ContactSettings, friction: float
 ) -> None:
-    law = contact_law(contact, friction)
+    known = contact_law(contact, friction).opensim()
+    if known is None:
+        return
+    kind, properties = known
     for sphere in model.spheres:
-        force = _named(set_, "SmoothSphereHalfSpaceForce", f"{sphere.name}_force")
+        force = _named(set_, kind, f"{sphere.name}_force")
         _flag(force, "appliesForce", False)
         _text(force, "socket_sphere", f"/contactgeometryset/{sphere.name}")
         _text(force, "socket_half_space", f"/contactgeometryset/{FLOOR}")
-        _number(force, "stiffness", law.stiffness)
-        _number(force, "dissipation", law.dissipation)
-        _number(force, "static_friction", law.static_friction)
-        _number(force, "dynamic_friction", law.dynamic_friction)
-        _number(force, "viscous_friction", law.viscous_friction)
-        _number(force, "transition_velocity", law.transition_velocity)
-        _number(force, "constant_contact_force", SMOOTHING)
-        _number(force, "hertz_smoothing", PENETRATION_SLOPE)
-        _number(force, "hunt_crossley_smoothing", RATE_SLOPE)
+        for name, value in properties.items():
+            _number(force, name, value)

@@ -17,8 +17,11 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.coordinates import ACTUATED, ARM
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
+from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
 from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
 from gaitval.policy.observation import (
+    ACTION_COUNT,
+    ERROR_COUNT,
     MIRROR_ORDER,
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
@@ -33,26 +36,38 @@ Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """A policy: observation to action, or many in rows."""
 
 HABIT_PHASES = 100
-"""Phases of the cycle at which a policy's habit is known, see `WalkingEnvironment.centre`; a
+"""Phases of the cycle at which a policy's action bias is known, see `WalkingEnvironment.centre`; a
 multiple of four, so that none is used on both sides of the mirror's seam."""
 
 
 SIDEWAYS = (np.deg2rad(45.0), np.deg2rad(100.0))
-"""Directions from straight ahead that every other push of a training is drawn from, left or right:
-a little beyond the pushes that are tested, which would be at the edge of what was learned."""
+"""Range of directions of every other push of a training, rad from straight ahead, left or right. It
+reaches a little beyond the tested pushes, so that these are not at the edge of what was learned."""
 
 
 _TOLERANCES = "height", "rotation", "drift"
 
 
 def action_size(constants: EnvironmentSettings) -> int:
-    """Size of an action: one number per joint, and the pace if the policy chooses it."""
+    """Size of an action: one number per joint, and the pace if the policy chooses it.
+
+    Parameters
+    ----------
+    constants : settings of the environment; the policy chooses the pace unless `pace_scale` is 0.
+    """
     return len(ACTUATED) + (constants.pace_scale > 0.0)
 
 
 def episode_arrays(constants: EnvironmentSettings, *many: int) -> EpisodeArrays:
-    """Arrays of an environment, or (many, …) of several, all zero."""
-    sizes = 26, 26, len(PARAMETERS), OBSERVATION_SIZES[constants.observation], 12, 10, 6
+    """Arrays of one environment or of several, all zero.
+
+    Parameters
+    ----------
+    constants : settings of the environment; they decide the size of the observation.
+    many : number of environments, as leading axes (many, …); none for a single environment.
+    """
+    seen = OBSERVATION_SIZES[constants.observation]
+    sizes = ACTION_COUNT, ACTION_COUNT, len(PARAMETERS), seen, ERROR_COUNT, 10, ROOT_DOFS
     return EpisodeArrays(*(np.zeros((*many, size)) for size in sizes))
 
 
@@ -65,13 +80,14 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     `EnvironmentSettings.observation`. `info` of every step contains `errors` (12,), `reward_terms`
     (10,) and `cycles`, the gait cycles walked since the start.
 
-    Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu`
-    (14,) (else random within the bounds), `push` = (phase after which it starts, force N,
-    direction rad from straight ahead, left positive) or None for no push, `noise` (standard
-    deviation of the initial joint angles, rad).
+    Reset options: `phase` (else uniform over the cycle: reference-state initialisation), `mu` (14,)
+    (else random within the bounds), `push` = (phase after which it starts, force N, direction rad
+    from straight ahead, left positive) or None for no push, `noise` (standard deviation of the
+    initial joint angles, rad).
 
     Parameters
     ----------
+    task : body, reference and constants.
     engine : physics engine, see `Walker`.
     arrays : to work in, all zero; new ones if None.
 
@@ -80,7 +96,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     difficulty : 0 to 1, the fraction of the ranges of mu and pushes that values are drawn from; the
         training raises it.
     tolerance_share : fraction of the tolerances of height, rotation and drift at which an episode
-        ends; the training begins with less than 1.
+        ends; the training starts with less than 1.
     walker : the simulated body.
     yardstick, shares, lift : as `judgement` takes them.
     """
@@ -123,9 +139,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
         self._middle = 0.5 * (self._lower + self._upper)
+        # The floor keeps a parameter that is not varied, with equal bounds, from dividing by zero.
         self._half_range = np.maximum(0.5 * (self._upper - self._lower), 1e-9)
         self._shift = _shift_of(task)
         self.episode.parameters[:] = self._nominal
+        # The last share is the pace's.
         self.shares = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
         self._steps = 0
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
@@ -139,6 +157,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _share_of(self, name: str) -> float:
         """Fraction of an action's offset that reaches a joint."""
+        # Lumbar names have no side, and lose their last word here; none is then taken for an arm.
         joint, _ = name.rsplit("_", 1)
         return self.constants.arm_share if joint in ARM else 1.0
 
@@ -149,6 +168,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
 
     def _random_push(self, earliest: float, latest: float) -> tuple[float, float, float]:
         constants = self.constants
+        # Every other push is drawn from the smaller range, see `push_focus`. The order of the draws
+        # is part of a result: in another order every seed gives another training.
         focused = self.np_random.uniform() < 0.5
         largest = constants.push_focus if focused else constants.push_force
         return (
@@ -169,7 +190,16 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start in a state of the reference; see the class for `options`."""
+        """Start in a state of the reference; see the class for `options`.
+
+        Parameters
+        ----------
+        seed : of the environment's random numbers; None continues with them.
+
+        Returns
+        -------
+        The observation, and an empty dictionary.
+        """
         super().reset(seed=seed)
         options = options or {}
         phase = options["phase"] if "phase" in options else self.np_random.uniform()
@@ -184,22 +214,24 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         mu = np.asarray(mu, dtype=float)
         if not np.array_equal(mu, self.walker.mu):
             self.walker.set_parameters(mu)
-        # The policy is told how the body differs from the one that its reference was made for.
+        # The policy observes how the body differs from the one that its reference was made for.
         seen = mu - self._shift
         scaled = (seen - self._middle) / self._half_range if self._extended else seen
         self.episode.parameters[:] = scaled
         self.lift = self._leg_extension()
-        positions, rates = np.empty(31), np.empty(31)
+        positions, rates = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
         read_row(self.yardstick.targets.positions, phase, positions)
         read_row(self.yardstick.targets.velocities, phase, rates)
+        # The tables hold one cycle without the forward travel, and heights of the reference's body.
         positions[3] += self.yardstick.targets.stride_length * phase
         positions[5] += self.lift
-        positions[6:] += noise * self.np_random.standard_normal(25)
+        positions[ROOT_DOFS:] += noise * self.np_random.standard_normal(ACTUATED_COUNT)
         self.walker.reset(positions, rates, phase)
         self.start_phase = phase
         self._steps = 0
         self._push_left = 0.0
         self.episode.root_force[:] = 0.0
+        # No action has been simulated yet, so the observation has the reference's ground reaction.
         ground = self.walker.mean_ground_reaction.reshape(6)
         read_row(self.yardstick.targets.ground_reaction, phase, ground)
         ground *= self.walker.weight
@@ -209,14 +241,17 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return self._seen(), {}
 
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
-        """Take `centring` of a policy's habit from its actions from now on.
+        """Subtract `centring` times a policy's action bias from its actions from now on.
 
-        The habit is its action at each phase when a body with the parameters mu (14,) is on the
-        reference. It is not used in training.
+        The action bias is the policy's action at each phase when a body with the parameters `mu`
+        (14,) is exactly on the reference. It is not used in training.
 
         Parameters
         ----------
-        key : which policy it is (`Policy.key`): a habit that is known already is not found again.
+        policy : observations (100, size) to actions (100, A).
+        mu : (14,) body parameters.
+        key : which policy it is (`Policy.key`): an action bias that is known already is not
+            computed again.
         """
         share = self.constants.centring
         known = None if key is None else (key, np.asarray(mu, dtype=float).tobytes())
@@ -228,13 +263,16 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         options = {"mu": mu, "push": None, "noise": 0.0}
         phases = (np.arange(HABIT_PHASES) + 0.5) / HABIT_PHASES
         seen = [
+            # Seeded once, so that the result does not depend on what the environment drew before.
             self.reset(seed=None if i else 0, options={"phase": phase, **options})[0]
             for i, phase in enumerate(phases.tolist())
         ]
         self._habit = np.asarray(share * policy(np.array(seen)), dtype=float)
 
     def habits(self) -> Array:
-        """What is taken from the actions in each hundredth of the cycle, (100, A)."""
+        """Action bias in each hundredth of the cycle, (100, A), times `centring`; zero if not
+        centred.
+        """
         if self._habit is None:
             return np.zeros((HABIT_PHASES, len(self._asked)))
         return self._habit
@@ -255,10 +293,15 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return observation.astype(np.float32)
 
     def _leg_extension(self) -> float:
-        """How much higher the pelvis is above the ankles than in the reference's body, m."""
-        legs = [SEGMENTS.index(name) for name in ("thigh_r", "shank_r", "foot_r")]
-        made_for = sum(self._made_for.segments[i].joint_position[2] for i in legs)
-        return float(made_for - self.walker.tree.joint_position[legs, 2].sum())
+        """How much higher the pelvis is above the ankles than in the reference's body, m; of legs
+        that differ, the mean.
+        """
+        higher = 0.0
+        for side in "rl":
+            leg = [SEGMENTS.index(f"{name}_{side}") for name in ("thigh", "shank", "foot")]
+            made_for = sum(self._made_for.segments[i].joint_position[2] for i in leg)
+            higher += float(made_for - self.walker.tree.joint_position[leg, 2].sum())
+        return higher / 2
 
     def _judge(self) -> tuple[float, bool]:
         walker = self.walker
@@ -278,7 +321,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return float(reward), bool(fell)
 
     def push(self) -> None:
-        """Set the force on the pelvis for the next action."""
+        """Set the force of a push on the pelvis, N in world axes, for the next action; 0 outside a
+        push.
+        """
         self.episode.root_force[:] = 0.0
         if self._push is None:
             return
@@ -288,9 +333,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         if self._push_left > 0.0:
             # Force x time is exact whatever the duration of an action.
             share = min(1.0, self._push_left / self.walker.action_seconds)
+            # Elements 0 to 2 are the moment; x is forward and y left, so the direction counts
+            # towards the left.
             self.episode.root_force[3] = share * force * np.cos(direction)
             self.episode.root_force[4] = share * force * np.sin(direction)
             self._push_left -= share * self.walker.action_seconds
+            # Not `== 0`: the durations of several actions add up to a push only to rounding.
             if self._push_left <= 1e-12:
                 shortest, longest = (start + cycles for cycles in self.constants.push_interval)
                 self._push = self._random_push(shortest, longest) if self._pushed_again else None
@@ -298,8 +346,19 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def step(
         self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Advance by one action; see the class for `action` and `info`."""
+        """Advance by one action; see the class for `action` and `info`.
+
+        Parameters
+        ----------
+        recording : receives the physics steps of the action, if given.
+
+        Returns
+        -------
+        Observation, reward, whether the walker fell, whether the episode has its full length, and
+            `info`.
+        """
         if self._habit is not None:
+            # The phase keeps counting over cycles; only its fraction is the place in the cycle.
             action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
         episode, limit = self.episode, self.constants.action_limit
         self._asked[:] = action
@@ -331,5 +390,6 @@ def _shift_of(task: WalkingTask) -> Array:
         return np.zeros(len(PARAMETERS))
     shift = np.asarray(task.reference_mu - nominal_parameters(), dtype=float)
     for name in ("damping", "friction"):
+        # So the policy sees their full value, not a difference.
         shift[PARAMETERS.index(name)] = 0.0
     return shift

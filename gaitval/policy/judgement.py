@@ -1,4 +1,4 @@
-"""What an action of the policy is, and what an environment makes of its outcome, compiled.
+"""Entering an action of the policy, and reward and fall from its outcome, compiled.
 
 `WalkingEnvironment` calls this for itself, `WalkingGroup` for eight environments in one call.
 """
@@ -7,21 +7,26 @@ from typing import Any, NamedTuple
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.model.tree import Tree
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    Tree,
+)
 from gaitval.policy.observation import ACTION_ORDER, ACTION_SIGNS, Targets, measure
 from gaitval.policy.reward import weighted_reward
 
 
 class Yardstick(NamedTuple):
-    """What an environment measures with, all its life.
+    """What an environment compares a body with; constant from its construction on.
 
     Attributes
     ----------
+    targets : of the reference, see `observation.targets_of`.
     weights, sharpness : (10,), (9,) as in `policy.reward`.
     tolerances : (3,) of height m, rotation rad and drift m of the pelvis.
     half_action : phase of half an action.
     mass, weight : of the nominal body, kg and N.
-    extended, mirrors : kind of the observation, and whether it is mirrored.
+    extended, mirrors : whether the observation is the extended one, and whether it is mirrored in
+        the left leg's half of the cycle.
     """
 
     targets: Targets
@@ -60,18 +65,20 @@ class EpisodeArrays(NamedTuple):
 def take_action(
     asked: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
 ) -> None:
-    """Enter the policy's action.
+    """Enter the policy's action: clip, mirror and scale it.
 
     Parameters
     ----------
-    asked : (25,) or (26,), with the pace.
+    asked : (25,) joints, or (26,) with the pace; clipped to -limit ... limit.
+    limit : largest absolute value of an element of `asked`.
     shares : (26,) fraction of each number that reaches the body.
     mirrored : the policy acts on the mirror image.
-    action, before : (26,) in and out.
+    action, before : (26,) in and out; `before` receives the action so far, `action` the new one.
     """
     for i in range(26):
         before[i] = action[i]
         source = ACTION_ORDER[i] if mirrored else i
+        # A policy that does not choose the pace asks for 25 numbers: the 26th is 0, a pace of 1.
         value = 0.0
         if source < asked.shape[0]:
             value = asked[source]
@@ -102,13 +109,25 @@ def judge(
     episode: EpisodeArrays,
 ) -> tuple[float, bool]:
     """Reward of the last action, and whether the walker has fallen; fills observation, errors and
-    terms. If the simulation has diverged, that is a fall, and the observation stays.
+    terms of `episode`. If the simulation has diverged, that is a fall, and the observation is not
+    changed.
 
     Parameters
     ----------
+    tree : the body.
+    yardstick : reference, weights and tolerances.
+    state : (2, 31) positions and velocities of the coordinates.
+    phase : of the right gait cycle, counting on over cycles.
+    pace : of the last action; 1 is the reference's.
     lift : m, added to the reference's heights for the leg length of the body.
     tolerance_share : fraction of the tolerances at which an episode ends.
-    ground, moments, squares : means over the action, see `WalkerArrays`.
+    ground, moments, squares : (2, 3) N, (25,) Nm, (25,) Nm², means over the action, see
+        `WalkerArrays`.
+    episode : its last actions and parameters are read.
+
+    Returns
+    -------
+    Reward of the action, and whether the pelvis is outside a tolerance (a fall).
     """
     errors, terms = episode.errors, episode.terms
     sound = measure(
@@ -135,11 +154,14 @@ def judge(
         terms[:] = 0.0
         return 0.0, True
     effort = 0.0
-    for i in range(25):
+    for i in range(ACTUATED_COUNT):
         effort += squares[i]
+    # Moments squared, so mass squared: the cost is of Nm/kg and does not depend on a person's size.
     effort /= yardstick.mass * yardstick.mass
     reward = weighted_reward(yardstick.weights, yardstick.sharpness, errors, effort, terms)
     within = True
     for i in range(3):
+        # Elements 9 to 11 are height, rotation and drift, in the order of the tolerances. A NaN
+        # compares as false, and so counts as a fall.
         within = within and errors[9 + i] < tolerance_share * yardstick.tolerances[i]
     return reward, not within

@@ -6,6 +6,8 @@ computed for all of it at once. And on the processor the minibatches are learned
 `policy/policy_update.py`: the same losses, gradients and steps as stable-baselines3's and torch's,
 to rounding. Actor and critic share no weights, so they are learned in two threads, unless the
 training has only one worker: then it has one processor too.
+
+It is long because a learner is one class for stable-baselines3.
 """
 
 import math
@@ -56,6 +58,8 @@ def _network(hidden: torch.nn.Sequential, last: torch.nn.Module) -> list[torch.T
 
 def _arrays(tensors: Sequence[torch.Tensor]) -> Network:
     """The tensors' own memory."""
+    # No copy: the compiled update writes into torch's parameters and optimiser, so that saving,
+    # loading and acting need no transfer.
     return Network(*(tensor.detach().numpy() for tensor in tensors))
 
 
@@ -78,6 +82,7 @@ class _Side:
     def step(self, group: dict[str, Any], shrink: float) -> None:
         """A step of Adam along the gradients, shrunk."""
         for state in self.states:
+            # torch counts steps per parameter, and a checkpoint contains the count.
             state["step"] += 1.0
         adam_step(
             self.network, self.gradients, self.means, self.squares,
@@ -86,7 +91,9 @@ class _Side:
 
 
 def _adam_state(optimiser: Any, parameter: torch.Tensor) -> dict[str, Any]:
-    """What torch's optimiser keeps of a parameter; as torch itself begins it, if there is none."""
+    """What torch's optimiser keeps of a parameter; if there is nothing yet, as torch itself
+    starts.
+    """
     state: dict[str, Any] = optimiser.state[parameter]
     if not state:
         state["step"] = torch.tensor(0.0)
@@ -101,6 +108,8 @@ def _beside(threads: int) -> Iterator[Callable[..., Callable[[], Any]]]:
     and gives one that waits for the result.
     """
     if threads > 1:
+        # One more thread is enough: the caller works too. The compiled functions release Python's
+        # lock (`njit_unlocked`), otherwise the two would take turns.
         with ThreadPoolExecutor(1) as pool:
             yield lambda function, *arguments: pool.submit(function, *arguments).result
         return
@@ -132,6 +141,7 @@ class WalkingPPO(PPO):
         policy, count = self.policy, len(actions)
         if self.device.type != "cpu":
             with torch.no_grad():
+                # The compiled functions work in the processor's memory only.
                 _, log_prob, _ = policy.evaluate_actions(observations[:count], actions)
                 return policy.predict_values(observations).flatten(), log_prob
         extractor, seen = policy.mlp_extractor, observations.numpy()
@@ -145,6 +155,7 @@ class WalkingPPO(PPO):
             judged = submit(outputs, critic, seen, layers_of(critic, self.batch_size), values)
             outputs(actor, seen[:count], layers_of(actor, self.batch_size), means)
             judged()
+        # Once per rollout, so this need not be compiled.
         distribution = torch.distributions.Normal(
             torch.from_numpy(means), policy.get_parameter("log_std").detach().exp()
         )
@@ -186,11 +197,15 @@ class WalkingPPO(PPO):
         go_on = True
         with _beside(self.threads) as submit:
             for _ in range(self.n_epochs):
+                # NumPy's global generator and the same call as in stable-baselines3's
+                # `RolloutBuffer.get`, so that both learn the same minibatches from the same seed.
                 order = np.random.permutation(len(observations))  # noqa: NPY002 (as it does)
                 for first in range(0, len(order), self.batch_size):
                     rows = order[first : first + self.batch_size]
                     actor.rows(len(rows))
                     critic.rows(len(rows))
+                    # Started first, so that the critic is learned in the other thread while the
+                    # actor is learned here.
                     learned = submit(
                         critic_gradients, critic.network, observations, returns,
                         float(self.vf_coef), rows, critic.layers, critic.gradients,
@@ -202,9 +217,13 @@ class WalkingPPO(PPO):
                     critic_losses.append(learned())
                     actor_losses.append(loss)
                     divergences.append(divergence)
+                    # As stable-baselines3: an update that has moved the policy too far ends before
+                    # the step, not after.
                     go_on = self.target_kl is None or divergence <= 1.5 * self.target_kl
                     if not go_on:
                         break
+                    # `torch.nn.utils.clip_grad_norm_` over all parameters: actor and critic share
+                    # one norm.
                     norm = math.sqrt(square_norm(actor.gradients) + square_norm(critic.gradients))
                     shrink = min(1.0, self.max_grad_norm / (norm + 1e-6))
                     actor.step(optimiser.param_groups[0], shrink)
@@ -217,7 +236,13 @@ class WalkingPPO(PPO):
 
 
 def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
-    """PPO with the network and settings of a configuration, without its own environments."""
+    """PPO with the network and settings of a configuration, without its own environments.
+
+    Parameters
+    ----------
+    configuration : its training, environment and seed are used.
+    device : `cpu` or `cuda`.
+    """
     training = configuration.training
     layers = [training.hidden_units, training.hidden_units]
     ppo = WalkingPPO(
@@ -244,11 +269,15 @@ def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
     )
     constants = configuration.environment
     size, limit = OBSERVATION_SIZES[constants.observation], constants.action_limit
+    # stable-baselines3 takes these from its environment; without one they are set before
+    # `_setup_model` builds the network.
     ppo.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
     ppo.action_space = gymnasium.spaces.Box(-limit, limit, (action_size(constants),), np.float32)
     ppo.n_envs = training.environments
     ppo.threads = min(training.workers, 2)
     with warnings.catch_warnings():
+        # stable-baselines3 warns of a small network on a graphics card; which is faster was
+        # measured (`choose_device`).
         warnings.filterwarnings("ignore", message=".*primarily intended to run on the CPU")
         ppo._setup_model()
     ppo.policy.get_parameter("log_std").requires_grad_(False)  # follows a schedule of the training
@@ -260,8 +289,13 @@ class Learner:
 
     The statistics normalise observations and rewards as stable-baselines3's VecNormalize does, but
     change only between rollouts. Those of mu are fixed by its bounds: a running variance would be
-    almost zero while mu is nominal at the beginning of a training, and would upset the policy when
-    the randomisation of mu begins.
+    almost zero while mu is nominal at the start of a training, and would upset the policy when
+    the randomisation of mu starts.
+
+    Parameters
+    ----------
+    configuration : of the training.
+    device : `cpu` or `cuda`.
 
     Attributes
     ----------
@@ -292,9 +326,11 @@ class Learner:
         self._observations.var[PARAMETERS_OBSERVED] = variance
 
     def begin(self, seed: int) -> None:
-        """Seed all random numbers and begin an episode in every environment."""
+        """Seed all random numbers with `seed` and start an episode in every environment."""
         self.ppo.set_random_seed(seed)
         self._random = np.random.default_rng(seed)
+        # Discounted returns and lengths of unfinished episodes are forgotten as well, so that a
+        # training that was resumed here and one that was not continue alike.
         self._starts[:] = True
         for array in (self._discounted, self._lengths, self._rewards):
             array[:] = 0
@@ -313,6 +349,8 @@ class Learner:
     def noise(self) -> NDArray[np.float32]:
         """Exploration (T, E, A) of a rollout."""
         deviation = torch.exp(self.ppo.policy.get_parameter("log_std").detach()).cpu().numpy()
+        # Drawn for the whole rollout here, not in the workers: the noise does not depend on how
+        # many there are.
         shape = self.ppo.n_steps, self.ppo.n_envs, len(deviation)
         normal = self._random.standard_normal(shape, dtype=np.float32)
         return np.asarray(normal * deviation, dtype=np.float32)
@@ -331,12 +369,19 @@ class Learner:
     ) -> list[tuple[int, float, float]]:
         """Update from a rollout made with the current `actor` and `noise`.
 
+        Parameters
+        ----------
+        experience : the rollout.
+        learning_rate : of Adam in this update.
+
         Returns
         -------
         Length, return and gait cycles of the episodes that ended.
         """
         ppo = self.ppo
         with self._libraries.limit(limits=1, user_api="blas"):
+            # In this order: the rollout was walked with the statistics before it, so it is
+            # normalised with them, and only then do they learn its observations.
             self._fill_buffer(experience)
             self._count_observations(experience)
             ppo.num_timesteps += experience.rewards.size
@@ -346,6 +391,8 @@ class Learner:
 
     def _count_observations(self, experience: RolloutBuffer) -> None:
         size = experience.observations.shape[-1]
+        # From the second row on: the first is the last of the rollout before, which has been
+        # counted.
         self._observations.update(experience.observations[1:].reshape(-1, size))
         self._keep_known()
 
@@ -360,6 +407,8 @@ class Learner:
         discounted = np.empty(experience.rewards.shape)
         for t, rewards in enumerate(experience.rewards):
             discounted[t] = self._discounted = self._discounted * self.ppo.gamma + rewards
+            # VecNormalize scales rewards by the standard deviation of the running discounted
+            # return, which restarts with an episode.
             self._discounted = np.where(experience.ended[t], 0.0, self._discounted)
         self._returns.update(discounted.ravel())
         scaled = experience.rewards / np.sqrt(self._returns.var + 1e-8)
@@ -376,6 +425,8 @@ class Learner:
             ppo.device
         )
         values, log_prob = ppo.judged(seen, actions)
+        # The observations after the last action: their values continue the advantages beyond the
+        # rollout.
         last = values[steps * count :]
         buffer.observations[:] = before.cpu().numpy().reshape(buffer.observations.shape)
         buffer.actions[:] = experience.actions
@@ -450,7 +501,13 @@ class Learner:
 
 
 def update_seconds(configuration: Configuration, device: str) -> float:
-    """Time of one update on a device, with made-up data."""
+    """Duration of one update, s, with made-up data.
+
+    Parameters
+    ----------
+    configuration : of the training; its sizes and epochs count.
+    device : `cpu` or `cuda`.
+    """
     learner = Learner(configuration, device=device)
     learner.ppo.set_logger(configure(None, []))
     learner.begin(0)
@@ -479,7 +536,15 @@ def update_seconds(configuration: Configuration, device: str) -> float:
 
 
 def choose_device(configuration: Configuration) -> str:
-    """`cpu` or `cuda`, as `training.device` says; `auto` chooses whichever updates faster.
+    """The device that a training runs on; with `auto`, whichever updates faster here.
+
+    Parameters
+    ----------
+    configuration : its `training.device` is `cpu`, `cuda` or `auto`.
+
+    Returns
+    -------
+    `cpu` or `cuda`.
 
     Raises
     ------

@@ -1,7 +1,23 @@
 """Observations of a walking body, and how far it is from the reference.
 
 The paper's 71 numbers (section III-A), or an `extended` observation (docs/decisions.md), and its
-mirror image in the sagittal plane.
+mirror image in the sagittal plane. World axes, rad, m and s:
+
+| elements | content; "difference": from the reference, only in the extended observation |
+|---|---|
+| 0 - 24 | joint angles; difference |
+| 25 - 49 | joint velocities; difference, in tens of rad/s |
+| 50 - 52 | velocity of the centre of mass |
+| 53 - 55 | angular velocity of the whole body |
+| 56 | phase of the right gait cycle, 0 to 1 |
+| 57 - 70 | body parameters mu; extended: scaled to -1 ... 1 |
+| 71 - 74 | sine and cosine of the phase, and of twice the phase (from here on extended only) |
+| 75 - 80 | pelvis: rotation vector and position; difference |
+| 81 - 86 | pelvis: angular velocity and velocity; difference |
+| 87 - 92 | right and left foot relative to the pelvis; difference |
+| 93 - 98 | ground reaction on right and left foot, body weights, mean over the last action |
+| 99 | walking speed over the square root of gravity times leg length |
+| 100 - 125 | last action: 25 joints, pace |
 """
 
 import math
@@ -14,7 +30,11 @@ from gaitval.compiled import njit, njit_borrowing
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    COORDINATE_COUNT,
+    SEGMENT_COUNT,
     Tree,
     empty_frames,
     forward,
@@ -32,6 +52,11 @@ OBSERVATION_SIZES = {"paper": 71, "extended": 126}
 PARAMETERS_OBSERVED = slice(57, 71)
 """Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
 
+EFFECTOR_COUNT = len(END_EFFECTORS)
+ERROR_COUNT = 12
+"""Numbers of `measure`'s errors."""
+ACTION_COUNT = ACTUATED_COUNT + 1
+"""Numbers of an action with a pace."""
 _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
 
 _FORCE_WEIGHTS = np.array([2.0, 3.0, 1.0])
@@ -58,6 +83,9 @@ def _mirror() -> tuple[Index, Array]:
     """
     joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
     joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
+    # Mirrored in the plane y = 0, a polar vector (position, velocity, force) changes the sign of y;
+    # an axial vector (rotation, angular velocity) changes those of x and z. Joint coordinates have
+    # the same sign on both sides (`coordinates`), so legs and arms only change places.
     polar, axial = [1, -1, 1], [-1, 1, -1]
     order: list[int] = []
     signs: list[int] = []
@@ -67,13 +95,14 @@ def _mirror() -> tuple[Index, Array]:
         order.extend(start + i for i in block)
         signs.extend(block_signs)
 
+    # Blocks are appended in the order in which `measure` fills the observation.
     same, swapped = [0, 1, 2], [3, 4, 5, 0, 1, 2]
     add(joints, joint_signs)  # joint angles
     add(joints, joint_signs)  # joint velocities
     add(same, polar)  # velocity of the centre of mass
     add(same, axial)  # angular velocity of the body
     add([0], [1])  # phase
-    add(list(range(14)), [1] * 14)  # mu
+    add(list(range(len(PARAMETERS))), [1] * len(PARAMETERS))  # mu
     add(list(range(4)), [1] * 4)  # sines and cosines of the phase
     add(same, axial)  # pelvis rotation
     add(same, polar)  # pelvis position
@@ -88,14 +117,21 @@ def _mirror() -> tuple[Index, Array]:
 
 
 MIRROR_ORDER, MIRROR_SIGNS = _mirror()
-ACTION_ORDER = MIRROR_ORDER[-26:] - (OBSERVATION_SIZES["extended"] - 26)
-ACTION_SIGNS = MIRROR_SIGNS[-26:]
+# An observation ends with the last action, so its last elements, counted from their first, mirror
+# an action.
+ACTION_ORDER = MIRROR_ORDER[-ACTION_COUNT:] - (OBSERVATION_SIZES["extended"] - ACTION_COUNT)
+ACTION_SIGNS = MIRROR_SIGNS[-ACTION_COUNT:]
 """An action's mirror image is `ACTION_SIGNS * action[ACTION_ORDER]`, an observation's likewise."""
 
 
 @njit
 def is_mirrored(phase: float) -> bool:
-    """Whether the left leg's half of the cycle is now."""
+    """Whether it is the left leg's half of the cycle, from a quarter before its heel strike.
+
+    Parameters
+    ----------
+    phase : of the right gait cycle; any real number.
+    """
     return bool((phase + MIRROR_FROM) % 1.0 >= 0.5)
 
 
@@ -116,10 +152,19 @@ class Targets(NamedTuple):
 
 
 def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
-    """The targets that `measure` compares a body with."""
+    """The targets that `measure` compares a body with.
+
+    Parameters
+    ----------
+    reference : the motion to imitate, over one right gait cycle.
+    model : the body as scaled, whose mass and leg length make moments and speed dimensionless or
+        per kg.
+    """
     stride = reference.speed * reference.stride_time
     travel = stride * reference.phase
     positions = reference.positions.copy()
+    # Without the forward travel everything is periodic, so that tables can be read at any phase;
+    # `measure` adds it again.
     positions[:, 3] -= travel
     com = reference.centre_of_mass.copy()
     com[:, 0] -= travel
@@ -136,6 +181,8 @@ def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
         closed(effectors),
         closed(reference.ground_reaction),
         closed(reference.moments / model.mass),
+        # A joint whose recorded moment is unknown is zero throughout; it must not be rewarded for
+        # exerting none.
         np.any(reference.moments != 0.0, axis=0).astype(float),
         stride,
         reference.speed / math.sqrt(GRAVITY * model.leg_length),
@@ -173,13 +220,15 @@ def measure(
 ) -> bool:
     """Observation and squared errors of one state.
 
-    Returns False, and leaves both unchanged, if the simulation has diverged.
-
     It is long because both use the same differences from the reference and it runs at every action:
     two functions would have to pass twelve arrays.
 
     Parameters
     ----------
+    tree : the body.
+    targets : of the reference, see `targets_of`.
+    state : (2, 31) coordinates and velocities, rad, m and per s.
+    phase : of the right gait cycle, counting on over cycles.
     pace : of the last action.
     lift : m, added to the reference's heights for the leg length of the body.
     half_action : phase of half an action: means over the action are compared with the reference at
@@ -190,29 +239,37 @@ def measure(
     action : (26,) the last action.
     action_change : mean squared difference of the last action from the one before.
     parameters : (14,) the observed mu.
+    extended : whether the observation is the extended one (126,) or the paper's (71,).
     half_cycle : the sines and cosines are of the phase within its half of the cycle, see
         `is_mirrored`.
     observation : (71,) or (126,) out.
-    errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m,
-        rotation rad and drift m of the pelvis, for termination.
+    errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m, rotation rad
+        and drift m of the pelvis, for termination.
+
+    Returns
+    -------
+    False, and both arrays unchanged, if the simulation has diverged.
     """
     for i in range(2):
-        for d in range(31):
+        for d in range(COORDINATE_COUNT):
+            # Written with `not`, so that a NaN counts as diverged too.
             if not abs(state[i, d]) < _LARGEST_STATE:
                 return False
     q, qd = state[0], state[1]
     frames, motion = empty_frames(), np.empty((3, 3))
-    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, 14)
-    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, 14)
+    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT)
+    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, SEGMENT_COUNT)
     whole_body_motion(tree, frames, motion)
 
-    q_ref, qd_ref = np.empty(31), np.empty(31)
-    com_ref, ee_ref, grf_ref, moment_ref = np.empty(3), np.empty(12), np.empty(6), np.empty(25)
+    q_ref, qd_ref = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
+    com_ref, grf_ref, moment_ref = np.empty(3), np.empty(6), np.empty(ACTUATED_COUNT)
+    ee_ref, effector = np.empty(3 * EFFECTOR_COUNT), np.empty(3 * EFFECTOR_COUNT)
     read_table(targets.positions, phase, q_ref)
     read_table(targets.velocities, phase, qd_ref)
     read_table(targets.centre_of_mass, phase, com_ref)
     read_table(targets.end_effectors, phase, ee_ref)
-    for i in range(31):
+    for i in range(COORDINATE_COUNT):
+        # Chain rule: at another pace the same motion takes place in 1 / pace of the time.
         qd_ref[i] *= pace
     travel = targets.stride_length * phase
     q_ref[3] += travel
@@ -220,16 +277,18 @@ def measure(
     com_ref[0] += travel
     com_ref[2] += lift
 
+    # The rotation that takes the reference's pelvis to the walker's, as a vector in world axes: its
+    # length is the angle between them. A difference of the coordinates would not be an angle.
     turn = rotation_vector(frames.rotation[0] @ rotation_matrix(q_ref).T)
     joint = q[6:] - q_ref[6:]
     joint_rate = qd[6:] - qd_ref[6:]
-    effector = np.empty(12)
-    for e in range(4):
+    for e in range(EFFECTOR_COUNT):
         for i in range(3):
             effector[3 * e + i] = frames.origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
         # The position of the pelvis is a separate error.
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
+    # Forces and moments are means over the action that has just ended, which lie in its middle.
     middle = phase - pace * half_action
     read_table(targets.ground_reaction, middle, grf_ref)
     read_table(targets.moments, middle, moment_ref)
@@ -241,9 +300,10 @@ def measure(
     errors[4] = _square(effector)
     errors[5] = 0.0
     for i in range(6):
+        # Body weights here, Nm/kg below: the reward does not depend on a person's size.
         errors[5] += (_FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] / weight - grf_ref[i])) ** 2
     errors[6] = 0.0
-    for i in range(25):
+    for i in range(ACTUATED_COUNT):
         errors[6] += targets.has_moment[i] * (moments[i] / mass - moment_ref[i]) ** 2
     errors[7] = (pace - 1.0) ** 2
     errors[8] = action_change
@@ -252,11 +312,13 @@ def measure(
     errors[11] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
 
     if extended:
-        observation[0:25] = joint
-        observation[25:50] = _VELOCITY_SCALE * joint_rate
+        # Relative to the reference, so that the same numbers mean the same for every person; the
+        # paper's observation has the coordinates themselves.
+        observation[0:ACTUATED_COUNT] = joint
+        observation[ACTUATED_COUNT : 2 * ACTUATED_COUNT] = _VELOCITY_SCALE * joint_rate
     else:
-        observation[0:25] = q[6:]
-        observation[25:50] = qd[6:]
+        observation[0:ACTUATED_COUNT] = q[6:]
+        observation[ACTUATED_COUNT : 2 * ACTUATED_COUNT] = qd[6:]
     observation[50:53] = motion[1]
     observation[53:56] = motion[2]
     seen = phase - np.floor(phase)

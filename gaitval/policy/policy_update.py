@@ -22,7 +22,8 @@ Numbers = Any
 
 class Network(NamedTuple):
     """Weights (outputs, inputs) and biases (outputs,) of three layers, tanh after the first two;
-    or their gradients, or their means or mean squares.
+    or their gradients, or their running means or mean squares. `first` takes the observation and
+    `last` gives the output.
     """
 
     first: Numbers
@@ -34,8 +35,10 @@ class Network(NamedTuple):
 
 
 class Layers(NamedTuple):
-    """What a minibatch makes of the layers: inputs (n, size), activations of the hidden ones
-    (n, units), the output (n, outputs), and the loss's derivatives with respect to these.
+    """Values of the layers for a minibatch of n rows: inputs (n, size), activations of the hidden
+    layers `first` and `second` (n, units), and the output (n, outputs).
+
+    `to_first`, `to_second` and `to_output` are the loss's derivatives with respect to these.
     """
 
     inputs: Numbers
@@ -48,7 +51,13 @@ class Layers(NamedTuple):
 
 
 def layers_of(network: Network, rows: int) -> Layers:
-    """Arrays for minibatches of so many rows."""
+    """Arrays for minibatches.
+
+    Parameters
+    ----------
+    network : whose sizes and precision they have.
+    rows : observations of a minibatch.
+    """
     kind = network.first.dtype
     units, size = network.first.shape
     outputs = len(network.last)
@@ -81,16 +90,22 @@ _FLAT: Final = np.float32(7.905311)
 def _tanh(values: Numbers) -> None:
     """Of every number, in place."""
     flat = values.ravel()
+    # Single precision has the approximation above; double precision, which the tests compare with
+    # torch, the formula itself.
     if flat.itemsize == 4:
         for i in range(flat.size):
             x = min(max(np.float32(flat[i]), -_FLAT), _FLAT)
             z = x * x
             a, b, c, d, e, f, g = _ODD  # written out, or it would not become vectors
+            # Horner's scheme in z = x²: numerator x P(z), odd, and denominator Q(z), even, as tanh
+            # is odd.
             odd = ((((((g * z + f) * z + e) * z + d) * z + c) * z) + b) * z + a
             a, b, c, d = _EVEN
             flat[i] = x * odd / (((d * z + c) * z + b) * z + a)
     else:
         for i in range(flat.size):
+            # tanh x = (e²ˣ - 1) / (e²ˣ + 1); `exponential` is bounded, so the quotient is never ∞ /
+            # ∞.
             power = exponential(2.0 * np.float64(flat[i]))
             flat[i] = (power - 1.0) / (power + 1.0)
 
@@ -104,8 +119,17 @@ def _add_bias(values: Numbers, bias: Numbers) -> None:
 
 @njit_unlocked
 def forward(network: Network, observations: Numbers, rows: Index, layers: Layers) -> None:
-    """The layers of some rows of the observations (N, size)."""
+    """The layers of some rows of the observations.
+
+    Parameters
+    ----------
+    network : weights and biases.
+    observations : (N, size), normalised.
+    rows : (n,) which of them.
+    layers : with n rows; inputs, activations and output are filled.
+    """
     for i in range(len(rows)):
+        # Copied, so that the minibatch is contiguous, as BLAS wants its matrices.
         layers.inputs[i] = observations[rows[i]]
     np.dot(layers.inputs, network.first.T, layers.first)
     _add_bias(layers.first, network.first_bias)
@@ -119,9 +143,19 @@ def forward(network: Network, observations: Numbers, rows: Index, layers: Layers
 
 @njit_unlocked
 def outputs(network: Network, observations: Numbers, layers: Layers, found: Numbers) -> None:
-    """The network's outputs (N, outputs) of all observations (N, size), into `found`."""
+    """The network's outputs for all observations.
+
+    Parameters
+    ----------
+    network : weights and biases.
+    observations : (N, size), normalised.
+    layers : to work in; their rows are the block that is computed at a time.
+    found : (N, outputs) out.
+    """
     count, block = len(observations), len(layers.inputs)
     for first in range(0, count, block):
+        # The last block is filled with the last row, so that every product has the same shape, and
+        # the same rounding.
         rows = np.minimum(np.arange(first, first + block), count - 1)
         forward(network, observations, rows, layers)
         for i in range(min(block, count - first)):
@@ -140,12 +174,23 @@ def _sum_rows(values: Numbers, sums: Numbers) -> None:
 def _through_tanh(derivatives: Numbers, activations: Numbers) -> None:
     for i in range(derivatives.shape[0]):
         for j in range(derivatives.shape[1]):
+            # tanh' = 1 - tanh², and the activations are the tanh already.
             derivatives[i, j] *= 1 - activations[i, j] * activations[i, j]
 
 
 @njit_unlocked
 def backward(network: Network, layers: Layers, gradients: Network) -> None:
-    """The gradients, from `layers.to_output`."""
+    """Gradients of a loss by all weights and biases (back-propagation).
+
+    Parameters
+    ----------
+    network : weights and biases.
+    layers : as `forward` has filled them, and with `to_output` (n, outputs), the loss's derivatives
+        by the output; `to_second` and `to_first` are filled.
+    gradients : out.
+    """
+    # For each layer, from the last: dL/dW = δᵀ · input, dL/db = sum of δ over the rows, and δ of
+    # the layer below is (δ · W) times the slope of tanh there.
     np.dot(layers.to_output.T, layers.second, gradients.last)
     _sum_rows(layers.to_output, gradients.last_bias)
     np.dot(layers.to_output, network.last, layers.to_second)
@@ -176,14 +221,18 @@ def actor_gradients(
 
     Parameters
     ----------
+    network : of the actor; its output is the mean action.
     observations, actions, advantages, log_probabilities : (N, size), (N, A), (N,), (N,) of a
         rollout, and of these actions when they were taken.
     log_std : (A,) logarithm of the actions' standard deviation.
-    rows : of the minibatch; advantages are normalised over them.
+    clip_range : ε of the loss: the ratio of probabilities is clipped to 1 - ε ... 1 + ε.
+    rows : (n,) of the minibatch; advantages are normalised over them.
+    layers : with n rows, to work in.
+    gradients : out.
 
     Returns
     -------
-    Loss and divergence.
+    Loss and divergence, means over the minibatch.
     """
     forward(network, observations, rows, layers)
     n, count = len(rows), actions.shape[1]
@@ -194,10 +243,13 @@ def actor_gradients(
     square = 0.0
     for i in range(n):
         square += (advantages[rows[i]] - mean) ** 2
+    # n - 1, as torch's `std` has it, and the same 1e-8.
     deviation = np.sqrt(square / (n - 1)) + 1e-8
     constant = 0.0
     precision = np.empty(count)
     for a in range(count):
+        # log π(a|s) = -½ Σ ((a - mean) / σ)² - Σ (log σ + ½ log 2π): 1 / σ² here, the second sum
+        # below.
         precision[a] = np.exp(-2.0 * log_std[a])
         constant += log_std[a] + 0.5 * np.log(2.0 * np.pi)
     loss, divergence = 0.0, 0.0
@@ -205,18 +257,24 @@ def actor_gradients(
         row = rows[i]
         exponent = 0.0
         for a in range(count):
+            # Summed in double precision, whatever the network's: the ratio is an exponential of a
+            # difference.
             away = np.float64(actions[row, a]) - np.float64(layers.output[i, a])
             exponent += away * away * precision[a]
         log_ratio = -0.5 * exponent - constant - log_probabilities[row]
         ratio = np.exp(log_ratio)
         advantage = (advantages[row] - mean) / deviation
         clipped = min(max(ratio, 1.0 - clip_range), 1.0 + clip_range)
+        # The objective is the smaller of the two products. Where that is the clipped one it is
+        # constant, so no gradient flows.
         free = advantage * ratio <= advantage * clipped
         loss -= advantage * (ratio if free else clipped)
+        # (r - 1) - log r: never negative, unlike -log r, and with less variance.
         divergence += ratio - 1.0 - log_ratio
         share = -advantage * ratio / n if free else 0.0
         for a in range(count):
             away = np.float64(actions[row, a]) - np.float64(layers.output[i, a])
+            # dL/dmean = -A r (a - mean) / σ², because d log π / dmean = (a - mean) / σ².
             layers.to_output[i, a] = share * away * precision[a]
     backward(network, layers, gradients)
     return loss / n, divergence / n
@@ -236,7 +294,16 @@ def critic_gradients(
 
     Parameters
     ----------
-    returns : (N,).
+    network : of the critic; its output is the value of a state.
+    observations, returns : (N, size), (N,) of a rollout.
+    weight : of the value loss in the whole loss (`vf_coef`).
+    rows : (n,) of the minibatch.
+    layers : with n rows, to work in.
+    gradients : out.
+
+    Returns
+    -------
+    The mean squared error, without `weight`.
     """
     forward(network, observations, rows, layers)
     n = len(rows)
@@ -260,7 +327,7 @@ def _square(values: Numbers) -> float:
 
 @njit_unlocked
 def square_norm(gradients: Network) -> float:
-    """Of all gradients of a network."""
+    """Sum of the squares of all `gradients` of a network, in double precision."""
     total = _square(gradients.first) + _square(gradients.first_bias)
     total += _square(gradients.second) + _square(gradients.second_bias)
     total += _square(gradients.last) + _square(gradients.last_bias)
@@ -280,6 +347,8 @@ def _adam(
     step: int,
 ) -> None:
     one, two = betas
+    # Bias corrections of both running means. As in torch, ε is added after the second one, to √(v /
+    # (1 - β₂ᵗ)): elsewhere it would be another optimiser.
     size = rate / (1.0 - one**step)
     root = np.sqrt(1.0 - two**step)
     x, g, m, v = values.ravel(), gradients.ravel(), means.ravel(), squares.ravel()
@@ -306,8 +375,13 @@ def adam_step(
 
     Parameters
     ----------
+    network : weights and biases, changed.
+    gradients : of the loss.
     means, squares : running means of gradients and their squares, changed.
-    shrink : of the gradients, where their norm is limited.
+    shrink : factor on the gradients, where their norm is limited.
+    rate : learning rate.
+    betas : decay of the two running means per step.
+    epsilon : added to the root of the mean square.
     step : number of this step, from 1.
     """
     x, g, m, v = network, gradients, means, squares

@@ -20,15 +20,15 @@ from gaitval.memory import give_back_soon
 Result = TypeVar("Result")
 
 _PATIENCE: Final = 10
-"""How much a process beside this one steps back for others (`nice`)."""
+"""`nice` of a process beside this one: it only gets processor time that others leave."""
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
     """How processes are started here: under Linux a server forks them, which has loaded once what
     they need, and shares that memory with them; elsewhere each loads it itself, in seconds.
 
-    The first call starts the server, which loads while the caller goes on. Its environment is that
-    of the first call. It ends with this process.
+    The first call starts the server, which loads while the caller continues. Its environment is
+    that of the first call. It ends with this process.
 
     Parameters
     ----------
@@ -38,6 +38,8 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
         return mp.get_context("spawn")
     from multiprocessing import forkserver
 
+    # Not a plain fork: this process may have threads, of torch or BLAS, whose locks a forked child
+    # would inherit locked.
     context = mp.get_context("forkserver")
     context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
     try:
@@ -52,9 +54,10 @@ def begin_as_worker() -> None:
     """What a worker process does first: it will end as soon as the one that started it has ended,
     and give memory back.
 
-    A worker that waits for work never sees that nobody is left to give any, because it has both
-    ends of the queue. The watch is a thread that waits on the parent's end, which every system
-    tells; Linux's signal at a parent's death would come from the end of a thread too.
+    A worker that waits for work never notices that its parent has gone, because it holds both ends
+    of the queue itself. The watch is a thread that waits on the parent's sentinel, which exists on
+    every system; Linux's signal at a parent's death would also come when only a thread of the
+    parent ends.
     """
     give_back_soon()
     parent = mp.parent_process()
@@ -63,6 +66,7 @@ def begin_as_worker() -> None:
 
     def watch() -> None:
         parent.join()
+        # At once, without cleaning up: nobody is left to read what the worker might still write.
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
@@ -84,9 +88,10 @@ def one_thread() -> Iterator[None]:
 
 
 def new_workers(count: int) -> ProcessPoolExecutor:
-    """So many processes, in which linear algebra has one thread each."""
+    """`count` processes, in which linear algebra has one thread each."""
     workers = ProcessPoolExecutor(count, mp_context=ready_to_start(), initializer=begin_as_worker)
     with one_thread():
+        # The environment is read when a process starts, so they start here, inside `one_thread`.
         for _ in range(count):  # each starts one, because none of them is idle yet
             workers.submit(os.getpid)
     return workers
@@ -96,16 +101,23 @@ def new_workers(count: int) -> ProcessPoolExecutor:
 def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Callable[[], Result]]:
     """Run a function in a process of its own, with what other processes leave of the processors.
 
+    Parameters
+    ----------
+    function : a module's function.
+    arguments : its positional arguments; these and the result are pickled.
+
     Yields
     ------
-    A function that waits for the result, and raises what the other one raised. If the block is left
-    before, the process is ended.
+    A function that waits for the result, and raises what the other one raised, or RuntimeError if
+        the process ended without a result. If the block is left before, the process is ended.
     """
     context = ready_to_start()
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(there, function, arguments), daemon=True)
     with one_thread():
         process.start()
+    # This process's copy of the sending end: as long as one is open, a killed process gives no
+    # EOFError.
     there.close()
 
     def result() -> Result:
@@ -153,8 +165,12 @@ class _Kept:
 
 @contextmanager
 def keeping_workers(count: int) -> Iterator[None]:
-    """Within it, what needs several workers has the same `count` processes, one piece of work after
-    the other: to start them takes seconds. They start when they are first needed.
+    """Within the block, whatever needs several workers uses the same processes, one piece of work
+    after the other: to start them takes seconds. They start when they are first needed.
+
+    Parameters
+    ----------
+    count : number of processes; with 1 none is started.
     """
     here = _Kept(count)
     _kept.append(here)

@@ -27,14 +27,29 @@ REWARD_TERMS = (
 def weighted_reward(
     weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array
 ) -> float:
-    """Terms (10,) of the reward, in the order of `REWARD_TERMS`, and their sum. The first nine are
-    weight / (sum of the first nine weights) x exp(-sharpness (9,) x squared error); the last is
-    the torque cost.
+    """Reward of a step, and its terms.
+
+    The first nine terms are weight / (sum of the first nine weights) x exp(-sharpness x squared
+    error), which add up to 1 for a walker exactly on the reference; the last is the torque cost.
+
+    Parameters
+    ----------
+    weights : (10,) in the order of `REWARD_TERMS`.
+    sharpness : (9,) of all but the last, in 1 / unit of the squared error.
+    errors : the first nine are squared errors, as `observation.measure` gives them.
+    effort : sum of the joints' mean squared moments, (Nm/kg)².
+    terms : (10,) out, in the order of `REWARD_TERMS`.
+
+    Returns
+    -------
+    The sum of the terms.
     """
     total, reward = 0.0, 0.0
     for i in range(9):
         total += weights[i]
     for i in range(9):
+        # A kernel is between 0 and 1, so that no single error, however large, can outweigh the
+        # others or make falling early worth its while.
         terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
         reward += terms[i]
     terms[9] = -weights[9] / total * effort
@@ -42,7 +57,12 @@ def weighted_reward(
 
 
 def reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:
-    """Weights (10,) in the order of `REWARD_TERMS`, and sharpness (9,) of all but the last."""
+    """Weights (10,) in the order of `REWARD_TERMS`, and sharpness (9,) of all but the last.
+
+    Parameters
+    ----------
+    reward : settings, with a field for each term and `…_sharpness` for each of the first nine.
+    """
     weights = [getattr(reward, name) for name in REWARD_TERMS]
     sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]
     return np.array(weights, dtype=float), np.array(sharpness, dtype=float)

@@ -43,7 +43,7 @@ class RolloutBuffer(NamedTuple):
     fell, ended : (T, E) the episode ended in a fall; it ended in a fall or reached its full length.
     final_observations : (T, E, size) last observation of each episode, where it ended.
     cycles : (T, E) gait cycles of the episode so far.
-    terms : (T, E, 9) reward terms.
+    terms : (T, E, 10) reward terms.
     """
 
     observations: NDArray[np.float32]
@@ -72,6 +72,7 @@ def _shapes(steps: int, count: int, constants: EnvironmentSettings) -> _Shapes:
 
 
 def _bytes(shapes: _Shapes) -> int:
+    # Four bytes also for a truth value, so that every array starts at a multiple of four.
     return sum(4 * math.prod(shape) for shape, _ in shapes.values())
 
 
@@ -101,6 +102,7 @@ def _walk(
         experience.observations[t, numbers] = observations
         # The product's rounding depends on the number of rows, so that is always the same.
         padded[: len(observations)] = observations
+        # In place: `actions` is a view of the shared array, which holds the noise before.
         actions += policy.act(padded)[: len(observations)]
         rewards, fell, over = group.step(actions, observations)
         ended = fell | over
@@ -111,6 +113,8 @@ def _walk(
         for e, environment in enumerate(group.environments):
             experience.cycles[t, first + e] = environment.walker.phase - environment.start_phase
         for e in np.flatnonzero(ended).tolist():
+            # The reset overwrites the observation, but the learner needs it for the value of an
+            # episode that was cut off.
             experience.final_observations[t, first + e] = observations[e]
             observations[e] = group.reset(e)
     experience.observations[-1, numbers] = observations
@@ -123,10 +127,10 @@ def _work(
     memory: _Memory,
     pipe: Connection,
 ) -> None:
-    """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed),
-    ("walk", tensors).
+    """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed), ("walk",
+    tensors).
 
-    Answers None, or the traceback of an error.
+    Answers None when done, or the traceback of an error.
     """
     begin_as_worker()
     experience = _views(memory, shapes)
@@ -151,6 +155,8 @@ def _work(
                         environment.difficulty, environment.tolerance_share = value
                 elif message == "begin":
                     for e in range(len(group.environments)):
+                        # The seed follows from the environment's number, not from the worker: the
+                        # number of workers makes no difference.
                         observations[first][e] = group.reset(e, seed=value + first + e)
                 elif message == "walk":
                     _walk(group, observations[first], Policy(value, {}), experience, first)
@@ -162,9 +168,16 @@ def _work(
 
 
 class WalkingWorkers:
-    """`count` walking environments over `workers` processes; use as a context manager.
+    """Walking environments over several processes; use as a context manager.
 
     Environment i uses `tasks[i % len(tasks)]`; the tasks differ only in body and reference.
+
+    Parameters
+    ----------
+    tasks : of the environments, in turn.
+    count : number of environments.
+    workers : number of processes, at most one per eight environments.
+    steps : actions of a rollout.
     """
 
     def __init__(
@@ -172,10 +185,14 @@ class WalkingWorkers:
     ) -> None:
         shapes = _shapes(steps, count, tasks[0].configuration.environment)
         context = ready_to_start()
+        # Without a lock: each worker writes its own environments' columns, and nobody reads before
+        # all have answered.
         memory: _Memory = context.RawArray(ctypes.c_byte, _bytes(shapes))
         self._experience = _views(memory, shapes)
         self._pipes: list[Connection] = []
         self._processes = []
+        # Whole groups of eight for each worker: a group that is not full computes all eight lanes
+        # anyway.
         groups = range(0, count, WIDTH)
         for share in np.array_split(groups, min(workers, len(groups))):
             ours, theirs = context.Pipe()
@@ -184,6 +201,8 @@ class WalkingWorkers:
             process = context.Process(target=_work, args=arguments, daemon=True)
             with one_thread():
                 process.start()
+            # This process's copy of the worker's end: while it is open, the death of the worker is
+            # not noticed.
             theirs.close()
             self._pipes.append(ours)
             self._processes.append(process)
@@ -215,11 +234,11 @@ class WalkingWorkers:
                 raise RuntimeError(f"A worker process of the walking environments ended: {problem}")
 
     def set_curriculum(self, difficulty: float, tolerance_share: float) -> None:
-        """Set these attributes of `WalkingEnvironment` everywhere."""
+        """Set `difficulty` and `tolerance_share` of every `WalkingEnvironment`."""
         self._tell("curriculum", (difficulty, tolerance_share))
 
     def begin(self, seed: int) -> None:
-        """Begin an episode in every environment; environment i is seeded with seed + i."""
+        """Start an episode in every environment; environment i is seeded with `seed` + i."""
         self._tell("begin", seed)
 
     def walk(self, tensors: dict[str, NDArray[Any]], noise: NDArray[np.float32]) -> RolloutBuffer:

@@ -2,9 +2,11 @@
 
 Many walks are simulated eight side by side (`fell_together`, `record_together`,
 `travel_together`), in the compiled engine. The policy then acts on eight observations in one
-product, which is rounded otherwise than that of one: a walk of eight agrees with a single walker's
-to rounding, and in a long walk rounding grows. It does not depend on the other seven, nor on their
-number: the policy always acts on eight.
+matrix product, whose rounding differs from that of a single observation: a walk of eight agrees
+with a single walker's to rounding, and in a long walk rounding errors grow. A walk depends neither
+on the other seven nor on their number, because the policy always acts on eight.
+
+It is long because walks that are recorded, scored or only followed share what is here.
 """
 
 import itertools
@@ -33,7 +35,7 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
-class Score:
+class RolloutScore:
     """Score of a rollout.
 
     Attributes
@@ -49,7 +51,8 @@ class Score:
 
 
 def in_groups(items: Sequence[Item]) -> list[Sequence[Item]]:
-    """Items in order, in as few groups of at most eight as hold them, of nearly the same size."""
+    """`items` in order, in as few groups of at most eight as hold them, of nearly the same size."""
+    # Minus the floor of minus the quotient is the quotient rounded up.
     count = -(-len(items) // WIDTH)
     ends = [len(items) * number // count for number in range(1, count + 1)]
     return [items[first:end] for first, end in itertools.pairwise([0, *ends])]
@@ -63,12 +66,16 @@ def score_rollout(
     start_phase: float,
     seconds: float,
     push: tuple[float, float, float] | None = None,
-) -> Score:
+) -> RolloutScore:
     """Simulate `seconds` of walking without keeping the trajectory.
 
     Parameters
     ----------
+    environment : to walk in; its engine simulates.
+    policy : used without noise.
     mu : (14,) body parameters.
+    start_phase : phase of the right gait cycle at the start.
+    seconds : planned duration.
     push : see `WalkingEnvironment`.
     """
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
@@ -81,7 +88,7 @@ def score_rollout(
         if fell:
             break
         total += reward
-    return Score(total / planned, float(info["cycles"]), fell)
+    return RolloutScore(total / planned, float(info["cycles"]), fell)
 
 
 def fell_together(
@@ -96,6 +103,8 @@ def fell_together(
 
     Parameters
     ----------
+    group : of eight environments.
+    policy : used without noise.
     mu : (14,) body parameters of all.
     starts : options of `WalkingEnvironment.reset` of each.
     seconds : how long each one is followed.
@@ -108,6 +117,7 @@ def fell_together(
     left = np.array([round(each / action_seconds) for each in seconds])
     fell = np.zeros(len(starts), dtype=bool)
     for fallen in _actions_together(group, policy, mu, starts):
+        # A walk that is over is simulated on with its group, but no longer counts.
         fell |= fallen & (left > 0)
         left = np.where(fallen, 0, np.maximum(left - 1, 0))
         if not left.any():
@@ -118,10 +128,11 @@ def fell_together(
 def _actions_together(
     group: WalkingGroup, policy: Policy, mu: Array, starts: Sequence[dict[str, Any]]
 ) -> Iterator[NDArray[np.bool_]]:
-    """Walks side by side, without end: after each action, who fell in it (walks,). A start may have
-    a `seed` beside the options of `WalkingEnvironment.reset`. A walker that
-    fell starts again, or it would roll on; so do those of a group that has more than there are
-    walks, from the last start.
+    """Walks side by side, without end: after each action, who fell in it (walks,).
+
+    A start may have a `seed` beside the options of `WalkingEnvironment.reset`. A walker that fell
+    starts again, or its body would be simulated lying on the ground; so do the surplus walkers of a
+    group that is larger than the number of walks, from the last start.
     """
     lanes = len(group.environments)
     if lanes != WIDTH:
@@ -160,6 +171,7 @@ def _walks_together(
     ends = np.array([start["phase"] for start in starts]) + cycles
     left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
     for fallen in _actions_together(group, policy, mu, starts):
+        # Before `left` is counted down: the action in which a walk ends is still its own.
         yield left > 0, fallen
         over = fallen | (group.phases[: len(ends)] >= ends)
         left = np.where(over, 0, np.maximum(left - 1, 0))
@@ -177,12 +189,13 @@ def record_together(
     noise: float = 0.0,
     seeds: Sequence[int] | None = None,
 ) -> Iterator[Rollout]:
-    """`record_rollout` of at most eight walks, side by side, without pushes. They are walked when
-    the first one is asked for.
+    """`record_rollout` of at most eight walks, side by side, without pushes. They are simulated
+    when the first one is asked for.
 
     Parameters
     ----------
     group : of eight environments, which may have different references.
+    policy : used without noise.
     mu : (14,) body parameters of all.
     start_phases : of each walk; the first one is that of the first environment.
     cycles : planned length of each in gait cycles.
@@ -218,11 +231,11 @@ def travel_together(
     start_phases: Sequence[float],
     cycles: float,
 ) -> list[Travel]:
-    """`record_together` of long walks, of which little is kept: 128 bytes a step instead of 880.
+    """`record_together` of long walks, of which little is kept: 128 bytes per step instead of 880.
 
     Parameters
     ----------
-    group, mu, start_phases, cycles : as `record_together` takes them.
+    group, policy, mu, start_phases, cycles : as `record_together` takes them.
     """
     walks = len(start_phases)
     walkers = [environment.walker for environment in group.environments[:walks]]
@@ -284,6 +297,8 @@ def _centre_of_pressure(feet: Array) -> Array:
     """(T, 2, 3) m on the ground from forces and moments (T, 2, 6); NaN without load."""
     vertical = feet[..., 2]
     loaded = np.where(vertical > 1.0, vertical, np.nan)
+    # Moment about the origin of a force at (x, y, 0): Mx = y Fz and My = -x Fz; the free moment is
+    # about z alone. Below 1 N the quotient is noise.
     return np.stack([-feet[..., 4] / loaded, feet[..., 3] / loaded, 0.0 * loaded], axis=-1)
 
 
@@ -300,6 +315,8 @@ def record_rollout(
 
     Parameters
     ----------
+    environment : to walk in; its engine simulates.
+    policy : used without noise.
     mu : (14,) body parameters.
     start_phase : phase of the right gait cycle at the start.
     cycles : planned length in gait cycles.
@@ -347,7 +364,14 @@ def roll_out(
     push: tuple[float, float, float] | None = None,
     engine: Engine = "dart",
 ) -> Rollout:
-    """`record_rollout` in a new environment, with the engine that is used for results."""
+    """`record_rollout` in a new environment, with the engine that is used for results.
+
+    Parameters
+    ----------
+    task : body, reference and constants.
+    policy, mu, start_phase, cycles, push : as `record_rollout` takes them.
+    engine : see `Walker`.
+    """
     return record_rollout(
         WalkingEnvironment(task, engine=engine),
         policy,
@@ -399,6 +423,8 @@ class _Given(NamedTuple):
 
 def _call(work: tuple[_Given, Callable[[WalkingEnvironment, Any], Any], Engine, Any]) -> Any:
     given, function, engine, item = work
+    # Any worker may take any item, so each item brings its task; a worker builds the task's
+    # environments once.
     return function(given.environments().of(engine), item)
 
 
@@ -416,6 +442,8 @@ class RolloutPool:
 
     Parameters
     ----------
+    task : of all environments.
+    workers : number of processes; with 1 everything runs in this one.
     engine : physics engine of the environments, where a call does not name one.
     """
 
@@ -442,13 +470,14 @@ class RolloutPool:
         """The same processes with another task, while this pool is open."""
         other = copy(self)
         other._alone = None if self._alone is None else _Environments(task)
+        # Without processes of its own, the copy cannot end those that it shares.
         other._own, other._given = None, _Given(next(_pools), task)
         return other
 
     def map(
         self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
     ) -> list[Result]:
-        """`function(environment, item)` of every item, in order; must be a module's function."""
+        """`function(environment, item)` of all `items`, in order; `function` must be a module's."""
         return list(self.each(function, items))
 
     def each(
@@ -458,11 +487,13 @@ class RolloutPool:
         *,
         engine: Engine | None = None,
     ) -> Iterator[Result]:
-        """As `map`, each result as soon as it and those before it are there. Worker processes begin
+        """As `map`, each result as soon as it and those before it are there. Worker processes start
         at once, and finish what earlier calls gave them first.
 
         Parameters
         ----------
+        function : a module's function, of an environment and an item.
+        items : in the order of the results.
         engine : another one than the pool's.
         """
         engine = engine or self._engine
@@ -471,12 +502,20 @@ class RolloutPool:
             return self._executor.map(_call, work)
         alone = self._alone
         assert alone is not None
+        # A generator: each walk is simulated when its result is asked for, as with workers the
+        # results come one by one.
         return (function(alone.of(engine), item) for item in items)
 
     def each_together(
         self, function: Callable[[WalkingGroup, Item], Result], items: Sequence[Item]
     ) -> Iterator[Result]:
-        """As `each`, with eight environments that act at the same time."""
+        """As `each`, with eight environments that act at the same time.
+
+        Parameters
+        ----------
+        function : a module's function, of a `WalkingGroup` and an item.
+        items : in the order of the results.
+        """
         if self._executor is not None:
             work = [(self._given, function, item) for item in items]
             return self._executor.map(_call_together, work)

@@ -66,8 +66,10 @@ class Policy:
         return numbers.hexdigest()
 
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
-        """Mean action (A,) or (B, A) for observations (size,) or (B, size)."""
+        """Mean action (A,) or (B, A) for an `observation` (size,) or (B, size), not normalised."""
         t = self.tensors
+        # The same normalisation, in the same precision, as the learner's: otherwise the actor would
+        # see other numbers than it was trained on. 1e-8 is VecNormalize's.
         x = (observation - t["observation_mean"]) / np.sqrt(t["observation_variance"] + 1e-8)
         # np.clip of so few numbers takes five times as long.
         x = np.minimum(np.maximum(x, -OBSERVATION_CLIP), OBSERVATION_CLIP).astype(np.float32)
@@ -77,7 +79,12 @@ class Policy:
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
-    """Write `policy.safetensors` and `policy.json` into `folder`."""
+    """Write `policy.safetensors` and `policy.json` of `policy` into `folder`.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
     folder = Path(folder)
     with replacing(folder / "policy.safetensors") as temporary:
         save_file({k: np.ascontiguousarray(v) for k, v in policy.tensors.items()}, temporary)
@@ -91,6 +98,7 @@ def load_policy(
 
     Parameters
     ----------
+    folder : that holds `policy.safetensors` and `policy.json`.
     model_hash : refuse a policy that was trained for another body model.
     environment : refuse a policy that was trained to observe or act otherwise.
 
@@ -127,6 +135,7 @@ def load_start(
 
     Parameters
     ----------
+    folder : that holds `policy.safetensors` and `policy.json`.
     environment : refuse a policy that was trained to observe or act otherwise.
     model_hash : of the body to train for; if not given, only a general policy is accepted.
     hidden_units : refuse a policy with another network.
@@ -174,6 +183,8 @@ def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Pat
                 f"configuration has {wanted!r}. Set it to the value that the policy was trained "
                 "with, or train a policy with --scratch."
             )
+    # The settings can agree and the sizes differ: a later version may have added to an observation
+    # of the same name.
     seen_size = policy.tensors[NETWORK[0]].shape[1]
     wanted_size = OBSERVATION_SIZES[environment.observation]
     if seen_size != wanted_size:
@@ -200,6 +211,7 @@ def _check_shapes(tensors: Mapping[str, NDArray[Any]], path: Path) -> None:
                 f"{path}: {name} is of type {value.dtype}, but a policy has float32 or float64. "
                 "Train it again."
             )
+    # All sizes follow from the first and the last weights; every other tensor is held against them.
     first, last = tensors[NETWORK[0]].shape, tensors[NETWORK[4]].shape
     units, size = first if len(first) == 2 else (0, 0)
     wanted = ((units, size), (units,), (units, units), (units,), (*last[:1], units), last[:1])

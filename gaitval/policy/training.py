@@ -106,6 +106,8 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
     try:
         with safe_open(folder / _CHECKPOINT, "pt") as file:
             state = json.loads(file.metadata()["state"])
+            # The schedules run over the whole of a training, so a checkpoint of another length is
+            # of another training.
             if state["total"] != total:
                 return None
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
@@ -120,6 +122,7 @@ def _row(
     learner: Learner, log: _Log, experience: RolloutBuffer, difficulty: float, wall_seconds: float
 ) -> dict[str, Any]:
     """Row of `training.csv` for an update."""
+    # Before the first episode has ended there is nothing to average: a row of zeros.
     lengths, returns, cycles = np.array(log.episodes or [(0, 0.0, 0.0)]).T
     logged = learner.ppo.logger.name_to_value
     terms = experience.terms.mean(axis=(0, 1), dtype=float)
@@ -186,11 +189,13 @@ def train(
 
     Parameters
     ----------
+    task : body, reference and constants.
     folder : receives `training.csv`, TensorBoard logs and checkpoints.
     samples : environment steps in all.
     also : tasks of the same body, at other speeds, that the policy learns too.
     start : policy whose weights are used (a warm start: full randomisation and a smaller learning
-        rate from the beginning), for the same body or general.
+        rate from the start), for the same body or general.
+    subject : identifier of the person, stored with the policy.
     on_progress : called after each update with samples, total, reward and cycles.
 
     Raises
@@ -218,12 +223,14 @@ def train_general(
 
     Parameters
     ----------
-    tasks : all with the same configuration.
+    tasks : one per person, all with the same configuration.
+    folder, samples, start, on_progress : as `train` takes them.
 
     Raises
     ------
     ConfigurationError : the tasks' configurations differ, or there are fewer environments than
         tasks.
+    PolicyError : `start` has other observations than these tasks.
     """
     configuration = tasks[0].configuration
     if any(task.configuration != configuration for task in tasks):
@@ -275,12 +282,17 @@ def _train(
             workers.set_curriculum(difficulty, _tolerance_share(training, difficulty))
             if done >= pause:
                 pause = min(done + training.checkpoint_samples, samples)
+                # A seed of its own for each checkpoint, well mixed, so that neighbouring seeds of
+                # the configuration do not share random numbers; 31 bits, which every generator here
+                # accepts.
                 derived = np.random.SeedSequence([configuration.seed, done]).generate_state(1)[0]
                 workers.begin(int(derived >> 1))
                 learner.begin(int(derived >> 1))
             learner.log_std = _log_std(training, done, samples, warm)
             experience = workers.walk(learner.actor(), learner.noise())
             done += experience.rewards.size
+            # Of the samples after this rollout, as stable-baselines3 counts; difficulty and noise
+            # are of those before it, because the rollout was made with them.
             rate = _learning_rate(training, done, samples, warm)
             log.episodes.extend(learner.learn(experience, learning_rate=rate))
             row = _row(learner, log, experience, difficulty, time.monotonic() - began)

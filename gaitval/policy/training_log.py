@@ -25,7 +25,17 @@ LOG_COLUMNS = (*LEARNING_CURVES, "difficulty", *REWARD_TERMS)
 
 
 def write_log(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    """Write the log anew, with the columns `LOG_COLUMNS`."""
+    """Write the log anew, with the columns `LOG_COLUMNS`.
+
+    Parameters
+    ----------
+    path : of the CSV file.
+    rows : one per update, by column.
+
+    Raises
+    ------
+    ArtefactError : the disk is full, or the folder may not be written to.
+    """
     text = io.StringIO()
     writer = csv.DictWriter(text, LOG_COLUMNS, lineterminator="\n")
     writer.writeheader()
@@ -34,6 +44,10 @@ def write_log(path: Path, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def read_log(path: Path, samples: int) -> list[dict[str, Any]]:
-    """Rows of a log up to a checkpoint."""
+    """Rows of the log at `path` up to a checkpoint after this many `samples`; all values
+    are text.
+    """
     with path.open(newline="") as file:
+        # Rows after the checkpoint are of updates that a killed training had not stored; they will
+        # be made again.
         return [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit
 from gaitval.lanes import WIDTH
-from gaitval.model.tree import Tree
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    Tree,
+)
 from gaitval.policy.environment import (
     HABIT_PHASES,
     Act,
@@ -60,7 +63,9 @@ class GroupArrays(NamedTuple):
 
 
 class GroupSettings(NamedTuple):
-    """Numbers of `EnvironmentSettings` that an action needs, and the training's share."""
+    """Numbers of `EnvironmentSettings` that an action needs (`action_limit`, `action_scale` in rad,
+    `pace_scale`), and the training's `tolerance_share`.
+    """
 
     action_limit: float
     action_scale: float
@@ -83,14 +88,19 @@ def act_together(
 ) -> None:
     """One action of the first environments of the group; see `WalkingEnvironment.step`.
 
-    It is long because the eight rows and the eight lanes are views of what single environments
-    work in, and are made here.
+    It is long because the eight rows and the eight lanes are views of what single environments work
+    in, and are made here.
 
     Parameters
     ----------
     asked : (environments, 25 or 26) of the policy.
+    settings : limits and scales of an action.
+    group : what the environments work with; rewards, falls and episodes are filled.
     inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
         physics steps.
+    bodies, lanes : the walkers' bodies and what changes in them, as `advance_lanes` takes them.
+    account : what the physics steps of this action record, see `physics_steps.Account`.
+    work : arrays to work in.
     seen : (environments, size) out, the observations as the policy gets them.
     """
     episodes, walkers, trees = group.episodes, group.walkers, group.trees
@@ -99,14 +109,18 @@ def act_together(
     count = asked.shape[0]
     for e in range(count):
         action = episodes.action[e]
+        # An action is mirrored if the observation that led to it was: this phase is still that of
+        # before.
         mirrored = mirrors and is_mirrored(group.phase[e, 0])
         take_action(
             asked[e], settings.action_limit, group.shares[e], mirrored, action, episodes.before[e]
         )
-        group.pace[e, 0] = 1.0 + settings.pace_scale * action[25]
-        for i in range(25):
+        group.pace[e, 0] = 1.0 + settings.pace_scale * action[ACTUATED_COUNT]
+        for i in range(ACTUATED_COUNT):
             group.next_offset[e, i] = settings.action_scale * action[i]
     for k in range(len(inward)):
+        # Environments have rows, for which their own code works; lanes are columns, where eight
+        # numbers of one kind are neighbours in memory. Both are copies of the same numbers.
         rows, columns = inward[k]
         for i in range(rows.shape[1]):
             for e in range(count):
@@ -119,6 +133,8 @@ def act_together(
                 rows[e, i] = columns[i, e]
     for e in range(count):
         task = group.which[e]
+        # numba cannot index all members of a named tuple at once, so each array's row is taken by
+        # hand.
         tree = Tree(
             trees.joint_position[e],
             trees.mass[e],
@@ -186,6 +202,7 @@ def _stacked(values: Sequence[Any]) -> Any:
     first = values[0]
     if isinstance(first, tuple):
         return type(first)(*(_stacked(members) for members in zip(*values, strict=True)))
+    # Truth values say of which kind observations are, which is common to the group.
     return first if isinstance(first, bool) else np.array(values, dtype=float)
 
 
@@ -215,6 +232,8 @@ class WalkingGroup:
             WalkingEnvironment(task, arrays=(_rows(walkers, e), _rows(episodes, e)))
             for e, task in enumerate(tasks)
         ]
+        # A group of fewer is filled with copies of its first environment: the lanes are computed
+        # anyway.
         every = self.environments + self.environments[:1] * (WIDTH - len(tasks))
         kinds = list({id(each.task): each.yardstick for each in every}.items())
         order = [key for key, _ in kinds]
@@ -229,7 +248,7 @@ class WalkingGroup:
             np.array([each.shares for each in every]),
             np.zeros((WIDTH, 1)),
             np.ones((WIDTH, 1)),
-            np.zeros((WIDTH, 25)),
+            np.zeros((WIDTH, ACTUATED_COUNT)),
             np.zeros(WIDTH),
             np.zeros(WIDTH),
             np.zeros(WIDTH, dtype=bool),
@@ -267,10 +286,13 @@ class WalkingGroup:
     def reset(
         self, e: int, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> NDArray[np.float32]:
-        """Begin an episode of environment e; its observation."""
+        """Start an episode of environment `e`, with `seed` and `options` as its own `reset` takes
+        them; gives its observation.
+        """
         environment, arrays = self.environments[e], self._arrays
         observation, _ = environment.reset(seed=seed, options=options)
         walker = environment.walker
+        # By identity, which is enough: a walker keeps its array of parameters until they change.
         if walker.mu is not self._mu[e]:
             self._mu[e] = walker.mu
             self.beside.enter_body(e, walker)
@@ -281,9 +303,10 @@ class WalkingGroup:
         return observation
 
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
-        """`WalkingEnvironment.centre` of all; environments of one task have the same habit.
+        """`WalkingEnvironment.centre` of all, with `policy`, `mu` and `key` as there; environments
+        of one task have the same action bias.
 
-        `step` takes the actions as they are; `habit` is what a walk takes from them.
+        `step` takes the actions as they are; `habit` is what a walk subtracts from them.
         """
         found: dict[int, Array] = {}
         for environment in self.environments:
@@ -293,7 +316,7 @@ class WalkingGroup:
         self._habits[:] = [found[id(environment.task)] for environment in self.environments]
 
     def habit(self) -> Array:
-        """The habit at the phases that the walkers have now, (environments, A)."""
+        """The action bias at the phases that the walkers have now, (environments, A)."""
         rows = (self.phases % 1.0 * HABIT_PHASES).astype(int)
         return np.asarray(self._habits[self._lanes, rows])
 

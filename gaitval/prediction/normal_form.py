@@ -55,7 +55,13 @@ class NormalForm:
 
 
 def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
-    """A record without dimension; `leg_length` in m."""
+    """A record without dimension.
+
+    Parameters
+    ----------
+    record : angles, moments, forces and timing of one gait cycle.
+    leg_length : m.
+    """
     return NormalForm(
         speed=record.speed / np.sqrt(GRAVITY * leg_length),
         stride_time=record.stride_time / np.sqrt(leg_length / GRAVITY),
@@ -63,12 +69,19 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
         moments=np.array([record.moments[name](_CYCLE) for name in REQUIRED_MOMENTS]),
+        # Towards the midline is left (+y) for the right foot and right (-y) for the left one.
         forces=np.array([record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]),
     )
 
 
 def combined(gaits: Sequence[NormalForm], weights: Array) -> NormalForm:
-    """The sum of gaits times weights; an average if the weights add up to one."""
+    """The sum of gaits times weights, number by number; an average if the weights add up to one.
+
+    Parameters
+    ----------
+    gaits : n of them.
+    weights : (n,); with weights that add up to zero the result is a change of gait.
+    """
 
     def total(name: str) -> Array:
         return np.asarray(np.tensordot(weights, [getattr(gait, name) for gait in gaits], 1))
@@ -82,7 +95,7 @@ def combined(gaits: Sequence[NormalForm], weights: Array) -> NormalForm:
 
 
 def symmetric(gait: NormalForm) -> NormalForm:
-    """The mean of a gait and its mirror image."""
+    """The mean of `gait` and its mirror image: both sides are equal, half a cycle apart."""
 
     def sides(values: Array) -> Array:
         # all of the right come first, then all of the left in the same order
@@ -101,12 +114,21 @@ def symmetric(gait: NormalForm) -> NormalForm:
 
 
 def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = None) -> GaitRecord:
-    """The record of a gait on legs of this length, m."""
+    """The record of a gait on legs of a length.
+
+    Parameters
+    ----------
+    gait : without dimension.
+    leg_length : m.
+    low_pass : the filter of its curves, as `GaitRecord.low_pass`; None if unknown.
+    """
     forces, stance = {}, {}
     for i, side in enumerate(SIDES):
         values = gait.forces[i] * _MIRROR[side]
+        # A force is fitted over stance alone, from heel strike on, and the sample that ends the
+        # cycle is the first one again.
         rows = np.concatenate([values, values[:1]])
-        # An average of several gaits fades out behind the mean end of stance.
+        # In an average of several gaits the force fades out after the mean end of stance.
         stance[side] = float(gait.stance[i])
         on = np.append(np.arange(int(stance[side] * SAMPLES) + 1), SAMPLES)
         series = [fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in rows[on].T]

@@ -22,36 +22,48 @@ People = Sequence[Sequence[NormalForm]]
 
 
 def dimensionless_speed(subject: Subject) -> float:
-    """Speed over the square root of gravity times leg length (Hof 1996, Gait Posture 4:222)."""
+    """Speed of a `subject` over the square root of gravity times leg length (Hof 1996, Gait Posture
+    4:222).
+    """
     return float(subject.walking_speed_m_s / np.sqrt(GRAVITY * subject.leg_length_m))
 
 
 def gaits_of(subject: Subject) -> list[NormalForm]:
-    """All trials of a person, the subject's own first."""
+    """All trials of the person of a `subject`, the subject's own trial first."""
     trials = [subject, *(subject.on_trial(trial.name) for trial in subject.trials)]
     return [normal_form(trial.record(), subject.leg_length_m) for trial in trials]
 
 
 def other_people(subject: Subject, others: Sequence[Subject]) -> list[list[NormalForm]]:
-    """The gaits of everybody else."""
-    return [gaits_of(other) for other in others if not same_person(subject, other)]
-
-
-def same_person(one: Subject, other: Subject) -> bool:
-    """Whether two subjects have the same identifier, or are the same person of a source."""
-    return one.identifier == other.identifier or one.person == other.person
+    """The gaits of all people among `others` but the person of `subject`."""
+    return [gaits_of(other) for other in others if not subject.is_person_of(other)]
 
 
 def line_weights(speeds: Array, speed: float) -> Array:
-    """Weights (n,) of gaits at these speeds (n,) that give the straight line through them, by least
-    squares, at a speed.
+    """Weights that give the straight line through gaits, by least squares, at a speed.
+
+    Parameters
+    ----------
+    speeds : (n,) dimensionless speeds of the gaits.
+    speed : dimensionless speed at which the line is wanted.
+
+    Returns
+    -------
+    (n,) weights of the gaits, which add up to one.
     """
     design = np.column_stack([np.ones(len(speeds)), speeds])
+    # The line at a speed is [1, speed] · (X⁺ y), linear in the gaits y: these are the factors of y.
     return np.asarray(np.array([1.0, speed]) @ np.linalg.pinv(design))
 
 
 def on_the_line(people: People, speed: float) -> NormalForm:
-    """The straight line through all gaits at a dimensionless speed."""
+    """The straight line through all gaits at a speed.
+
+    Parameters
+    ----------
+    people : the gaits of every person; each trial counts once.
+    speed : dimensionless.
+    """
     gaits = [gait for person in people for gait in person]
     return combined(gaits, line_weights(np.array([gait.speed for gait in gaits]), speed))
 
@@ -59,11 +71,16 @@ def on_the_line(people: People, speed: float) -> NormalForm:
 def change_with_speed(people: People) -> NormalForm | None:
     """Change of a person's gait per unit of dimensionless speed, by least squares within the people
     who have several trials; None if nobody has.
+
+    Parameters
+    ----------
+    people : the gaits of every person, the own first.
     """
     steps = [(person[0], gait) for person in people for gait in person[1:]]
     if not steps:
         return None
     rise = np.array([gait.speed - first.speed for first, gait in steps])
+    # The slope of a line through the origin: Σ rise · change / Σ rise².
     weights = rise / np.sum(rise**2)
     return combined(
         [gait for _, gait in steps] + [first for first, _ in steps],
@@ -77,6 +94,11 @@ def expected(people: People, speed: float) -> NormalForm:
     The mean of two predictions: the straight line through all trials, and the mean person, moved to
     this speed as speed changes people's gait (which nine people predict a tenth better with than
     with either alone).
+
+    Parameters
+    ----------
+    people : the gaits of every person, the own first.
+    speed : dimensionless.
     """
     line = on_the_line(people, speed)
     change = change_with_speed(people)
@@ -84,5 +106,6 @@ def expected(people: People, speed: float) -> NormalForm:
         return line
     first = [person[0] for person in people]
     away = speed - float(np.mean([gait.speed for gait in first]))
+    # Half the mean person, half the change from their mean speed to this one, half the line.
     weights = np.append(np.full(len(first), 0.5 / len(first)), [0.5 * away, 0.5])
     return combined([*first, change, line], weights)

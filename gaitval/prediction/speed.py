@@ -19,11 +19,12 @@ from gaitval.prediction.normal_form import NormalForm, combined, normal_form, re
 from gaitval.prediction.population import change_with_speed, on_the_line, other_people
 
 LARGEST_CHANGE: Final = 0.5
-"""Of the nearest trial's speed: beyond it people change how they walk, not only how fast."""
+"""Fraction of the nearest trial's speed: beyond it people change how they walk, not only how
+fast."""
 
 TRUST: Final = 0.8
 """Share of other people's change that is expected of a person. What three people have in common is
-known with an error, so the whole of it predicts a fourth's angles worse (docs/untold.md)."""
+known with an error, so the whole of it predicts a fourth's angles worse (docs/held-out.md)."""
 
 STRIDE_TIME_EXPONENT: Final = -0.47
 """Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
@@ -42,11 +43,12 @@ def at_speed(
     *,
     forced: bool = False,
 ) -> GaitRecord:
-    """What a person's gait at another speed is expected to be.
+    """The expected gait of a person at another speed.
 
     Parameters
     ----------
-    records : of the person, as they are told.
+    subject : the person.
+    records : of the person, as far as they are known to the model.
     speed : m/s.
     others : people with several trials; the person of `subject` is left out.
     forced : also beyond `LARGEST_CHANGE`.
@@ -69,11 +71,17 @@ def at_speed(
     wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
     own = [normal_form(record, subject.leg_length_m) for record in records]
     gait = _moved(own, wanted, change_of_others(subject, others))
+    # The speed as given: through the dimensionless one and back it would be rounded.
     return replace(record_from(gait, subject.leg_length_m), speed=speed)
 
 
 def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
-    """The person on each of their trials but one.
+    """The person on each of their trials that are known to the model: all but one that is held out.
+
+    Parameters
+    ----------
+    subject : the person, with all trials.
+    without : name of the trial that is held out; None holds out none.
 
     Raises
     ------
@@ -81,6 +89,7 @@ def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
     """
     names = [subject.trial, *(trial.name for trial in subject.trials)]
     if without is not None:
+        # Raises the error for a name that does not exist; its result is not needed.
         subject.on_trial(without)
         names.remove(without)
     if not names:
@@ -93,11 +102,19 @@ def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
 
 
 def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
-    """Change of other people's gait per unit of dimensionless speed."""
+    """Change of other people's gait per unit of dimensionless speed.
+
+    Parameters
+    ----------
+    subject : the person to leave out.
+    others : people, with several trials each if possible: without, the change between people is
+        taken.
+    """
     people = other_people(subject, others)
     change = change_with_speed(people)
     if change is not None:
         return change
+    # Nobody has several trials: the slope of the line through all people.
     return combined([on_the_line(people, speed) for speed in (1.0, 0.0)], np.array([1.0, -1.0]))
 
 
@@ -107,6 +124,7 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
     nearest = min(ordered, key=lambda gait: abs(gait.speed - speed))
     away = speed - nearest.speed
     gaits, weights = [nearest, change], [1.0, TRUST * away]
+    # Curves change linearly with speed, stride time with a power of it.
     exponent = STRIDE_TIME_EXPONENT
     if len(ordered) > 1:
         # The person's own change, over the trials on both sides of the speed or the last two.
@@ -119,6 +137,7 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
         share = 1.0 if between else span**2 / (span**2 + OWN_CHANGE_SPAN**2)
         gaits += [above, below]
         weights = [1.0, (1.0 - share) * TRUST * away, share * away / span, -share * away / span]
+        # Stride time is a power of speed, so its exponent is the slope of the logarithms.
         step = np.log(above.stride_time / below.stride_time) / np.log(above.speed / below.speed)
         exponent += share * (float(step) - exponent)
     stride_time = nearest.stride_time * (speed / nearest.speed) ** exponent

@@ -1,10 +1,11 @@
-"""What of a subject is so unlike other people, or so unlike itself, that a mistake is likelier.
+"""What in a subject differs so much from other people, or between its own sides, that a mistake is
+the likelier explanation.
 
-Each is a remark and not a refusal: a person may walk like that. The limits are from the built-in
-subjects, each held against the nine others on all of its trials: none of them is remarked on. Of
-their 260 required curves of angles and moments, turned one at a time, 240 are; missed are some of
-the pelvis's rotation and list, hip rotation and adduction, and knee moments, which are small or
-differ in sign between people.
+Each finding is a remark, not a refusal: a person may walk like that. The limits are from the
+built-in subjects, each compared with the nine others on all of its trials: none of them gets a
+remark. Of their 260 required curves of angles and moments, with the sign of one turned at a time,
+240 are found; missed are some of the pelvis's rotation and list, hip rotation and adduction, and
+knee moments, which are small or differ in sign between people.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +17,6 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
-from gaitval.prediction.population import same_person
 
 TURNED: Final = 1.4
 """How many times further a curve is from other people's mean and the other side than the same curve
@@ -36,20 +36,21 @@ _PHASES = np.arange(100) / 100.0
 
 
 def remarks_on_body(subject: Subject) -> list[str]:
-    """A sentence for everything about the markers that is likelier a mistake: what was seen, why,
-    and what to check.
+    """A sentence for every marker of a `subject` that is probably wrong: what was seen, why, and
+    what to check.
     """
     return [f"{subject.identifier}: {each}" for each in _pelvis_height(subject)]
 
 
 def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:
-    """The same about the curves.
+    """A sentence for everything about the curves that is probably wrong; none without other people.
 
     Parameters
     ----------
+    subject : the person to look at.
     others : people to compare with; the same person among them does not count.
     """
-    people = [_curves(other) for other in others if not same_person(subject, other)]
+    people = [_curves(other) for other in others if not subject.is_person_of(other)]
     if not people:
         return []
     own = _curves(subject)
@@ -95,6 +96,7 @@ def _signs(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
         if mean is None:
             continue
         right, left = own[group, f"{name}_r"], own[group, f"{name}_l"]
+        # Both sides first: a sign that is wrong on both would agree with the other side.
         both = _times(np.array([right, left]), [np.array([mean, mean])])
         if both > BOTH_TURNED:
             yield (
@@ -127,6 +129,7 @@ def _times(curve: Array, known: Sequence[Array]) -> float:
     far, turned = (
         sum(float(np.sum((sign * curve - each) ** 2)) for each in known) for sign in (1, -1)
     )
+    # Ratio of RMS distances; the floor is for a curve that, turned, equals the others exactly.
     return float(np.sqrt(far / max(turned, 1e-12)))
 
 
@@ -136,6 +139,8 @@ def _moments(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
     for group, name in own:
         known = [np.std(each[group, name]) for each in people if (group, name) in each]
         if group == "moments" and known and np.std(own[group, name]) > 0.0:
+            # Logarithms, so that half and double weigh the same; SD over the cycle, because a mean
+            # may be near zero.
             ratios.append(np.log(np.std(own[group, name]) / np.mean(known)))
     if not ratios:
         return

@@ -32,7 +32,7 @@ class Adjustment:
     height: float
 
     def angles(self, phase: Array) -> tuple[Array, Array]:
-        """Change (N, 13) rad of the angles at phases (N,), and its slope d/dphase."""
+        """Change (N, 13) rad of the angles at each `phase` (N,), and its slope d/dphase."""
         order = 2.0 * np.pi * np.arange(1, (self.harmonics.shape[1] - 1) // 2 + 1)
         cosines, sines = np.cos(np.outer(phase, order)), np.sin(np.outer(phase, order))
         constant = np.ones((len(phase), 1))
@@ -54,7 +54,9 @@ class Adjustment:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], origin: str) -> "Adjustment":
-        """Read what `as_dict` gave; anything else raises ArtefactError, which names `origin`."""
+        """Read the `values` that `as_dict` gave; for others raises ArtefactError, which names
+        `origin`.
+        """
         try:
             harmonics, height = np.array(values["harmonics"], dtype=float), float(values["height"])
             fits = values["joints"] == list(JOINTS) and harmonics.shape[1] % 2 == 1
@@ -73,11 +75,19 @@ class Adjustment:
 def adjusted(
     reference: ReferenceMotion, model: BodyModel, correction: Adjustment
 ) -> ReferenceMotion:
-    """The reference with its angles and height changed; forces and moments are unchanged."""
+    """The reference with its angles and height changed; forces and moments are unchanged.
+
+    Parameters
+    ----------
+    reference : the motion to change.
+    model : the body that the reference was made for; its centre of mass and end effectors follow.
+    correction : the change.
+    """
     change, slope = correction.angles(reference.phase)
     positions, velocities = reference.positions.copy(), reference.velocities.copy()
     columns = [COORDINATES.index(name) for name in JOINTS]
     positions[:, columns] += change
+    # The slope is by phase; one cycle of phase takes a stride time.
     velocities[:, columns] += slope / reference.stride_time
     positions[:, COORDINATES.index("pelvis_tz")] += correction.height
     return moved(reference, model, positions, velocities)

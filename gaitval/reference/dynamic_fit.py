@@ -13,8 +13,8 @@ The unknowns are harmonics of all 31 coordinates, and nothing else. The ground's
 the motion by the contact law of the simulation (`walking_laws`), so the motion is one that the
 simulated body walks without help: started on it, with its moments fed forward and no policy, the
 body carries itself through the next step with forces within about 1 % of body weight of the fit's
-(tested). A millimetre of the sole is a sixth of the body weight, which is why forces that are free
-beside the motion would not do: earlier walkers had such references, and rang.
+(tested). A millimetre of the sole is a sixth of the body weight, so forces may not be unknowns of
+their own beside the motion: with references made in that way, earlier walkers oscillated.
 
 Gauss-Newton solves it, first with little weight on Newton's laws, because the recorded angles alone
 press the feet centimetres into the ground.
@@ -32,13 +32,13 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
+from gaitval.contact.law import ContactLaw, contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.inverse.motion_rates import cardan_coordinates, root_states
 from gaitval.model.body import BodyModel
-from gaitval.model.contact_law import ContactLaw, contact_law
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.harmonic_square import harmonic_square
@@ -150,7 +150,7 @@ class Problem(NamedTuple):
     rates : (24,) angular frequency of each harmonic, 1/s.
     series : three (T, n), `_series`.
     target, weight : (T, 48) of the numbers of `walking_laws`.
-    lever : (T, 48, C) what `Solution.common` takes from the targets, per its unit.
+    lever : (T, 48, C) by how much a unit of `Solution.common` lowers each target.
     swinging : (T, 2) bool, the foot must clear the ground.
     clearance_weight : weight of missing it.
     penalty, miss : (31, R, n), (31, R): the residuals that are linear in a coordinate's series are
@@ -182,8 +182,8 @@ class Solution(NamedTuple):
     common : (C,) what is the same at all instants; first by how much the centre of pressure of the
         right and of the left plate is too far forward, m (zero unless asked for), and the mean
         forward lean of the trunk, rad.
-    covariance : (C, C) of `common`, linearised, if every curve's deviation is one error of its
-        accuracy, the same throughout the cycle.
+    covariance : (C, C) of `common`, linearised; each curve's deviation counts as a single error of
+        its accuracy, constant over the cycle.
     cost : sum of squares of all residuals.
     """
 
@@ -210,6 +210,8 @@ def _resampled(values: Array, count: int) -> Array:
     terms = min(len(values), count) // 2
     spectrum = np.fft.rfft(values, axis=0)[:terms]
     padded = np.zeros((count // 2 + 1, *values.shape[1:]), dtype=complex)
+    # The highest harmonics are cut off where there are fewer instants than samples; `irfft` divides
+    # by the new count, hence the factor.
     padded[:terms] = spectrum
     return np.asarray(np.fft.irfft(padded, count, axis=0) * (count / len(values)))
 
@@ -244,11 +246,15 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     departure : (T, 31) deviation of the initial motion from the record.
     """
     instants, terms = series.shape
+    # Mean, cosines, sines: the order of a series' columns.
     harmonic = np.concatenate([[0], np.tile(np.arange(1, HARMONICS + 1), 2)])
     high = harmonic > SMOOTH_HARMONIC
+    # Acceleration grows with the square of the harmonic.
     roughness = np.diag(2.0 * high * (harmonic / SMOOTH_HARMONIC) ** 2)
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
+    # A sum over instants divided by their number: the mean square does not depend on how many there
+    # are.
     norm = 1.0 / np.sqrt(instants)
     for k, wanted in enumerate(_coordinate_accuracy(accuracy)):
         penalty[k, instants:] = roughness / wanted
@@ -268,7 +274,18 @@ def fit_problem(
     accuracy: Accuracy,
     shift_sd: float,
 ) -> Problem:
-    """What `solve` solves; parameters as there."""
+    """The fit of a record as a least-squares problem, for `solve_problem`.
+
+    Parameters
+    ----------
+    reference : of `reference.motion.build_reference`, from `record`.
+    record : angles, moments, forces and timing of one gait cycle.
+    model : the scaled body.
+    contact : the contact law; its friction is the nominal one.
+    accuracy : deviations of equal weight.
+    shift_sd : m, SD beforehand of how far the centre of pressure of each plate is too far forward;
+        0: it is right.
+    """
     body = tree_arrays(model), contact_law(contact, NOMINAL_FRICTION)
     weight = model.mass * GRAVITY
     time = record.stride_time
@@ -288,6 +305,8 @@ def fit_problem(
     target[:, TRUNK.start + 1] = accuracy.mean_lean
     weights = np.zeros((INSTANTS, OUTPUTS))
     lever = np.zeros((INSTANTS, OUTPUTS, _COMMON))
+    # Element 1 of the trunk's rotation vector is its turn about y, the forward lean; the lean that
+    # is common to all instants is subtracted from it.
     lever[:, TRUNK.start + 1, 2] = -1.0
     weights[:, :ROOT_DOFS] = 1.0 / (accuracy.laws.residual * weight)
     weights[:, TRUNK] = 1.0 / accuracy.convention.trunk
@@ -295,6 +314,7 @@ def fit_problem(
     sizes = np.array([wanted.forward_force, wanted.sideways_force, wanted.vertical_force])
     for i, side in enumerate(SIDES):
         place = FOOT + FOOT_NUMBERS * i
+        # In N of the model's weight, scaled to a mean of one body weight.
         target[:, place : place + 3] = weight * force[i] / level
         weights[:, place : place + 3] = 1.0 / (sizes * weight)
         for name in FEED_FORWARD:
@@ -302,6 +322,8 @@ def fit_problem(
             size = wanted.adduction_moment if name == "hip_adduction" else wanted.moment
             weights[:, row] = 1.0 / (size * model.mass)
             target[:, row] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
+            # A plate that is shifted forward changes a sagittal moment by the vertical force times
+            # the shift.
             lever[:, row, i] = SHIFT_SIGNS.get(name, 0.0) * target[:, place + 2]
 
     norm = 1.0 / np.sqrt(INSTANTS)
@@ -338,13 +360,28 @@ def _path(reference: ReferenceMotion, record: GaitRecord) -> tuple[Array, Array,
 def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
-    """Weighted residuals (T, 48) of the numbers of `walking_laws`, and the weights."""
+    """Weighted residuals of the numbers of `walking_laws`.
+
+    Parameters
+    ----------
+    problem : the fit.
+    change : (31, n) series of the changes of the coordinates.
+    common : (C,) as in `Solution`.
+    ease : weight of Newton's laws on the pelvis, 0 to 1.
+    slope : (T, 48, 93) out, derivatives before weighting; not computed if left out.
+
+    Returns
+    -------
+    Residuals and weights, (T, 48) each.
+    """
     out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
     weight = problem.weight.copy()
     weight[:, :ROOT_DOFS] *= ease
     residual = out - problem.target + problem.lever @ common
     for i in range(2):
         height = FOOT + FOOT_NUMBERS * i + 6
+        # One-sided: only a swinging foot that is too low counts, so the residual is continuous but
+        # its slope jumps.
         low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
         weight[low, height] = problem.clearance_weight
         residual[low, height] = out[low, height] - SWING_CLEARANCE
@@ -360,12 +397,21 @@ def _motion(problem: Problem, change: Array) -> Array:
 
 
 def levers(problem: Problem, change: Array, common: Array) -> Array:
-    """Derivatives (T, 48, C) of the residuals before weighting by `common`."""
+    """Derivatives (T, 48, C) of the residuals by `common`, before weighting.
+
+    Parameters
+    ----------
+    problem : the fit; only the numbers in its `varied` need differences.
+    change : (31, n) series of the changes of the coordinates.
+    common : (C,) as in `Solution`.
+    """
     lever = problem.lever
     if problem.varied:
         lever, motion = lever.copy(), _motion(problem, change)
         for index in problem.varied:
             away = np.zeros(len(common))
+            # The whole body is built again on either side: a length changes inertia, joints and
+            # contact.
             away[index] = _VARIED_STEP
             above, below = (
                 walking_laws(*problem.bodies(common + sign * away), motion) for sign in (1, -1)
@@ -375,7 +421,13 @@ def levers(problem: Problem, change: Array, common: Array) -> Array:
 
 
 def linear_terms(problem: Problem, change: Array) -> Array:
-    """The residuals (31, R) that are linear in the change."""
+    """The residuals (31, R) that are linear in the change.
+
+    Parameters
+    ----------
+    problem : the fit.
+    change : (31, n) series of the changes of the coordinates.
+    """
     return np.asarray(np.einsum("krn,kn->kr", problem.penalty, change) + problem.miss)
 
 
@@ -402,7 +454,12 @@ class Linearised(NamedTuple):
 
 
 def linearised(problem: Problem, change: Array, common: Array, ease: float) -> Linearised:
-    """The residuals of `weighted_laws` with their derivatives."""
+    """The residuals of `weighted_laws` with their derivatives; parameters as there.
+
+    Parameters
+    ----------
+    problem, change, common, ease : as `weighted_laws` takes them.
+    """
     slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
     residual, weight = weighted_laws(problem, change, common, ease, slope)
     slope *= weight[:, :, None]
@@ -416,6 +473,13 @@ def normal_equations(
     """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + C.
 
     The Jacobian is the derivative by coordinates and rates at an instant times the series.
+
+    Parameters
+    ----------
+    problem : the fit.
+    change : (31, n) series of the changes of the coordinates.
+    common : (C,) as in `Solution`.
+    laws : linearised at these.
     """
     residual, slope, lever = laws
     dofs, terms = change.shape
@@ -424,6 +488,8 @@ def normal_equations(
     matrix = np.zeros((size + count, size + count))
     harmonic_square(slope, problem.rates, matrix[:size, :size])
     # By the inputs of an instant first, then by the unknowns.
+    # The residual as a further column beside the lever: one product gives the gradient and the
+    # mixed block.
     right = np.concatenate([residual[:, :, None], lever], axis=2)
     by_input = (slope.transpose(0, 2, 1) @ right).reshape(INSTANTS, 3, dofs, 1 + count)
     by_unknown = sum(
@@ -456,6 +522,7 @@ def solve_problem(
 
     Parameters
     ----------
+    problem : the fit.
     start : change and `common` to start from, near the solution; else zero, and little weight on
         Newton's laws at first.
     smallest_gain : relative decrease of the sum of squares at which the steps end.
@@ -474,6 +541,9 @@ def solve_problem(
             before = cost
             while damping < MOST_DAMPING:
                 np.copyto(damped, matrix)
+                # Levenberg-Marquardt with Marquardt's scaling: damping in proportion to the
+                # diagonal, whose elements have different units. Every (n + 1)-th element of the
+                # flat matrix is on the diagonal.
                 damped.flat[:: len(damped) + 1] *= 1.0 + damping
                 try:
                     # The transpose of a symmetric matrix is laid out as LAPACK wants it.
@@ -487,6 +557,7 @@ def solve_problem(
                 tried_cost = _cost(problem, *tried, ease)
                 if tried_cost < cost:
                     (change, common), cost = tried, tried_cost
+                    # Less damping after a step that helped, more after one that did not.
                     damping = max(0.2 * damping, 1e-8)
                     break
                 damping = max(8.0 * damping, 1e-6)
@@ -495,6 +566,7 @@ def solve_problem(
         damping = 1e-4
     laws = linearised(problem, change, common, EASES[-1])
     matrix, _ = normal_equations(problem, change, common, laws)
+    # The last block of the inverse: the motion is integrated out, not held.
     columns = np.eye(len(matrix))[:, -count:]
     covariance = cho_solve(cho_factor(matrix), columns)[-count:]
     return Solution(change, common, covariance, cost)
@@ -514,6 +586,8 @@ def solve(
     Parameters
     ----------
     reference : of `reference.motion.build_reference`, from `record`.
+    record : angles, moments, forces and timing of one gait cycle.
+    model : the scaled body.
     contact : the contact law; its friction is the nominal one.
     accuracy : deviations of equal weight.
     shift_sd : m, what is known beforehand of how far the centre of pressure of each plate is too
@@ -530,11 +604,14 @@ def fitted(
     contact: ContactSettings,
     accuracy: Accuracy | None = None,
 ) -> ReferenceMotion:
-    """The motion near `reference` that obeys the laws of motion and of contact; parameters as
-    `solve`.
+    """The motion near `reference` that obeys the laws of motion and of contact.
 
     Its `moments` are the net joint moments that it needs, for all joints. Its `ground_reaction` is
     that of the contact law, with a mean of one body weight.
+
+    Parameters
+    ----------
+    reference, record, model, contact, accuracy : as `solve` takes them.
     """
     change = solve(reference, record, model, contact, accuracy).change.T
     whole, rates, second = _path(reference, record)
@@ -545,6 +622,8 @@ def fitted(
     out = walking_laws(tree_arrays(model), contact_law(contact, NOMINAL_FRICTION), np.hstack(parts))
     positions, velocities = parts[0].copy(), parts[1].copy()
     root = np.empty((len(positions), 3, 3))
+    # From Cardan angles and their rates to the root's rotation vector and angular velocity; the
+    # second rates are not needed.
     root_states(parts[0][:, :3], parts[1][:, :3], np.zeros((len(positions), 3)), root)
     positions[:, :3], velocities[:, :3] = root[:, 0], root[:, 1]
     positions[:, 3] += record.speed * record.stride_time * reference.phase
@@ -563,7 +642,16 @@ def consistent_reference(
     contact: ContactSettings | None = None,
     accuracy: RecordAccuracy | None = None,
 ) -> ReferenceMotion:
-    """Reference motion of a record on a scaled model: built from the record, then `fitted`."""
+    """Reference motion of a record on a scaled model: built from the record, then `fitted`.
+
+    Parameters
+    ----------
+    record : angles, moments, forces and timing of one gait cycle.
+    model : the scaled body.
+    contact : the contact law; the default configuration's if not given.
+    accuracy : how closely the record is followed; that of a record with the person's own kinetics
+        if not given.
+    """
     contact = contact or ContactSettings()
     wanted = Accuracy(record=accuracy or RecordAccuracy())
     return fitted(build_reference(record, model, contact), record, model, contact, wanted)

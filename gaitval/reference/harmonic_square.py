@@ -16,8 +16,12 @@ _ORDERS = 3
 
 @njit_unlocked
 def _add_products(spectrum: Array, powers: Array, dofs: int, matrix: Array) -> None:
-    """Add to `matrix`, with z = (i w)ᵒ exp(i h φ) for the o-th rate of harmonic h, the sums over
-    the instants of the products of the real and imaginary parts of z of two coordinates.
+    """Add to `matrix` the sums over the instants of products of two coordinates' harmonics,
+    weighted by the squares of the slopes.
+
+    With z = (i w)ᵒ exp(i h φ) for the o-th rate of harmonic h, a coordinate's columns are the real
+    and the imaginary parts of z. The product of two is ½ Re or Im of (z z'* ± z z'), so it needs
+    the spectrum only at the difference and at the sum of the two harmonics.
 
     Parameters
     ----------
@@ -32,6 +36,7 @@ def _add_products(spectrum: Array, powers: Array, dofs: int, matrix: Array) -> N
     near, far = np.empty((2, terms)), np.empty((2, terms))
     sums = np.empty((4, count, count))
     for k in range(dofs):
+        # The matrix is symmetric: blocks above the diagonal are computed and copied below.
         for m in range(k, dofs):
             sums[:] = 0.0
             for i in range(_ORDERS):
@@ -40,9 +45,12 @@ def _add_products(spectrum: Array, powers: Array, dofs: int, matrix: Array) -> N
                     # near: of g - h from -H on; far: of g + h. A factor i turns them by 90 degrees.
                     for d in range(terms):
                         far[0, d], far[1, d] = found[0, d], found[1, d]
+                        # Sine is odd: at a negative difference its sum changes sign.
                         away = abs(d - harmonics)
                         near[0, d] = found[0, away]
                         near[1, d] = found[1, away] if d > harmonics else -found[1, away]
+                    # Every order is a factor of the imaginary unit, conjugated in the first
+                    # coordinate: j - i of them for the difference, i + j for the sum.
                     for _ in range((j - i) % 4):
                         for d in range(terms):
                             near[0, d], near[1, d] = -near[1, d], near[0, d]
@@ -59,6 +67,8 @@ def _add_products(spectrum: Array, powers: Array, dofs: int, matrix: Array) -> N
             row, column = k * terms, m * terms
             for h in range(count):
                 for g in range(count):
+                    # cos a cos b = ½ (cos(a - b) + cos(a + b)), and so on for the four pairs; the
+                    # sine of harmonic 0 is no unknown.
                     near_0, near_1, far_0, far_1 = sums[:, h, g]
                     matrix[row + h, column + g] += 0.5 * (near_0 + far_0)
                     if g > 0:
@@ -75,18 +85,19 @@ def _add_products(spectrum: Array, powers: Array, dofs: int, matrix: Array) -> N
 
 
 def harmonic_square(slope: Array, rates: Array, matrix: Array) -> None:
-    """The square of a Jacobian, whose numbers depend on some coordinates, each a mean and harmonics
-    of the cycle, and on their rates.
+    """The square JᵀJ of a Jacobian whose numbers depend on some coordinates, each a mean and
+    harmonics of the cycle, and on their rates.
 
     Parameters
     ----------
     slope : (T, N, 3 K) derivatives of N numbers at T equally spaced instants, the first at phase 0,
         by K coordinates, their rates and their second rates.
     rates : (H,) angular frequency of each harmonic, 1/s; T > 4 H.
-    matrix : (K (2 H + 1), K (2 H + 1)) out, all zero; by coordinate: mean, cosines, sines.
+    matrix : (K (2 H + 1), K (2 H + 1)) out, all zero before; by coordinate: mean, cosines, sines.
     """
     instants, _, inputs = slope.shape
     phase = 2.0 * np.pi * np.arange(instants) / instants
+    # Sums of two harmonics reach 2 H; beyond T / 2 they would fold back onto lower ones.
     angles = np.outer(phase, np.arange(2 * len(rates) + 1))
     waves = np.hstack([np.cos(angles), np.sin(angles)])
     squares = (slope.transpose(0, 2, 1) @ slope).reshape(instants, -1)

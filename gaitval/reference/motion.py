@@ -15,10 +15,13 @@ convention of this project, because the record has no markers above the pelvis o
 * trunk: upright and facing forward in the world, so the lumbar joint cancels the pelvis' rotation;
 * arms: swing opposite to the leg on the same side (convention, `ARM_SWING`);
 * toes: flat on the ground while the heel rises in late stance, straight otherwise.
+
+It is long because each part of the motion has its derivation beside it.
 """
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -29,11 +32,17 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, write_arrays
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
+from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, SIDES, Side
+from gaitval.display import FORCE, Displayed, angle_curves, curve_frame, moment_curves, of_kind
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SAMPLES = 1024
 """Samples of one cycle."""
@@ -80,8 +89,8 @@ FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Coordinates whose recorded moment is fed forward, and is a target of `dynamic_fit`."""
 
 
-@dataclass(frozen=True)
-class ReferenceMotion:
+@dataclass(frozen=True, repr=False)
+class ReferenceMotion(Displayed):
     """One right gait cycle, sampled at N phases 0, 1/N, …; everything except the forward travel is
     periodic. Axes REP-103, SI units, radians; root convention as in `model.tree`.
 
@@ -108,26 +117,63 @@ class ReferenceMotion:
     stride_time: float
     speed: float
 
-    def save(self, path: Path) -> None:
-        """Write as npz."""
-        write_arrays(path, {f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
+    def title(self) -> str:
+        """Length and speed of the cycle."""
+        return f"Reference motion: stride time {self.stride_time:.2f} s, {self.speed:.2f} m/s"
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint angles (deg), joint moments (Nm) and ground reaction (% of body weight), of both
+        sides at % of the right gait cycle. A moment that no record has is left out.
+        """
+        moments = moment_curves(self.moments)
+        forces = (
+            (f"{axis}_{side}", 100.0 * self.ground_reaction[:, i, j])
+            for i, side in enumerate("rl")
+            for j, axis in enumerate(("forward", "left", "up"))
+        )
+        return curve_frame(
+            [
+                *angle_curves(self.positions),
+                *(moment for moment in moments if np.any(moment[-1])),
+                *((of_kind(name, FORCE), "% BW", each) for name, each in forces),
+            ],
+            at=100.0 * self.phase,
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write as npz to `path`."""
+        write_arrays(Path(path), {f.name: np.asarray(getattr(self, f.name)) for f in fields(self)})
 
     @classmethod
-    def load(cls, path: Path) -> "ReferenceMotion":
-        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
-        arrays = read_arrays(path, tuple(f.name for f in fields(cls)))
+    def load(cls, path: str | Path) -> "ReferenceMotion":
+        """Read what `save` wrote to `path`. Raises ArtefactError if the file is missing or
+        damaged.
+        """
+        arrays = read_arrays(Path(path), tuple(f.name for f in fields(cls)))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
         return cls(**arrays, stride_time=stride_time, speed=speed)
 
 
 def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
-    """Phase of a side's own cycle at a phase of the right cycle, not wrapped."""
+    """Phase of a side's own cycle at phases of the right cycle, not wrapped.
+
+    Parameters
+    ----------
+    record : its `left_phase` is the phase of left heel strike.
+    side : `right` or `left`.
+    phase : (N,) of the right gait cycle.
+
+    Returns
+    -------
+    (N,); the left side's is negative before its heel strike.
+    """
     return phase if side == "right" else phase - record.left_phase
 
 
 def _pelvis_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
     """Pelvis Cardan angles (N, 3) and their rates per unit phase, mean of both sides' views."""
     value, rate = np.zeros((len(phase), 3)), np.zeros((len(phase), 3))
+    # Each record of a side has the pelvis as that side sees it: list and rotation change sign.
     for side, suffix, signs in (("right", "r", (1, 1, 1)), ("left", "l", (1, -1, -1))):
         at = side_phase(record, side, phase)
         for i, name in enumerate(("tilt", "list", "rotation")):
@@ -139,6 +185,8 @@ def _pelvis_curves(record: GaitRecord, phase: Array) -> tuple[Array, Array]:
 
 def _angular_velocity(angles: Array, rates: Array) -> Array:
     """World angular velocity (N, 3) from Cardan angles and rates as in `_pelvis_curves`."""
+    # Each Cardan rate turns about the axis where the rotations before it have taken it: tilt about
+    # y, list about the tilted -x, rotation about the tilted and listed z.
     tilt = Rotation.from_euler("Y", angles[:, :1]).as_matrix()
     tilt_list = Rotation.from_euler("YX", angles[:, :2] * np.array([1.0, -1.0])).as_matrix()
     y_axis = np.array([0.0, 1.0, 0.0])
@@ -155,6 +203,8 @@ def _toe_extension(
     strike.
     """
     suffix = side[0]
+    # Angle of the sole to the ground in the sagittal plane, toes up: hip flexion and dorsiflexion
+    # raise the toes, knee flexion and anterior tilt lower them.
     pitch = (
         record.angles[f"hip_flexion_{suffix}"](phase)
         - record.angles[f"knee_angle_{suffix}"](phase)
@@ -169,7 +219,10 @@ def _toe_extension(
     limit = TOE_EXTENSION_LIMIT + lowering * (TOE_EXTENSION_SWING - TOE_EXTENSION_LIMIT)
     rolled = np.clip(-TOE_ROLL * pitch, 0.0, limit)
     extension = np.where(phase < toe_off, rolled, limit)
+    # Before 20 % the heel is landing, and a negative pitch is not the heel rising. The last factor
+    # takes the toes back to zero before heel strike.
     extension = np.where(phase < 0.2, 0.0, extension) * np.clip((0.98 - phase) / 0.08, 0.0, 1.0)
+    # Ten harmonics: the corners between the pieces would be jumps in velocity.
     return periodic_through(extension, 10)
 
 
@@ -190,6 +243,8 @@ def _joint_curves(
             put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
         put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
         swing = ARM_SWING[0] + ARM_SWING[1] * record.speed
+        # Minus a cosine: the arm is furthest back at heel strike of its side, when the leg is
+        # forward.
         put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-swing,), (0.0,)), at)
         put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
         put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
@@ -214,6 +269,7 @@ def _sole_middle(tree: Tree, frames: Array, foot: slice) -> Array:
 
 def _lowest(heights: Array) -> Array:
     """Smooth minimum (T,) over the spheres of a foot (T, 6), to about 3 mm."""
+    # Smooth, so that the least squares see a gradient when the lowest sphere changes.
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
@@ -232,6 +288,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     angles, _ = _pelvis_curves(record, phase)
     positions = np.zeros((len(phase), ROOT_DOFS + len(ACTUATED)))
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
+    # Position zero: only differences of heights and places count here.
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
     names_of_spheres = [sphere.name for sphere in model.spheres]
     slope = {}  # sideways / vertical force on the flat foot
@@ -261,7 +318,10 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
             com = centre[flat[side]]
             height = com[:, 2] - _lowest(heights[flat[side], feet[side]])
             middle = _sole_middle(tree, frames[flat[side]], feet[side])
+            # Seen from behind, the recorded force must point from the foot to the centre of mass;
+            # otherwise it would tip the body over sideways.
             miss = middle - (com[:, 1] - height * slope[side])
+            # Everything is in units of `GAP_SCALE`, by which the whole is divided below.
             parts.append(miss / count * GAP_SCALE / BALANCE_SCALE)
         return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
 
@@ -270,16 +330,34 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
 
 
 def trunk_upright(rotation: Array) -> Array:
-    """Lumbar coordinates (N, 3) rad that keep the trunk upright and facing forward (+x) on a
-    pelvis of these orientations (N, 3, 3), pelvis to world.
+    """Lumbar coordinates that keep the trunk upright and facing forward (+x).
+
+    Parameters
+    ----------
+    rotation : (N, 3, 3) orientation of the pelvis, pelvis to world.
+
+    Returns
+    -------
+    (N, 3) rad: extension (trunk backward), bending (to the right), rotation (to the left).
     """
     # The lumbar joint turns about -y, x, z of the pelvis in this order.
+    # The joint must undo the pelvis's rotation: its matrix is the transpose.
     angles = Rotation.from_matrix(np.swapaxes(rotation, 1, 2)).as_euler("YXZ")
     return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
 
 
 def spectral_rate(values: Array) -> Array:
-    """d/dφ of equally spaced samples (N, …) of one cycle."""
+    """Derivative by phase (d/dφ, φ = 1 for a cycle), exact for the harmonics that the samples
+    resolve.
+
+    Parameters
+    ----------
+    values : (N, …) equally spaced samples of one cycle, without its end.
+
+    Returns
+    -------
+    (N, …) in units of `values` per cycle.
+    """
     n = len(values)
     k = np.fft.rfftfreq(n, 1.0 / n).reshape(-1, *[1] * (values.ndim - 1))
     return np.asarray(np.fft.irfft(2j * np.pi * k * np.fft.rfft(values, axis=0), n, axis=0))
@@ -288,6 +366,7 @@ def spectral_rate(values: Array) -> Array:
 def _series(phase: Array, order: int) -> Array:
     """(N, 2 H) cosines and sines of the harmonics, differentiated `order` times in phase."""
     k = 2 * np.pi * np.arange(1, TRANSLATION_HARMONICS + 1)
+    # Each derivative of a cosine or sine multiplies by k and turns by a quarter of a cycle.
     angles = np.outer(phase, k) + 0.5 * np.pi * order
     return np.hstack([k**order * np.cos(angles), k**order * np.sin(angles)])
 
@@ -310,9 +389,13 @@ def _pelvis_translation(
         (record.ground_reaction(side, side_phase(record, side, phase)) for side in SIDES),
         start=np.zeros((len(phase), 3)),
     )
+    # Forces are in body weights, so force x g is acceleration. In a periodic motion the mean force
+    # is one body weight upwards and nothing else: the measured mean is removed, and the vertical
+    # force scaled to it.
     acceleration = GRAVITY * (force - force.mean(axis=0))
     acceleration[:, 2] *= 1.0 / force[:, 2].mean()
     time = record.stride_time
+    # Centre of mass = pelvis + offset, so the pelvis accelerates by the rest.
     offset_acceleration = spectral_rate(spectral_rate(com_offset)) / time**2
     foot_rate = spectral_rate(foot_offset) / time
     rows = [_series(phase, 2) / time**2 / ACCELERATION_SCALE]
@@ -321,29 +404,26 @@ def _pelvis_translation(
         at = np.mod(side_phase(record, side, phase), 1.0)
         flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
         rows.append(_series(phase[flat], 1) / time / SLIDING_SCALE)
+        # In the frame that moves with the walker a foot on the ground moves back at walking speed.
         velocity = -foot_rate[flat, i] - np.array([record.speed, 0.0, 0.0])
         targets.append(velocity / SLIDING_SCALE)
     solution, *_ = np.linalg.lstsq(np.vstack(rows), np.vstack(targets), rcond=None)
     return np.asarray(_series(phase, 0) @ solution)
 
 
-def static_stiffness(contact: ContactSettings, radius: Array) -> Array:
-    """K of the static contact force K x^1.5 N on spheres of these radii (m) at depth x, m."""
-    k = 0.5 * contact.stiffness ** (2.0 / 3.0)
-    return np.asarray(4.0 / 3.0 * k * np.sqrt(radius * k))
-
-
 def _standing_height(tree: Tree, contact: ContactSettings, frames: Array) -> float:
     """Height to add so that the mean static contact force over the cycle is one body weight."""
     heights = _sole_heights(tree, frames)
     weight = tree.mass.sum() * GRAVITY
-    stiffness = static_stiffness(contact, tree.sphere_radius)
+    law = contact_law(contact, NOMINAL_FRICTION)
 
     def excess(lift: float) -> float:
         depth = np.maximum(-(heights + lift), 0.0)
-        force = stiffness * depth**1.5
+        force = law.static_force(tree.sphere_radius, depth)
         return float(force.sum(axis=1).mean() - weight)
 
+    # At `top` no sphere touches the ground; half a metre lower all do. The force grows with depth,
+    # so there is one root between.
     top = -float(heights.min())
     return float(brentq(excess, top - 0.5, top))
 
@@ -355,6 +435,8 @@ def build_reference(
 
     Parameters
     ----------
+    record : angles, moments, forces and timing of one gait cycle.
+    model : the scaled body.
     contact : law that sets how deep the feet press into the ground, so that the mean contact force
         of the reference is one body weight; the default configuration's if not given.
     """
@@ -368,6 +450,7 @@ def build_reference(
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
     joint[:, lumbar] = trunk_upright(rotation)
+    # Numerically: the lumbar angles are not curves of the record, but follow from the pelvis.
     joint_rate[:, lumbar] = spectral_rate(joint[:, lumbar])
 
     positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))
@@ -420,8 +503,14 @@ def build_reference(
 def moved(
     reference: ReferenceMotion, model: BodyModel, positions: Array, velocities: Array
 ) -> ReferenceMotion:
-    """The reference with other positions and velocities (N, 31), and everything that follows from
-    them; forces and moments are unchanged.
+    """The reference with another motion, and everything that follows from it; forces and moments
+    are unchanged.
+
+    Parameters
+    ----------
+    reference : whose phases, forces and moments are kept.
+    model : the body, for the centre of mass and the end effectors.
+    positions, velocities : (N, 31) rad, m and per second, as in `ReferenceMotion`.
     """
     frames = segment_frames(model, positions)
     return replace(
@@ -440,7 +529,13 @@ def _end_effectors(frames: Array) -> Array:
 
 
 def whole_body_path(tree: Tree, frames: Array) -> Array:
-    """Whole-body centre of mass (N, 3) of segment frames (N, 14, 4, 4)."""
+    """Whole-body centre of mass (N, 3) m, in the axes of the frames.
+
+    Parameters
+    ----------
+    tree : masses (kg) and centres of mass of the segments.
+    frames : (N, 14, 4, 4) of the segments.
+    """
     local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
     world = local + frames[..., :3, 3]
     return np.asarray(np.einsum("tsi,s->ti", world, tree.mass) / tree.mass.sum())

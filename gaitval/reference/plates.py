@@ -54,10 +54,20 @@ class PlateEvidence(NamedTuple):
 def plate_evidence(
     record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
 ) -> PlateEvidence:
-    """What a record as measured says about its plates."""
+    """What a record as measured says about its plates.
+
+    Parameters
+    ----------
+    record : not corrected; moments and forces of both sides.
+    model : the scaled body.
+    contact : the contact law; the default configuration's if not given.
+    """
     contact = contact or ContactSettings()
     phase = np.arange(1000) / 1000
+    # Over a whole cycle the mean vertical force of both feet is one body weight, or the body would
+    # rise or fall.
     mean = sum(float(record.ground_reaction(side, phase)[:, 2].mean()) for side in SIDES)
+    # The scale first: a wrong scale also changes the moments, and would look like a shift.
     record = corrected(record, PlateCorrection(scale=1.0 / mean))
     reference = build_reference(record, model, contact)
     solution = solve(reference, record, model, contact, shift_sd=SHIFT_SD)
@@ -65,7 +75,16 @@ def plate_evidence(
 
 
 def common_shift(evidence: Sequence[PlateEvidence]) -> tuple[Array, Array]:
-    """Shift (2,) m of the plates that all records share, and its covariance (2, 2) m²."""
+    """The shift of the plates that all records of a laboratory share.
+
+    Parameters
+    ----------
+    evidence : of each record, with the prior 0 ± `SHIFT_SD` in it.
+
+    Returns
+    -------
+    Shift (2,) m of the right and left plate, forward, and its covariance (2, 2) m².
+    """
     before = np.eye(2) / SHIFT_SD**2
     precision, information = before.copy(), np.zeros(2)
     for each in evidence:
@@ -81,6 +100,14 @@ def plate_corrections(evidence: Sequence[PlateEvidence]) -> list[PlateCorrection
 
     A scale is a record's own. The two shifts, which all records share, are corrected together, if
     one of them or their difference is `CLEAR` standard deviations from zero.
+
+    Parameters
+    ----------
+    evidence : of each record.
+
+    Returns
+    -------
+    A correction or None for each record, in the same order.
     """
     shift, covariance = common_shift(evidence)
     sd = np.sqrt(np.diag(covariance))

@@ -15,7 +15,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing, njit_unlocked
-from gaitval.coordinates import COORDINATES
+from gaitval.contact.forces import ContactWorkspace, contact_forces, contact_workspace
+from gaitval.contact.law import ContactLaw
 from gaitval.inverse.motion_rates import root_state
 from gaitval.inverse.newton_euler import (
     SegmentDynamics,
@@ -25,24 +26,26 @@ from gaitval.inverse.newton_euler import (
 )
 from gaitval.lanes import WIDTH, in_lanes, where, with_lanes
 from gaitval.model.body import SEGMENTS
-from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
-from gaitval.model.contact_law import ContactLaw
-from gaitval.model.tree import Tree, enter_rotation_vector
+from gaitval.model.tree import (
+    COORDINATE_COUNT,
+    Tree,
+    enter_rotation_vector,
+)
 
-_DOFS = len(COORDINATES)
-
-TRUNK = slice(31, 34)
+TRUNK = slice(COORDINATE_COUNT, COORDINATE_COUNT + 3)
 """The trunk's rotation vector among the numbers of an instant, after its generalised forces."""
 
-FOOT = 34
+FOOT = TRUNK.stop
 """First of the seven numbers of each foot: force N (3), moment Nm about the world origin (3), and
 height of the lowest point of the sole m."""
 
 FOOT_NUMBERS = 7
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
-INPUTS = 3 * _DOFS
+INPUTS = 3 * COORDINATE_COUNT
+RATES, SECOND_RATES = COORDINATE_COUNT, 2 * COORDINATE_COUNT
+"""First of the coordinates' rates and second rates among the numbers that go in."""
 
-_STEPS = np.repeat([1e-6, 1e-5, 1e-3], _DOFS)
+_STEPS = np.repeat([1e-6, 1e-5, 1e-3], COORDINATE_COUNT)
 """Steps of the central differences: rad, rad/s, rad/s² (m likewise)."""
 
 _TORSO = SEGMENTS.index("torso")
@@ -69,7 +72,8 @@ class _Work(NamedTuple):
 
 def _work(spheres: int) -> _Work:
     """For eight instants."""
-    sizes = INPUTS, (3, _DOFS), _DOFS, _DOFS, (2, 6), (spheres, 3), *[OUTPUTS] * 3
+    q = COORDINATE_COUNT
+    sizes = INPUTS, (3, q), q, q, (2, 6), (spheres, 3), *[OUTPUTS] * 3
     one = _Work(empty_dynamics(), contact_workspace(spheres), *(np.empty(each) for each in sizes))
     work: _Work = with_lanes(one)
     return work
@@ -87,25 +91,30 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -
         of the trunk; the numbers of both feet, see `FOOT`.
     """
     x, q, qd, qdd = work.inputs, work.state[0], work.state[1], work.state[2]
-    root_state(x[0:3], x[31:34], x[62:65], q[:3], qd[:3], qdd[:3])
-    for i in range(3, 31):
-        q[i], qd[i], qdd[i] = x[i], x[31 + i], x[62 + i]
+    root_state(
+        x[0:3], x[RATES : RATES + 3], x[SECOND_RATES : SECOND_RATES + 3], q[:3], qd[:3], qdd[:3]
+    )
+    for i in range(3, COORDINATE_COUNT):
+        q[i], qd[i], qdd[i] = x[i], x[RATES + i], x[SECOND_RATES + i]
     inertial_wrenches(
         tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia, q, qd, qdd, work.segments
     )
     joint_wrenches(work.segments, work.generalised)
     frames = work.segments.frames
-    for i in range(31):
+    for i in range(COORDINATE_COUNT):
         work.ground[i] = 0.0
     contact_forces(tree, law, frames, lag, work.memory, work.ground, work.feet, work.contact)
-    for i in range(31):
+    for i in range(COORDINATE_COUNT):
+        # Of the pelvis (0 to 5) this is a residual force that nothing exerts; of a joint its net
+        # moment.
         out[i] = work.generalised[i] - work.ground[i]
-    enter_rotation_vector(frames.rotation[_TORSO], out[31:34])
+    enter_rotation_vector(frames.rotation[_TORSO], out[COORDINATE_COUNT : COORDINATE_COUNT + 3])
     spheres = tree.sphere_segment.shape[0] // 2
     for side in range(2):
         first = FOOT + FOOT_NUMBERS * side
         for i in range(6):
             out[first + i] = work.feet[side, i]
+        # The lowest point, with `where`, because in lanes each of the eight has its own.
         out[first + 6] = np.inf
         for n in range(side * spheres, (side + 1) * spheres):
             s = tree.sphere_segment[n]
@@ -130,6 +139,8 @@ def _instants(
     """`_instant` of every row of `inputs` (T, 93) into `out` (T, 48), and its derivatives into
     `slope` (T, 48, 93) unless that is empty. What is left of the last eight is its last row again.
     """
+    # `work` and `lanes` are the same memory: numbers are written and read through `work`, computed
+    # through `lanes`.
     lanes, instants = in_lanes(work), inputs.shape[0]
     for first in range(0, instants, WIDTH):
         for e in range(WIDTH):
@@ -142,6 +153,8 @@ def _instants(
             for j in range(out.shape[1]):
                 out[first + e, j] = work.middle[j, e]
         for k in range(slope.shape[2]):
+            # One input at a time, and restored exactly afterwards: subtracting the step again would
+            # round.
             x = lanes.inputs[k]
             lanes.inputs[k] = x + steps[k]
             _instant(tree, law, lag, lanes, lanes.above)
@@ -159,12 +172,15 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
 
     Parameters
     ----------
+    tree : the body.
+    law : the contact law.
     inputs : (T, 93) coordinates, rates and second rates, as for `_instant`.
     slope : (T, 48, 93) out, derivatives of the result by the inputs; not computed if left out.
 
     Returns
     -------
-    (T, 48) generalised forces, `TRUNK`, and seven numbers for each foot from `FOOT` on.
+    (T, 48) generalised forces, `TRUNK`, and seven numbers for each foot from `FOOT` on: Nm and N,
+        rad, N, Nm and m.
     """
     found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
     spheres = len(tree.sphere_segment)
@@ -178,6 +194,8 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
         return found
     # The slopes take two hundred times as long as the terms. Instants do not depend on each other.
     eights = np.array_split(np.arange(0, len(inputs), WIDTH), _threads())
+    # Cut at multiples of eight, so that the lanes are full; each thread has its own arrays to work
+    # in, and writes other rows of the result.
     parts = [slice(rows[0], rows[-1] + WIDTH) for rows in eights if len(rows)]
     with ThreadPoolExecutor(len(parts)) as threads:
         list(threads.map(instants, parts))

@@ -1,10 +1,10 @@
 """Translations of the texts of the pages: one file for each language, `languages/de.po`.
 
-Two kinds of text are in it. Those of the templates are looked up as gettext does. Those that come
-with the results (titles of limits, names of curves, labels of figures: English in `metrics.json`
-and in the code) are listed in `texts.txt` and found by `Words`, as they are or as a pattern. What
-stays English, and is marked so, are citations, licences, names from outside, the rows that quote
-the project's evidence, and what an import decided and found.
+Texts of the templates are looked up as gettext does. Texts that come with the results (titles of
+limits, names of curves, labels of figures: English in `metrics.json` and in the code) are listed in
+`texts.txt` and found by `Words`, as they are or as a pattern. Some texts stay English and are
+marked so: citations, licences, names from outside, the rows that quote the project's evidence, and
+what an import decided and found.
 """
 
 import gettext
@@ -51,11 +51,8 @@ def _catalogue(language: str) -> Catalog:
 
 @cache
 def translations(language: str) -> gettext.NullTranslations:
-    """What `_` says in a language; the text itself where the catalogue has none.
-
-    Parameters
-    ----------
-    language : one of `gaitval.configuration.LANGUAGES`.
+    """The gettext translations of a `language` (one of `gaitval.configuration.LANGUAGES`), which
+    return a text itself where the catalogue has none.
     """
     if language == SOURCE:
         return gettext.NullTranslations()
@@ -67,7 +64,7 @@ def translations(language: str) -> gettext.NullTranslations:
 
 @cache
 def words(language: str) -> "Words":
-    """The words of a language for what comes with the results."""
+    """The words of a `language` for texts that come with the results."""
     if language == SOURCE:
         return Words(language, {}, {})
     found = [
@@ -134,6 +131,7 @@ class Words:
         if text.endswith("."):
             found = self.of(text[:-1])
             return None if found is None else f"{found}."
+        # the loosest joint first: a list may be part of a clause, never the other way round
         for joint in _JOINTS:
             if joint in text:
                 found = self._joined(text.split(joint), joint)
@@ -173,6 +171,7 @@ def _pattern(text: str) -> re.Pattern[str]:
         else:
             # a part from outside may be anything; others end where the next one begins
             anything = "." if piece.startswith("name") else "[^;:]"
+            # a part named twice must be the same text in both places
             written += f"(?P={piece})" if piece in seen else f"(?P<{piece}>{anything}+?)"
             seen.add(piece)
     return re.compile(written, re.DOTALL)

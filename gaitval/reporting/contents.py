@@ -14,15 +14,11 @@ _IDENTIFIER: Final = re.compile(r'\bid="([^"]*)"')
 
 
 def with_contents(page: str) -> str:
-    """A page whose second-level headings have identifiers, and a list of them where a
-    comment `<!-- contents: LABEL -->` is.
+    """`page` (HTML) with identifiers on its second-level headings, and a list of them at the
+    comment `<!-- contents: LABEL -->`; no list with fewer than `FEWEST` headings.
 
-    The list is closed until it is wanted, so that it is one stop of the tabulator key and does not
-    push the result down. A heading keeps the identifier that it has.
-
-    Parameters
-    ----------
-    page : HTML. With fewer than `FEWEST` headings it gets no list.
+    The list is closed at first, so that it is one stop of the tabulator key and does not push the
+    result down. A heading keeps the identifier that it has.
     """
     taken = set(_IDENTIFIER.findall(page))
     entries: list[str] = []
@@ -31,6 +27,7 @@ def with_contents(page: str) -> str:
         attributes, text = found["attributes"], found["text"]
         plain = re.sub(r"<[^>]*>", "", text).strip()
         own = _IDENTIFIER.search(attributes)
+        # links to a heading from elsewhere must stay valid
         identifier = own[1] if own else _free(_slug(plain), taken)
         taken.add(identifier)
         entries.append(f'<li><a href="#{identifier}">{plain}</a></li>')

@@ -1,10 +1,10 @@
 """What a reviewer asks of a simulation: the rows of the report's part on credibility.
 
 The order is that of ASME V&V 40-2018 (question, context of use, risk, verification, validation,
-applicability) and of the eight factors of NASA-STD-7009A; neither is claimed to be met. Every
-figure is read from a file at the moment when the page is written, and says from which file and from
-where in it (a JSON pointer, RFC 6901). What is not known has a row that says so. It is long because
-every row is written out here, in the order in which it is read.
+applicability) and of the eight factors of NASA-STD-7009A; compliance with neither is claimed. Every
+figure is read from a file when the page is written, and cites the file and the place in it (a JSON
+pointer, RFC 6901). What is not known has a row that says so. It is long because every row is
+written out here, in the order in which it is read.
 """
 
 import tomllib
@@ -19,9 +19,10 @@ import numpy as np
 from gaitval.artefacts import file_hash, read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import EVERY, momentum_residual
-from gaitval.metrics.origin import is_recorded_at_all
+from gaitval.metrics.record_results import KINDS, UnseenResult
+from gaitval.metrics.results import METRICS, IdentificationResult, Metrics
+from gaitval.metrics.typed import OpenResult, array
 from gaitval.reporting.facts import (
-    METRICS,
     UNKNOWN,
     Fact,
     compiled_walks,
@@ -33,24 +34,35 @@ from gaitval.reporting.facts import (
 from gaitval.reporting.page import number
 from gaitval.simulation.rollout import Rollout
 
-Json = Mapping[str, Any]
-
 EVIDENCE: Final = "evidence.toml"
-"""Figures that the project has measured, not the run: `scripts/credibility_figures.py` writes them.
-A copy lies beside each report, so that its links hold wherever gaitval is installed."""
+"""Figures measured by the project, not the run; docs/build/credibility_figures.py writes them. A
+copy is put beside each report, so that its links work wherever gaitval is installed."""
 
 PROVENANCE: Final = "provenance.json"
 
 SKILLS: Final = ("angle_skill", "moment_skill", "force_skill")
 
 
+class ProjectFigure(OpenResult):
+    """A row of `evidence.toml`: what the project has measured, and where the data are."""
+
+    part: str
+    what: str
+    value: float
+    unit: str
+    source: str
+    date: str
+    n: int | None = None
+    commit: str | None = None
+
+
 @dataclass(frozen=True)
-class Section:
+class FactSection:
     """Rows under a heading.
 
     Attributes
     ----------
-    factors : of both documents, to which the rows speak.
+    factors : of both documents, which the rows address.
     facts, project : figures of the run, and of the project as a whole.
     """
 
@@ -60,49 +72,47 @@ class Section:
     project: tuple[Fact, ...] = ()
 
 
-def sections(folder: Path, metrics: Json) -> list[Section]:
-    """The part on credibility of the report of a run folder.
-
-    Parameters
-    ----------
-    metrics : checked content of its `metrics.json`.
-    """
-    project = tomllib.loads(evidence_text())["figure"]
+def sections(folder: Path, metrics: Metrics) -> list[FactSection]:
+    """The part on credibility of the report of a run `folder` with the results `metrics`."""
+    project = {
+        key: ProjectFigure.model_validate(figure)
+        for key, figure in tomllib.loads(evidence_text())["figure"].items()
+    }
     found = {
         part: tuple(_of_project(project, part))
         for part in ("verification", "validation", "uncertainty", "sensitivity", "history")
     }
     return [
-        Section(
-            "What the walk was told",
+        FactSection(
+            "What the model knew of the record",
             "V&V 40: model inputs, equivalency of inputs. NASA: data pedigree, input pedigree.",
             tuple(_told(folder, metrics)),
         ),
-        Section(
+        FactSection(
             "Verification: are the equations solved right?",
             "V&V 40: code and calculation verification. NASA: verification.",
             tuple(_verified(folder, metrics)),
             found["verification"],
         ),
-        Section(
+        FactSection(
             "Validation: are they the right equations?",
             "V&V 40: comparator, output comparison, applicability. NASA: validation.",
             tuple(_validated(metrics)),
             found["validation"],
         ),
-        Section(
+        FactSection(
             "Uncertainty",
             "V&V 40: model inputs, test samples. NASA: uncertainty characterization.",
             tuple(_uncertain(folder, metrics)),
             found["uncertainty"],
         ),
-        Section(
+        FactSection(
             "Sensitivity",
             "V&V 40: model form, model inputs. NASA: results robustness.",
             tuple(_sensitive(metrics)),
             found["sensitivity"],
         ),
-        Section(
+        FactSection(
             "History and management",
             "V&V 40: software quality assurance, use error. NASA: M&S history, M&S process and "
             "product management.",
@@ -113,35 +123,35 @@ def sections(folder: Path, metrics: Json) -> list[Section]:
 
 
 def evidence_text() -> str:
-    """The figures of the project, as they come with the package."""
+    """The figures of the project, as shipped with the package."""
     return resources.files("gaitval.reporting").joinpath(EVIDENCE).read_text("utf-8")
 
 
-def _of_project(project: Mapping[str, Json], part: str) -> Iterator[Fact]:
+def _of_project(project: Mapping[str, ProjectFigure], part: str) -> Iterator[Fact]:
     for key, figure in project.items():
-        if figure["part"] == part:
-            cases = f"{figure['n']} cases, " if "n" in figure else ""
-            commit = f", commit {figure['commit']}" if "commit" in figure else ""
-            since = ", not since" if "/past/" in figure["source"] else ""
+        if figure.part == part:
+            cases = "" if figure.n is None else f"{figure.n} cases, "
+            commit = "" if figure.commit is None else f", commit {figure.commit}"
+            # evidence in a folder past/ has not been measured again by later versions
+            since = ", not since" if "/past/" in figure.source else ""
             yield Fact(
-                figure["what"][0].upper() + figure["what"][1:],
-                f"{figure['value']:.4g} {figure['unit'] if figure['unit'] != '1' else ''}".strip(),
+                figure.what[0].upper() + figure.what[1:],
+                f"{figure.value:.4g} {figure.unit if figure.unit != '1' else ''}".strip(),
                 EVIDENCE,
                 f"/figure/{key}/value",
-                f"{figure['source']}, {cases}{figure['date']}{commit}{since}.",
+                f"{figure.source}, {cases}{figure.date}{commit}{since}.",
             )
 
 
-def _told(folder: Path, metrics: Json) -> Iterator[Fact]:
+def _told(folder: Path, metrics: Metrics) -> Iterator[Fact]:
     yield read_fact(metrics, "/subject/source", "Record")
     yield read_fact(metrics, "/subject/licence", "Licence")
-    read = [name for name, by in metrics["told"].items() if by]
-    left = [name for name in metrics["told"] if name not in read]
-    yield derived_fact(
-        "/told", "Told", len(read), f"of {len(metrics['told'])} quantities", note=_list(read)
-    )
-    yield derived_fact("/told", "Untold", len(left), "quantities", note=_list(left))
-    missing = sorted({"moments", "forces"} - set(metrics["recorded"]))
+    read = [name for name, by in metrics.told.items() if by]
+    left = [name for name in metrics.told if name not in read]
+    of_all = f"of {len(metrics.told)} quantities"
+    yield derived_fact("/told", "Known to the model", len(read), of_all, note=_list(read))
+    yield derived_fact("/told", "Held out", len(left), "quantities", note=_list(left))
+    missing = sorted({"moments", "forces"} - set(metrics.recorded))
     yield derived_fact(
         "/recorded",
         "Not recorded",
@@ -152,8 +162,8 @@ def _told(folder: Path, metrics: Json) -> Iterator[Fact]:
     yield derived_fact(
         "/unseen",
         "Trials at the same speed that were kept back",
-        len(metrics["unseen"]),
-        note=_list([row["trial"] for row in metrics["unseen"]]),
+        len(metrics.unseen),
+        note=_list([row.trial for row in metrics.unseen]),
     )
     yield _hash(folder, "subject.toml", "SHA-256 of the person and the record as they were read")
 
@@ -169,7 +179,7 @@ def _list(names: Sequence[str]) -> str:
     return f"{', '.join(names)}." if names else "None."
 
 
-def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
+def _verified(folder: Path, metrics: Metrics) -> Iterator[Fact]:
     yield _momentum(folder, metrics)
     yield Fact(
         "Balance of angular momentum and of energy in this walk",
@@ -177,7 +187,7 @@ def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
         note="They are not worked out of a stored walk. Of energy the project's figures follow; of "
         "angular momentum tests/simulation/test_walker.py asserts the balance at every step.",
     )
-    witness = metrics.get("witness")
+    witness = metrics.witness
     what = "The same walk in a second engine"
     if witness is None:
         yield Fact(
@@ -194,16 +204,16 @@ def _verified(folder: Path, metrics: Json) -> Iterator[Fact]:
         metrics,
         "/witness/goals_reached",
         "Goals of accuracy reached there",
-        f"of {witness['goals']}",
+        f"of {witness.goals}",
     )
 
 
-def _momentum(folder: Path, metrics: Json) -> Fact:
-    file = f"rollouts/{metrics['final']}.npz"
+def _momentum(folder: Path, metrics: Metrics) -> Fact:
+    file = f"rollouts/{metrics.final}.npz"
     what = "Force that would be needed beside ground and gravity, largest mean over a second"
     if not (folder / file).exists():
         return Fact(what, UNKNOWN, note=f"{file} is not here; `gaitval simulate` writes it.")
-    residual = momentum_residual(Rollout.load(folder / file), metrics["method"]["model_mass_kg"])
+    residual = momentum_residual(Rollout.load(folder / file), metrics.method.model_mass_kg)
     return derived_fact(
         "",
         what,
@@ -216,20 +226,20 @@ def _momentum(folder: Path, metrics: Json) -> Fact:
     )
 
 
-def _validated(metrics: Json) -> Iterator[Fact]:
-    counts = metrics["summary"]
+def _validated(metrics: Metrics) -> Iterator[Fact]:
+    counts = metrics.summary
     yield read_fact(
         metrics,
         "/summary/accepted",
         "Values within their tolerance"
-        if is_recorded_at_all(metrics)
+        if metrics.is_recorded_at_all
         else "Values within limits that need no record (accuracy is not judged)",
-        f"of {counts['accepted'] + counts['refused']}",
+        f"of {counts.accepted + counts.refused}",
         note="The tolerances and their sources are in a table of their own.",
     )
     for name, what in zip(SKILLS, ("angles", "moments", "forces"), strict=True):
         yield from _skill(metrics, name, what)
-    if not metrics["unseen"]:
+    if not metrics.unseen:
         yield Fact(
             "Error on a trial that was kept back",
             UNKNOWN,
@@ -237,7 +247,7 @@ def _validated(metrics: Json) -> Iterator[Fact]:
             "/unseen",
             "This run has none. `gaitval predict --holdout` and a subject with further trials do.",
         )
-    for index, row in enumerate(metrics["unseen"]):
+    for index, row in enumerate(metrics.unseen):
         yield from _kept_back(metrics, index, row)
     yield read_fact(
         metrics,
@@ -249,24 +259,25 @@ def _validated(metrics: Json) -> Iterator[Fact]:
     )
 
 
-def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
-    """Mean skill of the curves of a kind, those that were told apart from the others."""
-    rows = [row for row in metrics["measures"] if row["measure"] == name]
+def _skill(metrics: Metrics, name: str, what: str) -> Iterator[Fact]:
+    """Mean skill of the curves of a kind: those known to the model, and those predicted."""
+    rows = [row for row in metrics.measures if row.measure == name]
     if not rows:
         why = (
             "There are too few other people."
-            if is_recorded_at_all(metrics)
+            if metrics.is_recorded_at_all
             else "Nothing was recorded at this speed."
         )
         yield Fact(f"Skill of {what}", UNKNOWN, METRICS, "/measures", why)
     for status in ("fitted", "predicted"):
-        values = [row["value"] for row in rows if row["comparison"] == status]
+        which = "known to the model" if status == "fitted" else "held out"
+        values = [row.value for row in rows if row.comparison == status]
         measured = [value for value in values if value is not None]
         if values:
             below = sum(value < 0.0 for value in measured)
             yield derived_fact(
                 "/measures",
-                f"Skill of {what} ({'told' if status == 'fitted' else 'untold'}), mean",
+                f"Skill of {what} ({which}), mean",
                 float(np.mean(measured)) if len(measured) == len(values) else None,
                 digits=2,
                 note=f"{len(values)} curves, of which {below} are nearer to a guess without a "
@@ -274,21 +285,22 @@ def _skill(metrics: Json, name: str, what: str) -> Iterator[Fact]:
             )
 
 
-def _kept_back(metrics: Json, index: int, row: Json) -> Iterator[Fact]:
-    for kind, unit in metrics["units"].items():
-        errors = [each for each in row["rmse"][kind].values() if each is not None]
+def _kept_back(metrics: Metrics, index: int, row: UnseenResult) -> Iterator[Fact]:
+    for kind in sorted(KINDS):
+        unit, every = metrics.units.of(kind), row.rmse.of(kind).values()
+        errors = [each for each in every if each is not None]
         yield derived_fact(
             f"/unseen/{index}/rmse/{kind}",
-            f"RMSE of {kind} against {row['trial']}, which was kept back, mean",
-            float(np.mean(errors)) if len(errors) == len(row["rmse"][kind]) else None,
+            f"RMSE of {kind} against {row.trial}, which was kept back, mean",
+            float(np.mean(errors)) if len(errors) == len(every) else None,
             unit,
             note="Between the two recorded trials: "
-            f"{number(mean_of_known(row['between'][kind]), 3)} {unit}.",
+            f"{number(mean_of_known(row.between.of(kind)), 3)} {unit}.",
         )
 
 
-def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
-    yield from _posterior(metrics["identification"])
+def _uncertain(folder: Path, metrics: Metrics) -> Iterator[Fact]:
+    yield from _posterior(metrics.identification)
     provenance = provenance_before(folder)
     what = "Seeds of this run"
     if provenance is None or "seed" not in provenance:
@@ -302,10 +314,10 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
             "What another seed would give is not known of this person; the project's follow.",
         )
     yield from _scatter(metrics)
-    if not is_recorded_at_all(metrics):
+    if not metrics.is_recorded_at_all:
         return
     consistency = "/record/consistency"
-    yield measured_force_fact(metrics["record"])
+    yield measured_force_fact(metrics.record)
     yield read_fact(
         metrics,
         f"{consistency}/vertical_rmse_bound_in_stance",
@@ -313,15 +325,16 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
         "body weights",
         digits=4,
     )
-    differences = metrics["record"]["consistency"]["moment_asymmetry"]
-    worst = max(differences, key=lambda name: float(differences[name]["rms_difference"]))
+    differences = metrics.record.consistency.moment_asymmetry.by_name()
+    worst = max(differences, key=lambda name: differences[name].rms_difference)
     yield read_fact(
         metrics,
         f"{consistency}/moment_asymmetry/{worst}/rms_difference",
         f"Right less left moment of the record, largest RMS ({worst.replace('_', ' ')})",
         "Nm/kg",
     )
-    if metrics["record"]["plates"] is None:
+    plates = metrics.record.plates
+    if plates is None:
         yield Fact(
             "Faults of the force plates", "none found", METRICS, "/record/plates",
             "Nothing that the laws of motion show.",
@@ -332,7 +345,7 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
         ("shift_right", "Centre of pressure too far forward, right", "m"),
         ("shift_left", "Centre of pressure too far forward, left", "m"),
     ):
-        spread = number(metrics["record"]["plates"][f"{name}_sd"], 4)
+        spread = number(getattr(plates, f"{name}_sd"), 4)
         yield read_fact(
             metrics,
             f"/record/plates/{name}",
@@ -343,9 +356,9 @@ def _uncertain(folder: Path, metrics: Json) -> Iterator[Fact]:
         )
 
 
-def _posterior(found: Json | None) -> Iterator[Fact]:
+def _posterior(found: IdentificationResult | None) -> Iterator[Fact]:
     place = "/identification"
-    if found is None or found["deviance_identified"] is None:
+    if found is None or found.deviance_identified is None:
         yield Fact(
             "Body parameters", UNKNOWN, METRICS, place,
             "They were not looked for; the body is as scaled.",
@@ -353,43 +366,43 @@ def _posterior(found: Json | None) -> Iterator[Fact]:
         return
     for verdict in ("identified", "weak", "not identified", "at its bound"):
         names = [
-            str(name).replace("_", " ")
-            for name, each in zip(found["names"], found["verdicts"], strict=True)
+            name.replace("_", " ")
+            for name, each in zip(found.names, found.verdicts, strict=True)
             if each == verdict
         ]
         yield derived_fact(
             f"{place}/verdicts",
             f"Body parameters: {verdict}",
             len(names),
-            f"of {len(found['names'])}",
+            f"of {len(found.names)}",
             note=_list(names),
         )
-    ratios = np.divide(found["standard_deviation"], found["prior_standard_deviation"])
+    ratios = np.divide(found.standard_deviation, found.prior_standard_deviation)
+    # the parameter that the record determines best
     least = int(np.argmin(ratios))
     yield derived_fact(
         f"{place}/standard_deviation/{least}",
-        f"Posterior SD over prior SD, smallest ({str(found['names'][least]).replace('_', ' ')})",
+        f"Posterior SD over prior SD, smallest ({found.names[least].replace('_', ' ')})",
         float(ratios[least]),
         digits=2,
         note="Over prior_standard_deviation at the same place.",
     )
-    yield read_fact(
-        {"identification": found},
+    yield derived_fact(
         f"{place}/search_distance",
         "Between the results of CMA-ES and of Gauss-Newton",
+        found.search_distance,
         "posterior SD",
+        note="" if found.search_distance is not None else "The file has no value here.",
     )
 
 
-def _scatter(metrics: Json) -> Iterator[Fact]:
+def _scatter(metrics: Metrics) -> Iterator[Fact]:
     """How much the cycles of the walk differ."""
-    final = metrics["final"]
-    for kind, unit in metrics["units"].items():
-        curves = metrics["walks"][final]["curves"][kind]
+    final = metrics.final
+    for kind in sorted(KINDS):
+        unit, curves = metrics.units.of(kind), metrics.walk.curves.of(kind)
         spreads = [
-            float(np.nanmean(np.array(curve["sd"], dtype=float)))
-            for curve in curves.values()
-            if curve["sd"] is not None
+            float(np.nanmean(array(curve.sd))) for curve in curves.values() if curve.sd is not None
         ]
         yield derived_fact(
             f"/walks/{final}/curves/{kind}",
@@ -402,49 +415,50 @@ def _scatter(metrics: Json) -> Iterator[Fact]:
         )
 
 
-def _sensitive(metrics: Json) -> Iterator[Fact]:
-    found = metrics["identification"]
-    for which, what in (
-        ("nominal", "Error ε with the nominal body parameters"),
-        ("identified", "Error ε with the identified body parameters"),
+def _sensitive(metrics: Metrics) -> Iterator[Fact]:
+    found = metrics.identification
+    walks = metrics.walks
+    for which, walk, what in (
+        ("nominal", walks.nominal, "Error ε with the nominal body parameters"),
+        ("identified", walks.identified, "Error ε with the identified body parameters"),
     ):
-        walk = metrics["walks"][which]
-        if walk is not None and walk["epsilon"] is not None:
+        if walk is not None and walk.epsilon is not None:
             yield read_fact(
                 metrics,
                 f"/walks/{which}/epsilon/total",
                 what,
             )
-    if found is not None and found["deviance_identified"] is not None:
-        pairs = np.abs(np.tril(np.array(found["correlation"], dtype=float), -1))
+    if found is not None and found.deviance_identified is not None:
+        # below the diagonal: each pair once, and no parameter with itself
+        pairs = np.abs(np.tril(np.array(found.correlation, dtype=float), -1))
         row, column = (int(each) for each in np.unravel_index(int(pairs.argmax()), pairs.shape))
-        names = [str(found["names"][each]).replace("_", " ") for each in (row, column)]
+        names = [found.names[each].replace("_", " ") for each in (row, column)]
         yield read_fact(
             metrics,
             f"/identification/correlation/{row}/{column}",
-            f"Parameters told apart worst: {names[0]} and {names[1]}, correlation",
+            f"Most correlated parameters: {names[0]} and {names[1]}, correlation",
             digits=2,
         )
-    starts = metrics["walks"][metrics["final"]]["starts"]
+    starts = metrics.walk.starts
     yield derived_fact(
-        f"/walks/{metrics['final']}/starts",
+        f"/walks/{metrics.final}/starts",
         "Falls over all start phases",
-        sum(start["fell"] for start in starts),
+        sum(start.fell for start in starts),
         f"of {len(starts)}",
         note=f"Each walk starts at another phase of the gait cycle. {compiled_walks(starts)} of "
         "them walked in the compiled engine, the others in DART; both solve the same equations.",
     )
-    pushes = metrics["push_recovery"]
+    pushes = metrics.push_recovery
     if pushes is None:
         yield Fact(
             "Pushes survived", UNKNOWN, METRICS, "/push_recovery",
             "They were not tested. `gaitval push` tests them.",
         )  # fmt: skip
     else:
-        stood = [each for phase in pushes["survived"] for each in phase]
+        stood = [each for phase in pushes.survived for each in phase]
         yield derived_fact(
             "/push_recovery/survived",
-            f"Pushes of {pushes['force']:g} N survived",
+            f"Pushes of {pushes.force:g} N survived",
             sum(stood),
             f"of {len(stood)}",
             note="Within 90° of straight ahead, at all tested phases.",
@@ -456,9 +470,9 @@ def _sensitive(metrics: Json) -> Iterator[Fact]:
     )
 
 
-def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
+def _history(folder: Path, metrics: Metrics) -> Iterator[Fact]:
     for name in ("gaitval", "python", "dartpy"):
-        if name in metrics["provenance"]["versions"]:
+        if name in metrics.provenance.versions:
             yield read_fact(metrics, f"/provenance/versions/{name}", f"Version of {name}")
     yield _hash(folder, "configuration.toml", "SHA-256 of the settings")
     provenance = provenance_before(folder)
@@ -483,12 +497,8 @@ def _history(folder: Path, metrics: Json) -> Iterator[Fact]:
 
 
 def provenance_before(folder: Path) -> dict[str, Any] | None:
-    """`provenance.json` of a run without the report's own stage: a report that is written again
-    shows nothing of the time before, so it is the same.
-
-    Raises
-    ------
-    ArtefactError : it is no JSON object.
+    """`provenance.json` of a run `folder` without the report's own stage, so that a report written
+    again is the same; None without the file. Raises ArtefactError if it is no JSON object.
     """
     path = folder / PROVENANCE
     if not path.exists():

@@ -1,16 +1,22 @@
-"""The report's section on whole curves: where the walk differs, how alike, how far from healthy."""
+"""The report's section on whole curves: where the walk differs from the record, how similar they
+are, and how far both are from healthy gait.
+"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.datasets.subject import Subject
+from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
-from gaitval.metrics.walk_statistics import BAND
+from gaitval.metrics.record_results import Kind
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import array, sided
+from gaitval.metrics.walk_statistics import BAND, GaitProfiles, WalkStatistics
 from gaitval.reporting.drawing import Draw, new_figure, svg
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -22,14 +28,12 @@ from gaitval.reporting.figures import (
     legend,
 )
 
-Json = Mapping[str, Any]
-
-_ROWS: Final = (
+_ROWS: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
     ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
     ("moments", ("hip_flexion", "knee_angle", "ankle_angle")),
     ("forces", FORCES),
 )
-_ALL: Final = (
+_ALL: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
     ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES)),
     ("moments", JOINT_MOMENTS),
     ("forces", FORCES),
@@ -50,28 +54,28 @@ _MARKERS: Final[Mapping[Side, str]] = {"right": ">", "left": "<"}
 """Symbols that point to their side; those of the record are hollow."""
 
 
-def drawings(metrics: Json) -> dict[str, Draw]:
-    """The figures of the section by name, as SVG; none for metrics without it."""
-    if metrics.get("curve_statistics") is None:
+def drawings(metrics: Metrics) -> dict[str, Draw]:
+    """The figures of the section for `metrics`, by name; none for metrics without statistics."""
+    found = metrics.curve_statistics
+    if found is None:
         return {}
     # no text from outside is in them
     return {
-        "differences": partial(differences, metrics),
-        "gait_profile": partial(profile, metrics["curve_statistics"]["profiles"]),
+        "differences": partial(differences, metrics, found),
+        "gait_profile": partial(profile, found.profiles),
     }
 
 
-def differences(metrics: Json) -> str:
-    """Walk less record, mean ± SD over the cycles, and where the difference is more than the
-    scatter of the cycles.
+def differences(metrics: Metrics, found: WalkStatistics) -> str:
+    """Walk less record in `metrics`, mean ± SD over the cycles, as SVG; bars mark the regions of
+    `found` where the difference is more than the scatter of the cycles.
     """
-    walk = metrics["walks"][metrics["final"]]["curves"]
     with new_figure(5.4) as figure:
         grid = figure.subplots(len(_ROWS), 3, sharex=True)
         for panels, (kind, names) in zip(grid, _ROWS, strict=True):
-            unit = metrics["units"][kind].replace("deg", "°")
+            unit = metrics.units.of(kind).replace("deg", "°")
             for axes, name in zip(panels, names, strict=True):
-                _difference(axes, metrics, walk[kind], kind, name)
+                _difference(axes, metrics, found, kind, name)
                 axes.set_title(f"{NAMES[name]}{' moment' if kind == 'moments' else ''}")
                 axes.set_xlim(0, 100)
             panels[0].set_ylabel(f"walk − record, {unit}")
@@ -81,13 +85,13 @@ def differences(metrics: Json) -> str:
         return svg(figure, "differences")
 
 
-def _difference(axes: Axes, metrics: Json, walk: Json, kind: str, name: str) -> None:
+def _difference(axes: Axes, metrics: Metrics, found: WalkStatistics, kind: Kind, name: str) -> None:
     """Both sides of one curve; bars along the lower edge mark the regions."""
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
     for place, side in zip((0.02, 0.055), SIDES, strict=True):
         key = f"{name}_{side[0]}"
-        recorded = _plain(metrics["record"]["curves"][kind][key])
-        mean, spread = _plain(walk[key]["mean"]) - recorded, _plain(walk[key]["sd"])
+        recorded, walked = metrics.record.curves.of(kind)[key], metrics.walk.curves.of(kind)[key]
+        mean, spread = array(walked.mean or []) - array(recorded), array(walked.sd or [])
         axes.plot(
             PERCENT, mean, color=COLOURS[side], linestyle=STYLES[side], label=side, linewidth=1.0,
             zorder=3,
@@ -95,9 +99,10 @@ def _difference(axes: Axes, metrics: Json, walk: Json, kind: str, name: str) -> 
         axes.fill_between(
             PERCENT, mean - spread, mean + spread, color=COLOURS[side], alpha=0.25, linewidth=0
         )
-        for region in metrics["curve_statistics"]["curves"][kind][key]["regions"]:
+        for region in found.curves.of(kind)[key].regions:
             axes.plot(
-                (region["first"], region["last"] or 0.5),
+                # a region of the first point alone would have no length
+                (region.first, region.last or 0.5),
                 (place, place),
                 transform=axes.get_xaxis_transform(),
                 color=COLOURS[side],
@@ -107,16 +112,13 @@ def _difference(axes: Axes, metrics: Json, walk: Json, kind: str, name: str) -> 
     axes.margins(y=0.2)
 
 
-def _plain(values: Sequence[float | None]) -> Any:
-    return np.array([np.nan if value is None else value for value in values])
-
-
-def profile(profiles: Json) -> str:
-    """Movement Analysis Profile of record and walk beside healthy adults, and the total score."""
+def profile(profiles: GaitProfiles) -> str:
+    """Movement Analysis Profile and score of record and walk in `profiles`, and of adults."""
     controls = load_controls()
-    names = [*profiles["variables"], "total"]
+    names = [*profiles.variables, "total"]
     healthy = {**controls.scores, "total": controls.total}
     at = np.arange(len(names), dtype=float)
+    # a gap before the total, which is no angle
     at[-1] += 0.5
     with new_figure(2.8) as figure:
         axes = figure.subplots()
@@ -126,14 +128,14 @@ def profile(profiles: Json) -> str:
             axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
         axes.bar(0, 0, color=BAND_COLOUR, label=f"{controls.people} healthy adults, mean ± SD")
         for offset, side in zip((0.18, -0.18), SIDES, strict=True):
-            for which in ("record", "walk"):
-                if profiles[which] is None:  # its angles were not recorded
+            for which, found in (("record", profiles.record), ("walk", profiles.walk)):
+                if found is None:  # its angles were not recorded
                     continue
-                scores = [profiles[which]["scores"][f"{n}_{side[0]}"] for n in names[:-1]]
+                scores = [found.scores[f"{n}_{side[0]}"] for n in names[:-1]]
                 colour = RECORD_COLOUR if which == "record" else COLOURS[side]
                 axes.plot(
                     at + offset,
-                    [*scores, profiles[which][side]],
+                    [*scores, found.of(side)],
                     _MARKERS[side],
                     color=colour,
                     # hollow, so that they look alike on a band and in the legend, in both modes
@@ -149,18 +151,18 @@ def profile(profiles: Json) -> str:
         return svg(figure, "profile")
 
 
-def tables(metrics: Json) -> dict[str, Any] | None:
-    """What the section's tables show; None for metrics without it."""
-    found = metrics.get("curve_statistics")
+def tables(metrics: Metrics, subject: Subject) -> dict[str, object] | None:
+    """What the section's tables show of `metrics` and `subject`; None without statistics."""
+    found = metrics.curve_statistics
     if found is None:
         return None
     return {
-        "alpha": found["alpha"],
-        "permutations": found["permutations"],
+        "alpha": found.alpha,
+        "permutations": found.permutations,
         "curves": [
             {
                 "name": NAMES[name] + (" moment" if kind == "moments" else ""),
-                "sides": [_side(found["curves"][kind][f"{name}_{side}"]) for side in "rl"],
+                "sides": [found.curves.of(kind)[key] for key in sided([name])],
             }
             for kind, names in _ALL
             for name in names
@@ -169,46 +171,53 @@ def tables(metrics: Json) -> dict[str, Any] | None:
             {
                 "name": NAMES[name] + (" moment" if kind == "moments" else ""),
                 "kind": kind,
-                "people": found.get("band_people", {}).get(kind, "children"),
-                "sides": [found["bands"][kind][f"{name}_{side}"] for side in "rl"],
+                "people": getattr(found.band_people, kind),
+                "sides": [found.bands[kind][key] for key in sided([name])],
             }
-            for kind in found["bands"]
+            for kind in found.bands
             for name in _ROWS[0][1]
         ],
         "band": BAND,
-        "profiles": found["profiles"],
-        "sides": _profile_sides(found["profiles"]),
-        "furthest": _furthest(found["profiles"]),
+        "profiles": found.profiles,
+        "sides": _profile_sides(found.profiles),
+        "furthest": _furthest(found.profiles),
         "controls": load_controls(),
-        "is_control": is_control(metrics["subject"]["source"]),
+        "is_control": is_control(subject),
         "smallest": SMALLEST_DIFFERENCE,
     }
 
 
-def _profile_sides(profiles: Json) -> list[dict[str, Any]]:
-    """The score of each side of record and walk, deg, the side that differs more first, and whether
-    the difference is one that matters clinically; none without a record.
-    """
-    if profiles["record"] is None:
+class ProfileSide(NamedTuple):
+    """The Gait Profile Score of a side of record and walk, deg."""
+
+    side: Side
+    record: float
+    walk: float
+
+    @property
+    def difference(self) -> float:
+        """Walk less record."""
+        return self.walk - self.record
+
+    @property
+    def matters(self) -> bool:
+        """Whether the difference is one that matters clinically."""
+        return abs(self.difference) >= SMALLEST_DIFFERENCE
+
+
+def _profile_sides(profiles: GaitProfiles) -> list[ProfileSide]:
+    """The scores of both sides, the side that differs more first; none without a record."""
+    if profiles.record is None:
         return []
-    rows = [
-        {
-            "side": side,
-            "record": profiles["record"][side],
-            "walk": profiles["walk"][side],
-            "difference": (difference := profiles["walk"][side] - profiles["record"][side]),
-            "matters": abs(difference) >= SMALLEST_DIFFERENCE,
-        }
-        for side in SIDES
-    ]
-    return sorted(rows, key=lambda row: -abs(row["difference"]))
+    rows = [ProfileSide(side, profiles.record.of(side), profiles.walk.of(side)) for side in SIDES]
+    return sorted(rows, key=lambda row: -abs(row.difference))
 
 
-def _furthest(profiles: Json) -> dict[str, Any] | None:
+def _furthest(profiles: GaitProfiles) -> dict[str, object] | None:
     """The angle and side whose scores of walk and record differ most."""
-    if profiles["record"] is None:
+    if profiles.record is None:
         return None
-    record, walk = profiles["record"]["scores"], profiles["walk"]["scores"]
+    record, walk = profiles.record.scores, profiles.walk.scores
     key = max(record, key=lambda each: abs(walk[each] - record[each]))
     side, name = split_side(key)
     return {
@@ -217,10 +226,3 @@ def _furthest(profiles: Json) -> dict[str, Any] | None:
         "record": record[key],
         "walk": walk[key],
     }
-
-
-def _side(found: Json) -> dict[str, Any]:
-    regions = found["regions"]
-    width = sum(each["last"] - each["first"] + 1 for each in regions)
-    tested = found["p"] is not None
-    return {**found, "share": 100.0 * width / len(PERCENT) if tested else None}

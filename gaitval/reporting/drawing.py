@@ -1,4 +1,4 @@
-"""How figures are drawn: their looks, their size, and SVG."""
+"""How figures are drawn: their style, their size, and SVG."""
 
 import io
 import re
@@ -47,7 +47,7 @@ _size_alone: ContextVar[bool] = ContextVar("size_alone", default=False)
 
 
 class _Size(Exception):
-    """Ends a drawing of which only the size is asked for, inches."""
+    """Raised to end a drawing when only its size, inches, is needed."""
 
     def __init__(self, width: float, height: float) -> None:
         super().__init__(width, height)
@@ -58,11 +58,8 @@ class _Size(Exception):
 def new_figure(
     height: float, *, width: float = WIDTH, axes_line: float = SETTINGS["axes.linewidth"]
 ) -> Iterator[Figure]:
-    """A figure with the looks of all of them, inches; it must be drawn within the block.
-
-    Parameters
-    ----------
-    axes_line : points, width of the axes' lines.
+    """A figure in the common style, `height` by `width` inches, with axes' lines of `axes_line`
+    points; it must be drawn within the block. Raises `_Size` instead where only the size is wanted.
     """
     if _size_alone.get():
         raise _Size(width, height)
@@ -71,8 +68,8 @@ def new_figure(
 
 
 def drawn(draw: Draw, factor: float, language: str = SOURCE) -> str:
-    """A figure this much higher, with texts and lines of the same size, to fill a page; its words
-    in a language of the pages (`svg`).
+    """The figure of `draw` as SVG, higher by `factor` to fill a page with texts and lines
+    unchanged, its words in `language` (`svg`).
     """
     before, spoken = _stretch.set(factor), _language.set(language)
     try:
@@ -83,7 +80,7 @@ def drawn(draw: Draw, factor: float, language: str = SOURCE) -> str:
 
 
 def blank(draw: Draw) -> str:
-    """An empty picture of a figure's size, to see where on a page it will be; it takes no time."""
+    """An empty picture of the size of the figure of `draw`, to lay out a page without it."""
     before = _size_alone.set(True)
     try:
         return draw()
@@ -114,7 +111,7 @@ class _Spoken(Formatter):
 
 
 def in_words(text: str, language: str) -> str:
-    """A text of a figure in a language; as it is where the catalogue does not know it."""
+    """The `text` of a figure in a `language`; unchanged where the catalogue does not know it."""
     found = words(language).of(text)
     return text if found is None else found
 
@@ -124,17 +121,20 @@ def _speak(figure: Figure, language: str) -> None:
     for axes in figure.findobj(Axes):
         for axis in axes._axis_map.values():
             axis.set_major_formatter(_Spoken(axis.get_major_formatter(), language))
+    # tick labels are made anew by their formatter at each drawing, so the formatter is replaced
+    # above
     for text in figure.findobj(Text):
         text.set_text(in_words(text.get_text(), language))
 
 
 def svg(figure: Figure, name: str) -> str:
-    """The figure as an <svg> element whose identifiers begin with `name`, its texts in the language
+    """`figure` as an <svg> element whose identifiers begin with `name`, its texts in the language
     that `drawn` was asked for.
     """
     if _language.get() != SOURCE:
         _speak(figure, _language.get())
     buffer = io.StringIO()
+    # matplotlib writes the date and its version unless they are None: equal data give equal bytes
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
     text = buffer.getvalue()

@@ -1,13 +1,18 @@
-"""Figures that say from which file they were read, and from where in it."""
+"""Figures that cite the file they were read from, and the place in it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 from urllib.parse import quote
 
+from pydantic import BaseModel
+
+from gaitval.metrics.record_results import RecordResult
+from gaitval.metrics.results import METRICS
+from gaitval.metrics.typed import Result
+from gaitval.metrics.walk_results import Endurance
 from gaitval.reporting.page import number
 
-METRICS: Final = "metrics.json"
 UNKNOWN: Final = "not known"
 
 
@@ -20,8 +25,8 @@ class Fact:
     what : what the figure is.
     text : the figure with its unit, or `UNKNOWN`.
     file : beside the report, from which the figure was read; none for what is not known.
-    pointer : where in that file, or what it was worked out from there.
-    note : how it was worked out, or why it is not known and how it could be.
+    pointer : where in that file it is, or what it was computed from.
+    note : how it was computed, or why it is not known and how it could be.
     """
 
     what: str
@@ -32,24 +37,33 @@ class Fact:
 
     @property
     def link(self) -> str:
-        """Where the figure is, as the target of a link; nothing without a file that browsers show:
-        a page that was sent alone must not offer arrays beside it.
+        """Target of a link to the figure; empty without a file that browsers show: a page that was
+        sent alone must not offer arrays beside it.
         """
         if not self.file.endswith((".json", ".toml")):
             return ""
         return quote(self.file) + (f"#{quote(self.pointer)}" if self.pointer else "")
 
 
-def at(values: Any, pointer: str) -> Any:
-    """What a JSON pointer leads to; KeyError where it leads nowhere."""
+def at(values: object, pointer: str) -> object:
+    """What a JSON `pointer` leads to in `values`, a result or table; KeyError or AttributeError
+    where it leads nowhere.
+    """
     for part in pointer.split("/")[1:]:
+        # RFC 6901, section 4: ~1 first, so that ~01 becomes ~1 and not a slash
         name = part.replace("~1", "/").replace("~0", "~")
-        values = values[int(name)] if isinstance(values, list) else values[name]
+        match values:
+            case BaseModel():
+                values = getattr(values, name)
+            case Mapping():
+                values = values[name]
+            case Sequence():
+                values = values[int(name)]
     return values
 
 
 def read_fact(
-    values: Mapping[str, Any],
+    values: Result,
     pointer: str,
     what: str,
     unit: str = "",
@@ -58,7 +72,9 @@ def read_fact(
     note: str = "",
     file: str = METRICS,
 ) -> Fact:
-    """The figure or the word that a file has at a place."""
+    """The figure or word at `pointer` in `values`, the content of `file`, as a row named `what`:
+    with `unit`, `digits` decimals and a `note`.
+    """
     found = at(values, pointer)
     if found is None:
         return Fact(what, UNKNOWN, file, pointer, note or "The file has no value here.")
@@ -75,23 +91,25 @@ def derived_fact(
     note: str,
     file: str = METRICS,
 ) -> Fact:
-    """A figure that was worked out from what a file has at a place."""
+    """A `value` computed from the place `pointer` in `file`, as a row named `what`: with `unit`,
+    `digits` decimals and a `note`; None is not known.
+    """
     if value is None:
         return Fact(what, UNKNOWN, file, pointer, note)
     return Fact(what, shown(value, unit, digits), file, pointer, note)
 
 
-def measured_force(record: Mapping[str, Any]) -> float:
-    """Mean vertical force of both feet over the gait cycle as the plates measured it, body weights;
-    the correction of the plates divides it out.
+def measured_force(record: RecordResult) -> float:
+    """Mean vertical force of both feet over the gait cycle of `record` as the plates measured it,
+    body weights; the correction of the plates is divided out.
     """
-    corrected = float(record["consistency"]["mean_force"]["vertical"])
-    return corrected if record["plates"] is None else corrected / float(record["plates"]["scale"])
+    corrected = record.consistency.mean_force.vertical
+    return corrected if record.plates is None else corrected / record.plates.scale
 
 
-def measured_force_fact(record: Mapping[str, Any]) -> Fact:
-    """The mean vertical force of the record in `metrics.json` as it was measured."""
-    plates = record["plates"]
+def measured_force_fact(record: RecordResult) -> Fact:
+    """`measured_force` of the `record` in `metrics.json` as a row."""
+    plates = record.plates
     return derived_fact(
         "/record/consistency/mean_force",
         "Mean vertical force as measured, which steady walking makes 1",
@@ -99,25 +117,25 @@ def measured_force_fact(record: Mapping[str, Any]) -> Fact:
         "body weights",
         note="Nothing is corrected."
         if plates is None
-        else f"The correction of the plates multiplies it by {number(plates['scale'], 4)}.",
+        else f"The correction of the plates multiplies it by {number(plates.scale, 4)}.",
     )
 
 
 def mean_of_known(values: Mapping[str, float | None]) -> float | None:
-    """Over what is known; None if nothing is."""
+    """Mean of those of `values` that are not None; None if all are."""
     known = [value for value in values.values() if value is not None]
     return sum(known) / len(known) if known else None
 
 
-def compiled_walks(starts: Sequence[Mapping[str, Any]]) -> int:
-    """How many of the walks from start phases walked in the compiled engine; the others did in
-    DART, as all of those that are stored without their engine did.
+def compiled_walks(starts: Sequence[Endurance]) -> int:
+    """How many of the walks from `starts` ran in the compiled engine. The others ran in DART, as
+    did all that were stored without their engine.
     """
-    return sum(start.get("engine") == "compiled" for start in starts)
+    return sum(start.engine == "compiled" for start in starts)
 
 
-def shown(value: Any, unit: str, digits: int) -> str:
-    """A figure or word as text with its unit."""
+def shown(value: object, unit: str, digits: int) -> str:
+    """A figure or word `value` as text: floats with `digits` decimals, then the `unit`."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -2,8 +2,8 @@
 
 Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
 that ships with matplotlib. The right side is dark blue, the left one orange and dashed, the record
-a wider black line beneath them: colour-blind readers and grey print tell them apart, by lightness
-and by dashes. A band is always a standard deviation; what has none is a line alone.
+a wider black line beneath them: lightness and dashes distinguish them for colour-blind readers and
+in grey print. A band is always a standard deviation; a curve without one is drawn as a line.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,10 +22,13 @@ from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.metrics.comparison import rmse_of
+from gaitval.metrics.record_results import Kind
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import Curve, array, sided
+from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.links import link
-
-Json = Mapping[str, Any]
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
@@ -60,9 +63,7 @@ _TITLE_PAD: Final = 13.0
 
 
 def legend(figure: Figure, *panels: Axes) -> None:
-    """A legend above a figure with all that its panels show, each once, and the band if one has
-    any.
-    """
+    """A legend above `figure` of everything in its `panels`, each once, and of any band."""
     chosen: dict[str, Any] = {}
     for axes in panels:
         for line, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -80,39 +81,38 @@ def legend(figure: Figure, *panels: Axes) -> None:
 
 
 def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
-    """A recorded curve over `PERCENT`, to lie beneath the walk's."""
+    """Draw a recorded `curve` over `PERCENT` in `axes`, beneath the walk's, with a `label`."""
     axes.plot(
         PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
     )  # fmt: skip
 
 
-def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) -> None:
+def _curve_panel(axes: Axes, metrics: Metrics, kind: Kind, name: str, side: Side) -> None:
     key = f"{name}_{side[0]}"
-    recorded = metrics["record"]["curves"][kind][key]
-    stance = metrics["record"]["spatiotemporal"][f"stance_fraction_{side}"]
+    recorded = metrics.record.curves.of(kind)[key]
+    stance = getattr(metrics.record.spatiotemporal, f"stance_fraction_{side}")
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
     draw_record(axes, recorded, label="record")
-    walks = metrics["walks"]
-    final = walks[metrics["final"]]
-    if metrics["final"] == "identified":
-        before = walks["nominal"]["curves"][kind][key]["mean"]
+    final = metrics.walk
+    if metrics.final == "identified":
+        before = metrics.walks.nominal.curves.of(kind)[key].mean
         if before is not None:
             axes.plot(
                 PERCENT,
-                _plain(before),
+                array(before),
                 color=COLOURS[side],
                 linewidth=0.8,
                 linestyle=(0, (1, 1.5)),
                 zorder=3,
                 label="before identification and correction",
             )
-    curve = final["curves"][kind][key]
-    if curve["mean"] is None:
+    curve = final.curves.of(kind)[key]
+    if curve.mean is None:
         axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
         return
     _band(axes, curve, side, f"simulated, {side}")
-    error = final["errors"][kind][key]["rmse"]
+    error = rmse_of(final.errors.of(kind)[key])
     digits = 2 if kind == "moments" else 1
     # above the axes, where no curve is
     axes.annotate(
@@ -128,19 +128,10 @@ def _curve_panel(axes: Axes, metrics: Json, kind: str, name: str, side: Side) ->
     )
 
 
-def _plain(values: Sequence[float | None]) -> Array:
-    """JSON numbers as an array, null as NaN."""
-    return np.array([np.nan if value is None else value for value in values])
-
-
-def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) -> str:
-    """Simulated mean ± SD and the record: one row per side, one column per curve.
-
-    Parameters
-    ----------
-    metrics : content of `metrics.json`.
-    kind : "angles", "moments" or "forces".
-    names : curves without side.
+def curves(metrics: Metrics, kind: Kind, names: Sequence[str], *, figure_name: str) -> str:
+    """Simulated mean ± SD and the record in `metrics`: one row per side, one column per curve, as
+    SVG named `figure_name`. `kind` is "angles", "moments" or "forces"; `names` are curves without
+    side.
     """
     with new_figure(3.25) as figure:
         panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
@@ -155,25 +146,25 @@ def curves(metrics: Json, kind: str, names: Sequence[str], *, figure_name: str) 
                     axes.set_title(NAMES[name], pad=_TITLE_PAD)
                 else:
                     axes.set_xlabel("% of gait cycle")
-            panels[row, 0].set_ylabel(f"{side}, {metrics['units'][kind].replace('deg', '°')}")
+            panels[row, 0].set_ylabel(f"{side}, {metrics.units.of(kind).replace('deg', '°')}")
         legend(figure, *panels[:, 0])
         return svg(figure, figure_name)
 
 
-def torque_loop(metrics: Json) -> str:
-    """Hip moment against hip angle over one gait cycle, with 0, 50 and 100 % marked."""
+def torque_loop(metrics: Metrics) -> str:
+    """Hip moment against hip angle over one gait cycle in `metrics`, 0, 50 and 100 % marked."""
     with new_figure(2.5) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
             link(axes, "loop", side, 0)
             key = f"hip_flexion_{side[0]}"
-            recorded = metrics["record"]["curves"]
-            final = metrics["walks"][metrics["final"]]["curves"]
-            loops: list[tuple[Any, Any, str, Any, str]] = [
-                (recorded["angles"][key], recorded["moments"][key], RECORD_COLOUR, "-", "record"),
+            recorded = metrics.record.curves
+            final = metrics.walk.curves
+            loops: list[tuple[Curve | None, Curve | None, str, Any, str]] = [
+                (recorded.angles[key], recorded.moments[key], RECORD_COLOUR, "-", "record"),
                 (
-                    final["angles"][key]["mean"],
-                    final["moments"][key]["mean"],
+                    final.angles[key].mean,
+                    final.moments[key].mean,
                     COLOURS[side],
                     STYLES[side],
                     f"simulated, {side}",
@@ -181,7 +172,7 @@ def torque_loop(metrics: Json) -> str:
             ]
             for number, (angle, moment, colour, style, label) in enumerate(loops):
                 if angle is not None and moment is not None:
-                    line = _loop(axes, _plain(angle), _plain(moment), colour, style, label)
+                    line = _loop(axes, array(angle), array(moment), colour, style, label)
                     line.set_gid(f"points.{side}.{number}")
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
@@ -193,6 +184,7 @@ def torque_loop(metrics: Json) -> str:
 
 def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> Line2D:
     (line,) = axes.plot(angle, moment, color=colour, linestyle=style, label=label)
+    # arrows show the direction of time, away from the marks at 0, 50 and 100 %
     for percent in (12, 37, 62, 87):
         axes.annotate(
             "",
@@ -216,7 +208,7 @@ def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, labe
 
 
 def learning(training: Mapping[str, Array]) -> str:
-    """Episode length and cycles walked against the number of training samples."""
+    """Episode length, cycles and reward over training samples, the columns of `training`."""
     with new_figure(2.0) as figure:
         panels = figure.subplots(1, 3, sharex=True)
         million = training["samples"] / 1e6
@@ -233,9 +225,9 @@ def learning(training: Mapping[str, Array]) -> str:
         return svg(figure, "learning")
 
 
-def error_bars(metrics: Json) -> str:
-    """RMSE of every sagittal curve and force before and after identification and correction."""
-    groups = (
+def error_bars(metrics: Metrics) -> str:
+    """RMSE of sagittal curves and forces in `metrics` before and after identification."""
+    groups: tuple[tuple[Kind, tuple[str, ...], str], ...] = (
         ("angles", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint angle RMSE, °"),
         ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
         ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
@@ -243,13 +235,13 @@ def error_bars(metrics: Json) -> str:
     with new_figure(2.1) as figure:
         panels = figure.subplots(1, 3)
         for axes, (kind, names, title) in zip(panels, groups, strict=True):
-            keys = [f"{name}_{side}" for name in names for side in "rl"]
+            keys = sided(names)
+            # right and left of a curve are together, with a gap before the next curve
             place = np.arange(len(keys)) + 0.35 * (np.arange(len(keys)) // 2)
-            for offset, which, shade in ((-0.2, "nominal", "#b8b8b8"), (0.2, "identified", "")):
-                errors = metrics["walks"][which]["errors"][kind]
-                found = _plain(
-                    [None if errors[key] is None else errors[key]["rmse"] for key in keys]
-                )
+            before, after = metrics.walks.nominal, metrics.walk
+            for offset, walk, shade in ((-0.2, before, "#b8b8b8"), (0.2, after, "")):
+                errors = walk.errors.of(kind)
+                found = array([rmse_of(errors[key]) for key in keys])
                 colours = [shade or COLOURS["right" if key[-1] == "r" else "left"] for key in keys]
                 hatches = ["" if shade or key[-1] == "r" else "////" for key in keys]
                 axes.bar(
@@ -276,17 +268,17 @@ _MARKED = (10, 50, 90)
 """% of stance at which the path of the centre of pressure is marked."""
 
 
-def pressure_path(metrics: Json) -> str:
-    """Path of the centre of pressure under both feet, seen from above, and along them in time."""
-    contact = metrics["walks"][metrics["final"]]["foot_contact"]
+def pressure_path(metrics: Metrics) -> str:
+    """Centre of pressure in `metrics` under both feet, from above, and along them over stance."""
+    contact = metrics.walk.foot_contact
     with new_figure(2.8) as figure:
         left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
         for side in SIDES:
             axes = right if side == "right" else left
-            _footprint(axes, contact[side], side)
+            _footprint(axes, contact.of(side), side)
             axes.set_title(f"{side} foot")
-            path = contact[side]["path"]["along"]
-            if path["mean"] is not None:
+            path = contact.of(side).path.along
+            if path.mean is not None:
                 _band(progress, path, side, side)
         link(progress, "stance", "both", 0)
         progress.set_xlim(0, 100)
@@ -297,22 +289,22 @@ def pressure_path(metrics: Json) -> str:
         return svg(figure, "pressure")
 
 
-def _band(axes: Axes, curve: Json, side: Side, label: str) -> None:
+def _band(axes: Axes, curve: MeanCurve, side: Side, label: str) -> None:
     """A mean curve with its standard deviation, over `PERCENT`."""
-    mean, colour = _plain(curve["mean"]), COLOURS[side]
+    mean, colour = array(curve.mean or []), COLOURS[side]
     axes.plot(
         PERCENT, mean, color=colour, linestyle=STYLES[side], linewidth=WALK_WIDTH, label=label,
         zorder=4,
     )  # fmt: skip
-    if curve["sd"] is not None:
-        low, high = mean - _plain(curve["sd"]), mean + _plain(curve["sd"])
+    if curve.sd is not None:
+        low, high = mean - array(curve.sd), mean + array(curve.sd)
         axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=3)
 
 
-def _footprint(axes: Axes, contact: Json, side: Side) -> None:
+def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
     """One foot from above, its tip up; the midline is to the left of the right foot."""
     outwards = -1.0 if side == "right" else 1.0
-    spheres = 100.0 * np.array(contact["spheres"])
+    spheres = 100.0 * np.array(contact.spheres)
     angle = np.linspace(0.0, 2.0 * np.pi, 49)
     rims = []
     for along, across, radius in spheres:
@@ -321,16 +313,17 @@ def _footprint(axes: Axes, contact: Json, side: Side) -> None:
         axes.fill(x, y, facecolor="#eeeeee", edgecolor=RECORD_SHADE, linewidth=0.5, zorder=1)
         rims.append(np.column_stack([x, y]))
     points = np.concatenate(rims)
+    # the outline of the sole is the hull of its contact spheres
     rim = points[ConvexHull(points).vertices]
     axes.fill(*rim.T, facecolor="none", edgecolor="#808080", linewidth=0.8, zorder=2)
-    path = contact["path"]
-    if path["along"]["mean"] is None:
+    path = contact.path
+    if path.along.mean is None or path.across.mean is None:
         axes.text(0.5, 0.5, "no stance", transform=axes.transAxes, ha="center")
     else:
-        along = _plain(path["along"]["mean"])
-        across = outwards * _plain(path["across"]["mean"])
-        if path["across"]["sd"] is not None:
-            spread = _plain(path["across"]["sd"])
+        along = array(path.along.mean)
+        across = outwards * array(path.across.mean)
+        if path.across.sd is not None:
+            spread = array(path.across.sd)
             axes.fill_betweenx(
                 along,
                 across - spread,
@@ -355,23 +348,19 @@ def _footprint(axes: Axes, contact: Json, side: Side) -> None:
     axes.axis("off")
 
 
-def stability_regions(pushes: Json) -> str:
-    """Largest push survived by direction, one polar panel per phase; straight ahead is up.
-
-    Parameters
-    ----------
-    pushes : `push_recovery` of `metrics.json`.
-    """
-    directions = np.deg2rad(pushes["directions"])
+def stability_regions(pushes: PushRecovery) -> str:
+    """Largest of the `pushes` survived by direction, a panel per phase; straight ahead is up."""
+    directions = np.deg2rad(pushes.directions)
     closed = np.append(directions, directions[0])
     with new_figure(2.35, axes_line=0.4) as figure:
         panels = figure.subplots(
-            1, len(pushes["phases"]), subplot_kw={"projection": "polar"}, squeeze=False
+            1, len(pushes.phases), subplot_kw={"projection": "polar"}, squeeze=False
         )[0]
-        outermost = max(max(max(row) for row in pushes["largest"]), pushes["force"])
+        outermost = max(max(max(row) for row in pushes.largest), pushes.force)
+        # three rings at multiples of 100 N, the last one at or beyond every push
         rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
         for axes, phase, largest, survived in zip(
-            panels, pushes["phases"], pushes["largest"], pushes["survived"], strict=True
+            panels, pushes.phases, pushes.largest, pushes.survived, strict=True
         ):
             axes.set_theta_zero_location("N")
             axes.set_ylim(0.0, rings[-1])
@@ -385,13 +374,13 @@ def stability_regions(pushes: Json) -> str:
             axes.plot(closed, force, color=_PUSH_COLOUR, linewidth=1.1)
             half = np.deg2rad(np.linspace(-90.0, 90.0, 91))
             axes.plot(
-                half, np.full(91, pushes["force"]), color="#404040", linewidth=0.7, linestyle="--"
+                half, np.full(91, pushes.force), color="#404040", linewidth=0.7, linestyle="--"
             )
-            for direction, stood in zip(pushes["criterion_directions"], survived, strict=True):
+            for direction, stood in zip(pushes.criterion_directions, survived, strict=True):
                 if not stood:
                     axes.plot(
                         np.deg2rad(direction),
-                        pushes["force"],
+                        pushes.force,
                         "x",
                         color=_FALL_COLOUR,
                         markersize=5.0,
@@ -408,27 +397,25 @@ _PHASE_STYLES: Final = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
 
 
 def phase_colours(count: int) -> list[str]:
-    """As many colours from dark blue to yellow-grey, the same to every kind of colour vision; the
-    lightest still has three times the contrast of white paper.
+    """`count` colours from dark blue to yellow-grey, for every kind of colour vision; the lightest
+    still has a contrast of three to white paper.
     """
     return [
         to_hex(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0, 0.6, count))
     ]
 
 
-def push_velocity(traces: Sequence[Json]) -> str:
+def push_velocity(traces: Sequence[PushTrace]) -> str:
     """Change of the centre of mass velocity after a push: the forward one after a push ahead, the
     leftward one after a push to the left, relative to the same phase of the cycle before the push.
 
-    Parameters
-    ----------
-    traces : `push_recovery.Trace.as_dict` of each push; those with a fall before it are left out.
+    `traces` that end in a fall before their push are left out.
     """
     shown = (
         (0.0, 0, "Pushed ahead: change of the forward velocity, m/s"),
         (90.0, 1, "Pushed to the left: change of the leftward velocity, m/s"),
     )
-    phases = sorted({trace["phase"] for trace in traces})
+    phases = sorted({trace.phase for trace in traces})
     looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
     with new_figure(3.0) as figure:
         panels = figure.subplots(2, 1, sharex=True)
@@ -436,19 +423,20 @@ def push_velocity(traces: Sequence[Json]) -> str:
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             for trace in traces:
-                cycles = np.array(trace["cycles"])
+                cycles = np.array(trace.cycles)
                 before = cycles < 0.0
-                if trace["direction"] != direction or not before.any():  # fell before the push
+                if trace.direction != direction or not before.any():  # fell before the push
                     continue
-                velocity = np.array(trace["velocity"])[:, component]
+                velocity = np.array(trace.velocity)[:, component]
+                # the cycle before the push, continued periodically
                 unpushed = np.interp(
                     np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
                 )
-                colour, style = looks[trace["phase"]]
-                label = f"at {100 * trace['phase']:g} % of the right cycle"
+                colour, style = looks[trace.phase]
+                label = f"at {100 * trace.phase:g} % of the right cycle"
                 change = velocity - unpushed
                 axes.plot(cycles, change, color=colour, linestyle=style, linewidth=1.0, label=label)
-                if trace["fell"]:
+                if trace.fell:
                     axes.plot(cycles[-1], change[-1], "x", color=_FALL_COLOUR, markersize=6.0)
             axes.set_title(title, loc="left")
             axes.margins(x=0.01)

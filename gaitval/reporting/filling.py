@@ -1,7 +1,7 @@
 """Draws figures higher where a page of the PDF would end half empty.
 
 A figure that does not fit goes to the next page, with the table that belongs to it. The gap that it
-leaves is shared among the figures above it; nothing moves to another page by that.
+leaves is shared among the figures above it, which moves nothing to another page.
 """
 
 from collections.abc import Iterator
@@ -16,11 +16,8 @@ LARGEST_STRETCH: Final = 1.9
 
 
 def stretches(document: Any) -> dict[str, float]:
-    """Factors of the heights of figures, by name, with which the pages are full.
-
-    Parameters
-    ----------
-    document : `weasyprint.Document`, laid out. Its last page is left as it ends.
+    """Factors of the heights of figures, by name, that fill the pages of `document`, a laid-out
+    `weasyprint.Document`. Its last page is left as it ends.
     """
     found: dict[str, float] = {}
     for page in document.pages[:-1]:
@@ -30,6 +27,7 @@ def stretches(document: Any) -> dict[str, float]:
         figures = list(_figures(content))
         if gap < SMALLEST_GAP * sheet.height or not figures:
             continue
+        # a margin, so that rounding of the layout pushes nothing to the next page
         room = gap - 0.5 * SMALLEST_GAP * sheet.height
         factor = min(LARGEST_STRETCH, 1.0 + room / sum(box.height for _, box in figures))
         found |= {name: factor for name, _ in figures}
@@ -44,6 +42,7 @@ def _boxes(box: Any) -> Iterator[Any]:
 
 def _end(content: Any) -> float:
     """Lower edge of the last thing that is seen."""
+    # boxes with children may be as high as the page, whatever is in them
     leaves = [box for box in _boxes(content) if not getattr(box, "children", ())]
     return max((box.position_y + box.margin_height() for box in leaves), default=0.0)
 

@@ -1,4 +1,4 @@
-"""How a panel of a figure says to the replay on the page what it shows."""
+"""How a panel of a figure states what it shows, for the replay on the page."""
 
 from typing import Literal
 
@@ -10,7 +10,7 @@ from gaitval.coordinates import Side
 def link(
     axes: Axes, kind: Literal["cycle", "stance", "loop"], side: Side | Literal["both"], number: int
 ) -> None:
-    """Let the replay on the page (`replay.js`) show its moment in a panel.
+    """Let the replay on the page (`replay.js`) show its moment in the panel `axes` of a `side`.
 
     Parameters
     ----------

@@ -1,12 +1,11 @@
 """Figures of joint power and of the centre of mass, as SVG text; style as in `figures`."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from gaitval.coordinates import SIDES
 from gaitval.metrics.joint_power import BURSTS, JOINTS, burst_places
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import array
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import (
@@ -19,35 +18,33 @@ from gaitval.reporting.figures import (
 )
 from gaitval.reporting.links import link
 
-Json = Mapping[str, Any]
-
 _TITLES = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 _PATHS = {"forward": "Forward", "left": "To the left", "up": "Up"}
 
 
-def joint_power(metrics: Json) -> str:
-    """Sagittal power of hip, knee and ankle of both sides, simulated and recorded, with the names
-    of the bursts at the recorded peaks; one row per side.
+def joint_power(metrics: Metrics) -> str:
+    """Sagittal power of hip, knee and ankle in `metrics`, simulated and recorded, one row per side;
+    the names of the bursts are at the recorded peaks.
     """
-    recorded = metrics["record"]["joint_power"]
-    walked = metrics["walks"][metrics["final"]]["joint_power"]
+    recorded = metrics.record.joint_power
+    walked = metrics.walk.joint_power
     with new_figure(3.2) as figure:
         grid = figure.subplots(2, 3, sharex=True, sharey="col")
         for row, side in enumerate(SIDES):
             places = burst_places(
-                {joint: np.array(recorded["power"][f"{joint}_{side[0]}"]) for joint in JOINTS}
+                {joint: array(recorded.power[f"{joint}_{side[0]}"]) for joint in JOINTS}
             )
             for column, (axes, joint) in enumerate(zip(grid[row], JOINTS, strict=True)):
                 link(axes, "cycle", side, column)
                 axes.set_xlim(0, 100)
                 name = f"{joint}_{side[0]}"
-                power = np.array(recorded["power"][name])
+                power = array(recorded.power[name])
                 axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
                 draw_record(axes, power, label="record")
                 if walked is not None:
                     axes.plot(
                         PERCENT,
-                        walked["power"][name],
+                        array(walked.power[name]),
                         color=COLOURS[side],
                         linestyle=STYLES[side],
                         linewidth=WALK_WIDTH,
@@ -60,7 +57,7 @@ def joint_power(metrics: Json) -> str:
                         place = (0, 5 if each.sign > 0 else -5)
                         near = slice(max(0, at - 4), at + 5)
                         # beyond both curves, so that the name is on neither
-                        both = [power, power if walked is None else np.array(walked["power"][name])]
+                        both = [power, power if walked is None else array(walked.power[name])]
                         top = each.sign * max((each.sign * curve[near]).max() for curve in both)
                         axes.annotate(
                             burst,
@@ -82,12 +79,10 @@ def joint_power(metrics: Json) -> str:
         return svg(figure, "power")
 
 
-def centre_of_mass(metrics: Json) -> str:
-    """Path of the centre of mass about its steady travel, simulated and from the recorded forces,
-    mm.
-    """
-    recorded = 1e3 * np.array(metrics["record"]["centre_of_mass"])
-    walked = metrics["walks"][metrics["final"]]["centre_of_mass"]
+def centre_of_mass(metrics: Metrics) -> str:
+    """Path of the centre of mass in `metrics` without steady travel, simulated and recorded, mm."""
+    recorded = 1e3 * np.array(metrics.record.centre_of_mass)
+    walked = metrics.walk.centre_of_mass
     with new_figure(2.3) as figure:
         for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
             link(axes, "cycle", "right", column)

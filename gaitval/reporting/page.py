@@ -42,16 +42,17 @@ PDF_VARIANT: Final = "pdf/a-2a"
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """Fixed-point text with a true minus sign; a dash for a value that was not measured."""
+    """`value` as text with `digits` decimals and a true minus sign; a dash if not measured."""
     if value is None or not np.isfinite(value):
         return "–"
     text = f"{value:.{digits}f}"
+    # a small negative value rounds to "-0.00"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def _labelled(svg: str, text: str, medium: str, name: str = "") -> Markup:
-    """A figure with a text in its place for those who cannot see it; on a screen with colours that
-    follow the style sheet, so that dark mode has its own. With its name, it may be drawn higher.
+    """A figure with a text for those who cannot see it. On a screen its colours follow the style
+    sheet, so that dark mode has its own. With a name, it may be drawn higher.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         return Markup(
@@ -63,11 +64,10 @@ def _labelled(svg: str, text: str, medium: str, name: str = "") -> Markup:
 
 
 def _in_both_modes(colour: re.Match[str]) -> str:
-    """A colour of a figure as the style sheet has it, or else turned from dark to light on a dark
-    page.
-    """
+    """A figure's colour from the style sheet; without one there, turned light on a dark page."""
     red, green, blue = (int(colour[1][at : at + 2], 16) / 255 for at in (0, 2, 4))
     hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
+    # the same hue; dark colours become light, and black becomes white
     turned = colorsys.hls_to_rgb(hue, max(lightness, 1.0 - 0.6 * lightness), saturation)
     light = "".join(f"{round(255 * value):02x}" for value in turned)
     return f"var(--c{colour[1]}, light-dark(#{colour[1]}, #{light}))"
@@ -82,8 +82,8 @@ _OUTLINED: Final = re.compile(
 
 
 def _with_letters(svg: str) -> str:
-    """A figure whose texts are letters of the page's font, not outlines: they can be found and
-    copied, and are drawn five times as fast. Left as it is if an outline would lack.
+    """A figure whose texts are letters of the page's font, not outlines: they can be searched and
+    copied, and are drawn five times as fast. Unchanged if an outline would be missing.
     """
 
     def letters(found: re.Match[str]) -> str:
@@ -93,6 +93,7 @@ def _with_letters(svg: str) -> str:
             f'font-size="{100 * float(scale):g}">{text}</text>'
         )
 
+    # glyphs that an unmatched text still refers to must be defined somewhere, or it would vanish
     written = _OUTLINED.sub(letters, svg)
     used = set(re.findall(r'href="#([^"]*)"', written))
     return written if used <= set(re.findall(r'\bid="([^"]*)"', written)) else svg
@@ -105,13 +106,14 @@ def _base64(text: str) -> str:
 @cache  # with the templates, which take half a second to compile
 def _environment(language: str) -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("gaitval.reporting", ""),
+        loader=jinja2.FunctionLoader(_resource),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         extensions=["jinja2.ext.i18n"],
     )
+    # line breaks in a template are no part of its texts, so they may be wrapped anew
     environment.policies["ext.i18n.trimmed"] = True
     environment.install_gettext_translations(  # type: ignore[attr-defined]
         translations(language), newstyle=True
@@ -168,7 +170,7 @@ def write_page(
     *,
     scripts: Sequence[str] = (),
 ) -> None:
-    """Write `name`.html and `name`.pdf into a folder.
+    """Write `name`.html and `name`.pdf into `folder`, from the values of `context`.
 
     Equal contexts give equal bytes whenever they are written; only the variable SOURCE_DATE_EPOCH,
     which sets build dates, changes the date in the PDF's fonts.
@@ -178,12 +180,12 @@ def write_page(
 
     Parameters
     ----------
-    template : file name of a Jinja template in this package. It is given `context`, the style
-        sheet as `css`, the script as `script`, the medium, "screen" or "print", as `medium`, the
-        language of the page as `language`, and as `en` the attribute of an element whose text is
-        English in all languages (citations, licences, names from outside). Its `drawings` say how
-        each figure is drawn (`Draw`); `data` are the tables behind them (`figure_data`), which are
-        written beside the page, too.
+    template : file name of a Jinja template in this package, or "package:file" in another. It is
+        given `context`, the style sheet as `css`, the script as `script`, the medium, "screen" or
+        "print", as `medium`, the language of the page as `language`, and as `en` the attribute of
+        an element whose text is English in all languages (citations, licences, names from outside).
+        Its `drawings` say how each figure is drawn (`Draw`); `data` are the tables behind them
+        (`figure_data`), which are written beside the page, too.
     settings : paper and language; A4 and English by default.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
@@ -198,6 +200,7 @@ def write_page(
         if draws:  # where they will be is found out while they are drawn
             values["drawings"] = {each: Markup(blank(draw)) for each, draw in draws.items()}
             higher = filling.stretches(lay_out(page.render(values, medium="print")))
+        # only the PDF has figures of another height; the HTML gets them as usual
         stretched = _drawings({each: draws[each] for each in higher}, higher, chosen.language)
         values["drawings"] = as_usual()
         write_tables(folder, values["data"])
@@ -209,7 +212,9 @@ def write_page(
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
-    """Write `name`.html alone, for a page too long to print; otherwise as `write_page`."""
+    """Write only `name`.html into `folder`, for a page too long to print; `template` and `context`
+    are those of `write_page`.
+    """
     page, values = _prepared(template, context, ReportSettings(), ())
     values["drawings"] = _drawings(context.get("drawings", {}), {}, SOURCE)()
     path = folder / f"{name}.html"
@@ -238,8 +243,8 @@ def _prepared(
 def _drawings(
     draws: Mapping[str, Draw], factors: Mapping[str, float], language: str
 ) -> Callable[[], dict[str, Markup]]:
-    """Begin to draw figures, each a factor higher, with their words in a language, in workers if
-    some are kept; the function that is returned waits for them.
+    """Start drawing figures, each stretched by its factor, with their words in a language, in
+    workers if some are kept; the returned function waits for them.
 
     They contain no text from outside, so their markup is safe.
     """
@@ -269,9 +274,8 @@ def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:
 
 
 def security_policy(scripts: Sequence[str]) -> str:
-    """A Content-Security-Policy under which a page fetches nothing and runs these scripts alone,
-    whatever else is in it. Style attributes are allowed: the drawn bars of the tables are made of
-    them.
+    """A Content-Security-Policy under which a page fetches nothing and runs only `scripts`. Style
+    attributes are allowed, because the drawn bars of the tables use them.
     """
     hashes = [hashlib.sha256(script.encode("utf-8")).digest() for script in scripts]
     allowed = [f"'sha256-{base64.b64encode(each).decode('ascii')}'" for each in hashes]
@@ -299,7 +303,9 @@ def _fixed_clock() -> Iterator[None]:
 
 
 def _resource(name: str) -> str:
-    return resources.files("gaitval.reporting").joinpath(name).read_text("utf-8")
+    """The text of a file of this package, or of "package:file"."""
+    package, _, file = name.rpartition(":")
+    return resources.files(package or "gaitval.reporting").joinpath(file).read_text("utf-8")
 
 
 def _font_faces() -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitval.artefacts import file_hash
-from gaitval.origin import minute_of
+from gaitval.build_info import minute_of
 
 Json = Mapping[str, Any]
 
@@ -31,16 +31,13 @@ and `provenance.json` hold times, so that equal runs differ in them; they are no
 
 
 def hashes(folder: Path) -> dict[str, str]:
-    """SHA-256 of each of `FILES` that a run folder has, as `sha256sum FILE` prints it."""
+    """SHA-256 of each of `FILES` that a run `folder` has, as `sha256sum FILE` prints it."""
     return {name: file_hash(folder / name) for name in FILES if (folder / name).is_file()}
 
 
 def dates(provenance: Json | None) -> tuple[str, str] | None:
-    """When the first stage began and the last one ended; None where that was not stored.
-
-    Parameters
-    ----------
-    provenance : `provenance.json` (`credibility.provenance_before`).
+    """When the first stage in `provenance` (`credibility.provenance_before`) started and the last
+    one ended; None where that was not stored.
     """
     stages = (provenance or {}).get("stages")
     if not isinstance(stages, Mapping):

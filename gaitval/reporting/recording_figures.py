@@ -30,13 +30,13 @@ _LIMIT_STYLE: Final = {"color": "#a8200d", "linewidth": 0.7, "linestyle": (0, (4
 
 
 def side_of(name: str) -> tuple[str, Side | None]:
-    """Curve and side of a name: ("knee_angle", "right") of "knee_angle_r"."""
+    """Curve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
     side = _SUFFIX.get(name[-2:])
     return (name, None) if side is None else (name[:-2], side)
 
 
 def curve_names(curves: Mapping[str, MeanAndDeviation]) -> list[str]:
-    """Curves without their sides, in their order, each once."""
+    """Names of `curves` without their sides, in their order, each once."""
     return list(dict.fromkeys(side_of(name)[0] for name in curves))
 
 
@@ -49,7 +49,7 @@ def cycle_curves(
     factor: float = 1.0,
     bands: Mapping[str, tuple[Array, Array]] | None = None,
 ) -> str:
-    """Mean ± SD over the gait cycle: one panel per curve, with right and left in each.
+    """Mean ± SD over the gait cycle as SVG `figure_name`: a panel per curve, with both sides.
 
     Parameters
     ----------
@@ -62,6 +62,7 @@ def cycle_curves(
     """
     bands = bands or {}
     names = curve_names(curves)
+    # the quotient rounded up
     rows = max(1, -(-len(names) // COLUMNS))
     with new_figure(_PANEL_HEIGHT * rows + 0.55) as figure:
         panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
@@ -142,7 +143,7 @@ def residuals(
     moment_limit: float,
     figure_name: str,
 ) -> str:
-    """Residual force and moment at the pelvis over the trial, with their limits.
+    """Residual force and moment at the pelvis over the trial, with limits, as SVG `figure_name`.
 
     Parameters
     ----------
@@ -173,9 +174,7 @@ def residuals(
 
 
 def _series(axes: Axes, time: Array, values: Array) -> None:
-    """A time series; a long one is drawn as its range within each column, so that no peak is
-    lost.
-    """
+    """A time series; a long one as its range in each column, so that no peak is lost."""
     if len(time) <= 2 * _BINS:
         axes.plot(time, values, color=RECORD_COLOUR, linewidth=0.6)
         return

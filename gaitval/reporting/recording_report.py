@@ -1,4 +1,4 @@
-"""The report of an import: what was recorded, what was computed from it, how far it can be trusted.
+"""The report of an import: what was recorded, what was computed from it, and its quality.
 
 `RecordingSummary` contains everything on the page, in SI units, radians and the project's axes; the
 page shows degrees, centimetres and per cent of body weight.
@@ -21,6 +21,7 @@ from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
+from gaitval.scaling.segments import ScaledSegment
 
 PANELS: Final = 9
 """Curves in one figure: three rows, as many as fit on an A4 page with the caption."""
@@ -42,7 +43,7 @@ class InputFile(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """Something that gaitval decided or was told: the step, and what from what in a sentence."""
+    """A decision of gaitval or input of the user: the stage, and a sentence with its basis."""
 
     name: str
     decided: str
@@ -71,7 +72,7 @@ class GateRow(NamedTuple):
 
     @property
     def state(self) -> State:
-        """What is said of it."""
+        """The verdict in a word."""
         if not self.applies:
             return "not judged"
         return "passed" if self.passed else "FAILED"
@@ -132,18 +133,6 @@ class FunctionalRow(NamedTuple):
     against: str
     error: str
     to_ankle: str
-
-
-class ScaledSegment(NamedTuple):
-    """A segment of the model: length m, mass kg, factor over the population's mean for this
-    stature, what gave it.
-    """
-
-    name: str
-    length: float
-    mass: float
-    factor: float
-    source: str
 
 
 class SpatiotemporalRow(NamedTuple):
@@ -218,13 +207,13 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    missing : what of one side was not recorded, why, and what can be done; a sentence or more each.
-    doubts : what physics or everybody's walking contradicts, a sentence each.
+    missing : data of one side that were not recorded, why, and what can be done; sentences.
+    doubts : warnings where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
-    commit : of gaitval's code (`gaitval.origin.source_commit`); empty if not known.
-    written : when the import was made (`gaitval.origin.now`); empty if not known.
+    commit : of gaitval's code (`gaitval.build_info.source_commit`); empty if not known.
+    written : when the import was made (`gaitval.build_info.now`); empty if not known.
     """
 
     identifier: str
@@ -266,17 +255,11 @@ class RecordingSummary:
 def write_recording_report(
     folder: Path, summary: RecordingSummary, settings: ReportSettings | None = None
 ) -> None:
-    """Write `recording.html` and `recording.pdf` into a folder, and the tables of their figures.
+    """Write `recording.html` and `recording.pdf` of `summary` into `folder`, with the tables;
+    `settings` are A4 and English by default.
 
-    The HTML needs no other file. Equal summaries give equal HTML.
-
-    Parameters
-    ----------
-    settings : paper and language; A4 and English by default.
-
-    Raises
-    ------
-    ValueError : a curve does not have 101 points, or the residuals differ in length.
+    The HTML needs no other file. Equal summaries give equal HTML. Raises ValueError if a curve does
+    not have 101 points, or the residuals differ in length.
     """
     _check(summary)
     folder.mkdir(parents=True, exist_ok=True)
@@ -313,11 +296,13 @@ def _check(summary: RecordingSummary) -> None:
 def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     """Markers, worst first, with the lengths of their bars as percentages of the scale."""
     largest = [one.largest for one in summary.marker_errors if np.isfinite(one.largest)]
+    # one scale for all markers, on which the limits can be drawn too
     scale = BAR_HEADROOM * max([summary.marker_largest_limit, *largest])
 
     def place(value: float) -> float | None:
         return 100.0 * value / scale if np.isfinite(value) else None
 
+    # markers without a finite error first, then by falling RMS
     ordered = sorted(
         summary.marker_errors,
         key=lambda one: (np.isfinite(one.rms), -one.rms if np.isfinite(one.rms) else 0.0, one.name),

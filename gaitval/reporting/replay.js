@@ -17,7 +17,7 @@
     find(".replay-message").hidden = false;
   };
   // Edges are not smoothed: without a graphics card that costs more than all else (measured by
-  // scripts/replay_evidence.py).
+  // evidence/report/replay.py).
   const gl = canvas.getContext("webgl2", { alpha: false, antialias: false });
   if (!gl) return fallBack();
 

@@ -1,6 +1,6 @@
 """The replay of a walk in three dimensions: what the page's script draws, frame by frame.
 
-All that moves is computed here, by the functions that simulated the walk and that compared it; the
+Everything that moves is computed here, by the functions that simulated and compared the walk; the
 script (`replay.js`) only looks frames up. World axes are REP-103: x forward, y left, z up.
 """
 
@@ -8,7 +8,7 @@ import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.cycles import FootEvents, foot_events, step_of
+from gaitval.metrics.results import Method, Metrics
+from gaitval.metrics.typed import array
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
@@ -27,8 +29,6 @@ from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import drawn_shapes, read_urdf
 from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
 from gaitval.simulation.rollout import Rollout
-
-Json = Mapping[str, Any]
 
 FRAMES: Final = 101
 """Frames of a stride, at 0, 1, … 100 % of the right gait cycle, as the curves on the page have."""
@@ -65,24 +65,19 @@ class Strides:
     stance: Array
 
 
-def find_strides(rollout: Rollout, method: Json) -> Strides | None:
-    """The first strides that are compared with the record; None if there is no whole one.
-
-    Parameters
-    ----------
-    method : `method` of `metrics.json`.
-    """
+def find_strides(rollout: Rollout, method: Method) -> Strides | None:
+    """The first strides of `rollout` compared by `method`; None without a whole one."""
     step = step_of(rollout)
     events: dict[Side, FootEvents] = {
         side: foot_events(
             rollout.ground_reaction[:, column, 2],
             step=step,
-            threshold=method["event_threshold_n"],
+            threshold=method.event_threshold_n,
         )
         for column, side in enumerate(SIDES)
     }
-    count = min(STRIDES, method["cycles"])
-    strikes = events["right"].heel_strikes[method["settling_cycles"] :][: count + 1]
+    count = min(STRIDES, method.cycles)
+    strikes = events["right"].heel_strikes[method.settling_cycles :][: count + 1]
     if len(strikes) < 2:
         return None
     starts, lengths = strikes[:-1, None], np.diff(strikes)[:, None]
@@ -104,6 +99,7 @@ def _cycle(strikes: Index, rows: Index) -> Array:
     if len(strikes) < 2:
         return np.full(rows.shape, np.nan)
     first, last = strikes[1] - strikes[0], strikes[-1] - strikes[-2]
+    # one more strike on both sides, a cycle away: strike k is k cycles, linearly in between
     known = np.concatenate([[strikes[0] - first], strikes, [strikes[-1] + last]])
     return np.asarray(100.0 * (np.interp(rows, known, np.arange(len(known))) % 1.0))
 
@@ -116,23 +112,21 @@ def _stance(on_ground: NDArray[np.bool_], rows: Index) -> Array:
     return np.asarray(percent[rows])
 
 
-def recorded_motion(metrics: Json, reference: Mapping[str, Array]) -> Array:
-    """Positions (101, 31) over one right gait cycle with the recorded angles of legs and pelvis.
+def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
+    """Positions (101, 31) over a right gait cycle with the recorded angles of `metrics`.
 
-    The path of the pelvis was not recorded: it is that of the reference motion, which follows from
-    the recorded forces, without its steady travel, and forward and sideways with mean zero. Trunk,
-    arms and toes are at zero.
-
-    Parameters
-    ----------
-    reference : `phase` (N,), `positions` (N, 31), `speed` and `stride_time` of `reference.npz`.
+    The path of the pelvis was not recorded. It is that of the `reference` (arrays of
+    `reference.npz`), which follows from the recorded forces: without steady travel, and forward and
+    sideways with mean zero. Trunk, arms and toes are at zero.
     """
-    angles = metrics["record"]["curves"]["angles"]
+    angles = metrics.record.curves.angles
     percent = np.linspace(0.0, 100.0, FRAMES)
-    own = {"r": percent, "l": (percent - 100.0 * metrics["record"]["left_phase"]) % 100.0}
+    own = {"r": percent, "l": (percent - 100.0 * metrics.record.left_phase) % 100.0}
 
     def recorded(name: str, side: str) -> Array:
-        return np.asarray(np.deg2rad(np.interp(own[side], percent, angles[f"{name}_{side}"])))
+        return np.asarray(
+            np.deg2rad(np.interp(own[side], percent, array(angles[f"{name}_{side}"])))
+        )
 
     positions = np.zeros((FRAMES, len(COORDINATES)))
     for side in own:
@@ -183,17 +177,12 @@ class Walk:
 
 
 def shown_walk(
-    model: BodyModel, rollout: Rollout, metrics: Json, reference: Mapping[str, Array]
+    model: BodyModel, rollout: Rollout, metrics: Metrics, reference: Mapping[str, Array]
 ) -> Walk | None:
-    """The part of a rollout that is shown, and the record beside it; None without a whole stride.
-
-    Parameters
-    ----------
-    model : as scaled; the rollout's body parameters are applied here.
-    metrics : content of `metrics.json`.
-    reference : as for `recorded_motion`.
+    """The part of `rollout` that is shown, with the record in `metrics` and `reference` (see
+    `recorded_motion`); None without a whole stride. `model` is the body before the rollout's mu.
     """
-    method = metrics["method"]
+    method = metrics.method
     strides = find_strides(rollout, method)
     if strides is None:
         return None
@@ -202,11 +191,13 @@ def shown_walk(
     travel = start + (positions[:, -1:, 3:5] - start) * np.linspace(0.0, 1.0, FRAMES)[:, None]
     positions[..., 3:5] -= travel
     recorded = recorded_motion(metrics, reference)
+    # without the last frame, which repeats the first of the next stride
     recorded[:, 3:5] += positions[:, :-1, 3:5].mean(axis=(0, 1))
-    low_pass = method.get("record_low_pass") or {"forces_hz": method["filter_frequency_hz"]}
-    force = low_pass_simulated(
-        rollout.ground_reaction, step=step_of(rollout), frequency=low_pass["forces_hz"]
-    )[strides.rows]
+    low_pass = method.record_low_pass
+    frequency = method.filter_frequency_hz if low_pass is None else low_pass.forces_hz
+    force = low_pass_simulated(rollout.ground_reaction, step=step_of(rollout), frequency=frequency)[
+        strides.rows
+    ]
     swing = np.isnan(strides.stance)
     pressure = rollout.centre_of_pressure[strides.rows][..., :2] - travel[:, :, None]
     return Walk(
@@ -216,12 +207,12 @@ def shown_walk(
         travel=travel,
         positions=positions,
         recorded=recorded,
-        force=np.where(swing[..., None], 0.0, force / method["body_weight_n"]),
+        force=np.where(swing[..., None], 0.0, force / method.body_weight_n),
         pressure=np.where(swing[..., None], np.nan, pressure),
     )
 
 
-def _packed(values: Array, kind: str, unit: float = 1.0) -> dict[str, Any]:
+def _packed(values: Array, kind: str, unit: float = 1.0) -> dict[str, object]:
     """An array for the page: little-endian numbers in base64, in multiples of `unit`."""
     numbers = np.rint(values / unit) if kind == "int16" else values
     if kind == "int16" and np.abs(numbers).max() > np.iinfo(np.int16).max:
@@ -231,12 +222,13 @@ def _packed(values: Array, kind: str, unit: float = 1.0) -> dict[str, Any]:
     return {"type": kind, "unit": unit, "shape": list(values.shape), "data": text}
 
 
-def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dict[str, Any]:
+def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dict[str, object]:
     """Origin and quaternion (x, y, z, w) of segments, of positions (…, 31)."""
     frames = segment_frames(model, positions.reshape(-1, positions.shape[-1]))
     frames = frames[:, [SEGMENTS.index(name) for name in segments]]
     rotation = Rotation.from_matrix(frames[..., :3, :3].reshape(-1, 3, 3))
     shape = (*positions.shape[:-1], len(segments))
+    # q and -q are the same rotation: canonical, so that equal poses give equal bytes
     quaternion = rotation.as_quat(canonical=True).reshape(*shape, 4)
     return {
         "segments": list(segments),
@@ -245,7 +237,7 @@ def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dic
     }
 
 
-def _sticks(model: BodyModel) -> list[dict[str, Any]]:
+def _sticks(model: BodyModel) -> list[dict[str, object]]:
     """Lines from joint to joint of the recorded segments, in the frame of their segment."""
     ends: dict[str, list[Array]] = {"pelvis": [np.zeros(3), np.zeros(3)]}
     for side in "rl":
@@ -265,11 +257,12 @@ def _sticks(model: BodyModel) -> list[dict[str, Any]]:
     ]
 
 
-def scene(walk: Walk, folder: Path) -> dict[str, Any]:
-    """What `replay.js` reads, as JSON values: shapes, poses, forces and the place in the cycle.
+def scene(walk: Walk, folder: Path) -> dict[str, object]:
+    """What `replay.js` reads of `walk`, as JSON values: shapes, poses, forces and the place in the
+    cycle.
 
-    Of `body` and `recorded` the poses are those of `walk`'s positions in `gaitval.model.tree`;
-    arrays are as in `Strides` and `Walk`. Files that are needed for a while are in `folder`.
+    Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in `Strides`
+    and `Walk`. Temporary files are made in `folder`.
     """
     shapes = [
         {
@@ -308,17 +301,17 @@ SCRIPTS: Final = ("vendor/three.min.js", "replay.js")
 """Scripts of the page, in the order in which they run."""
 
 
-def walk_pictures(folder: Path, metrics: Json) -> dict[str, Any] | None:
-    """The replay and the strip of poses of a run folder, for the template; None without a model or
-    a reference motion. Without a whole simulated stride there is no replay, and the strip shows the
-    record alone.
+def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
+    """The replay and the strip of poses of a run `folder` with its `metrics`, for the template;
+    None without a model or a reference motion. Without a whole simulated stride there is no replay,
+    and the strip shows the record alone.
     """
     if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
         return None
     model = read_urdf(folder / "model.urdf")
     names = ("phase", "positions", "stride_time", "speed")
     reference = read_arrays(folder / "reference.npz", names)
-    path = folder / "rollouts" / f"{metrics['final']}.npz"
+    path = folder / "rollouts" / f"{metrics.final}.npz"
     walk = None
     if path.exists():
         walk = shown_walk(model, Rollout.load(path), metrics, reference)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,17 +15,28 @@ from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import is_recorded_at_all, not_judged
+from gaitval.metrics.origin import not_recorded
+from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.recorded import CURVE_UNITS
-from gaitval.metrics.results import check_metrics
+from gaitval.metrics.results import (
+    METRICS,
+    CorrectionResult,
+    Determination,
+    FoundParameters,
+    Metrics,
+    Spatiotemporal,
+    read_metrics,
+)
+from gaitval.metrics.tolerances import Role, Verdict
 from gaitval.metrics.verdicts import (
     close_text,
-    limit_results,
+    limit_verdicts,
     spread_text,
+    target_text,
     unjudged_text,
     value_text,
 )
+from gaitval.metrics.walk_results import PushRecovery, PushTrace, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
@@ -42,12 +53,10 @@ from gaitval.reporting.facts import UNKNOWN, compiled_walks, measured_force
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 
-Json = Mapping[str, Any]
-
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
-_SPATIOTEMPORAL = {
+_SPATIOTEMPORAL: Final[Mapping[Spatiotemporal, str]] = {
     "walking_speed": "Walking speed",
     "cadence": "Cadence",
     "stride_time_right": "Stride time, right",
@@ -61,48 +70,37 @@ _SPATIOTEMPORAL = {
 }
 
 
-def _target(target: str) -> str:
-    """A measure's target in words: "left knee flexion"."""
-    name, side = target[:-2], {"_r": "right", "_l": "left"}.get(target[-2:])
-    if side is None:
-        return "" if target == "walk" else target
-    known = figures.NAMES.get(name)
-    return f"{side} {name if known is None else known.lower()}"
-
-
-def _failed_text(rows: Sequence[Json]) -> str:
+def _failed_text(rows: Sequence[Verdict]) -> str:
     """The failed targets with their values; only the first ones if there are many."""
     failed = [
-        f"{_target(row['target'])}: "
-        + ("not measured" if row["value"] is None else f"{row['value']:.3g}")
+        f"{target_text(row.target)}: "
+        + ("not measured" if row.value is None else f"{row.value:.3g}")
         for row in rows
-        if not row["passed"] and row["target"] != "walk"
+        if not row.passed and row.target != "walk"
     ]
     more = len(failed) - FAILED_SHOWN
     return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
 
 
-def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
-    """One entry per tolerance, failed ones first, with the number of targets passed and the worst
-    one.
-    """
+def _tolerances(metrics: Metrics, role: Role) -> list[tables.Row]:
+    """One entry per tolerance, failed first: how many targets pass, and the worst one."""
     return [
         {
-            **found.first,
+            **found.first.as_dict(),
             "limit_text": found.limit_text(),
             "goal_text": found.goal_text(),
             "passed": found.passed,
-            "reached": all(row["reached"] for row in found.rows),
+            "reached": all(row.reached for row in found.rows),
             "count": len(found.rows),
             "count_passed": len(found.rows) - len(found.failed),
             "count_failed": len(found.failed),
-            "count_reached": sum(bool(row["reached"]) for row in found.rows),
+            "count_reached": sum(bool(row.reached) for row in found.rows),
             "worst": found.value_text(),
-            "worst_target": _target(found.worst["target"]),
+            "worst_target": target_text(found.worst.target),
             "repeats": spread_text(found.worst),
             "close": [
                 {
-                    "target": _target(row["target"]),
+                    "target": target_text(row.target),
                     "value": value_text(row),
                     "repeats": spread_text(row),
                     "why": close_text(row),
@@ -112,36 +110,41 @@ def _tolerances(metrics: Json, role: str) -> list[dict[str, Any]]:
             "failed": _failed_text(found.rows),
             "remedy": found.remedy,
         }
-        for found in limit_results(metrics, role)
+        for found in limit_verdicts(metrics, role)
     ]
 
 
-def _correction(values: Json | None) -> dict[str, Any] | None:
+def _correction(found: CorrectionResult | None) -> tables.Row | None:
     """What the correction of the reference changes, in degrees, and its effect."""
-    if values is None:
+    if found is None:
         return None
-    found = Adjustment.from_dict(values, "metrics.json")
-    changes = np.rad2deg(found.angles(np.linspace(0.0, 1.0, 101))[0])
+    adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
+    changes = np.rad2deg(adjustment.angles(np.linspace(0.0, 1.0, 101))[0])
     rows: dict[str, list[dict[str, float]]] = {}
     for index, joint in enumerate(JOINTS):
         name = split_side(joint)[1].replace("_", " ")
         largest = float(np.abs(changes[:, index]).max())
-        mean = math.degrees(found.harmonics[index, 0])
+        # the harmonic of order 0 is the mean change
+        mean = math.degrees(adjustment.harmonics[index, 0])
         rows.setdefault(name, []).append({"mean": mean, "largest": largest})
     groups = [
         {
             "name": kind,
             "unit": CURVE_UNITS[kind],
             "fitted": fitted,
-            **{key: float(np.mean([row[key] for row in group])) for key in ("before", "after")},
+            "before": float(np.mean([row.before for row in group])),
+            "after": float(np.mean([row.after for row in group])),
         }
-        for kind in CURVE_UNITS
+        for kind in KINDS
         for fitted in (True, False)
-        if (group := [r for r in values["curves"] if (r["kind"], r["fitted"]) == (kind, fitted)])
+        if (group := [row for row in found.curves if (row.kind, row.fitted) == (kind, fitted)])
     ]
     return {
-        **{key: values[key] for key in ("errors", "height", "numbers", "effective_number")},
-        "refused": values["refused"],
+        "errors": found.errors,
+        "height": found.height,
+        "numbers": found.numbers,
+        "effective_number": found.effective_number,
+        "refused": found.refused,
         "groups": groups,
         "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
     }
@@ -151,73 +154,105 @@ _AXIS = 3.0
 """Prior SDs that the drawing of a parameter reaches to on both sides."""
 
 
-def _parameters(identification: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of mu and of combinations, with places on an axis of prior SDs as percentages."""
-    if identification is None:
+def _place(z: float) -> float:
+    """Place on the axis of a parameter, %."""
+    return 50.0 * (1.0 + min(1.0, max(-1.0, z / _AXIS)))
+
+
+class ParameterRow(NamedTuple):
+    """A parameter of mu, or a combination of them, with its places on an axis of prior SDs."""
+
+    name: str
+    prior_mean: float
+    prior_sd: float
+    mean: float
+    sd: float
+    used: float | None
+    verdict: Determination
+    profile: tuple[float, float] | None = None
+    prior_place: float = _place(-1.0)
+    prior_width: float = _place(1.0) - _place(-1.0)
+
+    @property
+    def contraction(self) -> float:
+        """Posterior SD over prior SD."""
+        return self.sd / self.prior_sd
+
+    @property
+    def z(self) -> float:
+        """Posterior mean less prior mean, prior SDs."""
+        return (self.mean - self.prior_mean) / self.prior_sd
+
+    @property
+    def place(self) -> float:
+        """Of the posterior mean."""
+        return _place(self.z)
+
+    @property
+    def spread_place(self) -> float:
+        """Where the mean ± SD begins."""
+        return _place(self.z - self.contraction)
+
+    @property
+    def spread_width(self) -> float:
+        """How far the mean ± SD reaches."""
+        return _place(self.z + self.contraction) - self.spread_place
+
+
+def _parameters(found: FoundParameters | None) -> list[ParameterRow] | None:
+    """Rows of mu and of combinations."""
+    if found is None:
         return None
-    keys = {
-        "names": "name",
-        "nominal": "prior_mean",
-        "prior_standard_deviation": "prior_sd",
-        "posterior_mean": "mean",
-        "standard_deviation": "sd",
-        "identified": "used",
-        "verdicts": "verdict",
-    }
-    rows = [
-        dict(zip(keys.values(), values, strict=True))
-        for values in zip(*(identification[key] for key in keys), strict=True)
+    grown = found.profiles or [[0.0] * 4] * len(found.names)
+    return [
+        *(
+            ParameterRow(
+                name=name.replace("_", " "),
+                prior_mean=found.nominal[i],
+                prior_sd=found.prior_standard_deviation[i],
+                mean=found.posterior_mean[i],
+                sd=found.standard_deviation[i],
+                used=found.identified[i],
+                verdict=found.verdicts[i],
+                profile=(grown[i][0], grown[i][-1]) if any(grown[i]) else None,
+            )
+            for i, name in enumerate(found.names)
+        ),
+        *(
+            ParameterRow(
+                name=each.name.replace("_", " ") + ", m",
+                prior_mean=0.0,
+                prior_sd=each.prior_standard_deviation,
+                mean=each.mean,
+                sd=each.standard_deviation,
+                used=None,
+                verdict=each.verdict,
+            )
+            for each in found.combinations
+        ),
     ]
-    grown = identification.get("profiles") or [[0.0] * 4] * len(rows)
-    for row, profile in zip(rows, grown, strict=True):
-        row["profile"] = (profile[0], profile[-1]) if any(profile) else None
-    rows += [
-        {
-            "name": each["name"] + ", m",
-            "prior_mean": 0.0,
-            "prior_sd": each["prior_standard_deviation"],
-            "mean": each["mean"],
-            "sd": each["standard_deviation"],
-            "used": None,
-            "verdict": each["verdict"],
-            "profile": None,
-        }
-        for each in identification["combinations"]
-    ]
-
-    def place(z: float) -> float:
-        return 50.0 * (1.0 + min(1.0, max(-1.0, z / _AXIS)))
-
-    for row in rows:
-        at, width = (
-            (row["mean"] - row["prior_mean"]) / row["prior_sd"],
-            row["sd"] / row["prior_sd"],
-        )
-        row |= {
-            "name": str(row["name"]).replace("_", " "),
-            "contraction": width,
-            "place": place(at),
-            "prior_place": place(-1.0),
-            "prior_width": place(1.0) - place(-1.0),
-            "spread_place": place(at - width),
-            "spread_width": place(at + width) - place(at - width),
-        }
-    return rows
 
 
-def _correlated(identification: Json | None) -> list[dict[str, Any]]:
-    """Pairs of parameters that the record tells apart badly, the strongest first."""
-    if identification is None:
+class ParameterPair(NamedTuple):
+    """Two parameters, and their correlation."""
+
+    first: str
+    second: str
+    r: float
+
+
+def _correlated(found: FoundParameters | None) -> list[ParameterPair]:
+    """Pairs of parameters that the record hardly distinguishes, the strongest correlation first."""
+    if found is None:
         return []
-    names = [str(name).replace("_", " ") for name in identification["names"]]
-    matrix = identification["correlation"]
+    names = [name.replace("_", " ") for name in found.names]
     pairs = [
-        {"first": names[i], "second": names[j], "r": matrix[i][j]}
+        ParameterPair(names[i], names[j], found.correlation[i][j])
         for i in range(len(names))
         for j in range(i)
-        if abs(matrix[i][j]) >= 0.4
+        if abs(found.correlation[i][j]) >= 0.4
     ]
-    return sorted(pairs, key=lambda pair: -abs(pair["r"]))[:6]
+    return sorted(pairs, key=lambda pair: -abs(pair.r))[:6]
 
 
 def _csv(path: Path) -> list[dict[str, str]] | None:
@@ -243,7 +278,7 @@ def _number_or_none(text: str) -> float | None:
         return None
 
 
-def _scaling(path: Path) -> list[dict[str, Any]] | None:
+def _scaling(path: Path) -> list[tables.Row] | None:
     rows = _csv(path)
     if rows is None:
         return None
@@ -274,32 +309,30 @@ def _training(path: Path) -> dict[str, Array] | None:
     }
 
 
-def _traces(path: Path) -> list[Json] | None:
+def _traces(path: Path) -> list[PushTrace] | None:
     """Velocities around pushes; None if none were tested."""
     if not path.exists():
         return None
-    found = read_json(path)
-    if not isinstance(found, dict) or not isinstance(found.get("traces"), list):
-        raise ArtefactError(f"{path}: no traces in it. Delete it and run `gaitval push` again.")
-    return list(found["traces"])
+    mend = "delete it and run `gaitval push` again"
+    return StoredPushes.read(read_json(path), str(path), file="push.json", mend=mend).traces
 
 
-def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
+def _push_rows(pushes: PushRecovery | None) -> list[tables.Row] | None:
     """Rows of the table of pushes, one per phase."""
     if pushes is None:
         return None
-    rows = []
+    rows: list[tables.Row] = []
     for phase, largest, survived in zip(
-        pushes["phases"], pushes["largest"], pushes["survived"], strict=True
+        pushes.phases, pushes.largest, pushes.survived, strict=True
     ):
-        stood = dict(zip(pushes["criterion_directions"], survived, strict=True))
+        stood = dict(zip(pushes.criterion_directions, survived, strict=True))
         cells = [
             {
                 "force": force,
                 "fell": stood.get(direction) is False,
-                "ceiling": force >= pushes["ceiling"],
+                "ceiling": force >= pushes.ceiling,
             }
-            for direction, force in zip(pushes["directions"], largest, strict=True)
+            for direction, force in zip(pushes.directions, largest, strict=True)
         ]
         rows.append(
             {"phase": phase, "cells": cells, "stood": sum(survived), "count": len(survived)}
@@ -308,7 +341,7 @@ def _push_rows(pushes: Json | None) -> list[dict[str, Any]] | None:
 
 
 def _drawings(
-    metrics: Json, training: Mapping[str, Array] | None, traces: list[Json] | None
+    metrics: Metrics, training: Mapping[str, Array] | None, traces: list[PushTrace] | None
 ) -> dict[str, Draw]:
     """What draws each figure. Figures contain no text from outside."""
     drawings: dict[str, Draw] = {
@@ -319,70 +352,70 @@ def _drawings(
     drawings["pressure"] = partial(figures.pressure_path, metrics)
     drawings["joint_power"] = partial(mechanics_figures.joint_power, metrics)
     drawings["centre_of_mass"] = partial(mechanics_figures.centre_of_mass, metrics)
-    if metrics["push_recovery"] is not None:
-        drawings["stability"] = partial(figures.stability_regions, metrics["push_recovery"])
+    if metrics.push_recovery is not None:
+        drawings["stability"] = partial(figures.stability_regions, metrics.push_recovery)
     if traces is not None:
         drawings["push_velocity"] = partial(figures.push_velocity, traces)
-    if metrics["final"] == "identified":
+    if metrics.final == "identified":
         drawings["error_bars"] = partial(figures.error_bars, metrics)
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
     return drawings | curve_statistics.drawings(metrics)
 
 
-def _context(folder: Path) -> dict[str, Any]:
+def _context(folder: Path) -> tables.Row:
     """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
-    metrics = read_json(folder / "metrics.json")
-    check_metrics(metrics, str(folder / "metrics.json"))
+    metrics = read_metrics(folder / METRICS)
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")
-    walk = metrics["walks"][metrics["final"]]
+    walk = metrics.walk
     before = credibility.provenance_before(folder)
     return {
         "subject": subject,
         "metrics": metrics,
-        "method": metrics["method"],
+        "method": metrics.method,
         "walk": walk,
-        "compiled_walks": compiled_walks(walk["starts"]),
-        "nominal": metrics["walks"]["nominal"],
-        "identified": metrics["final"] == "identified",
-        "identification": metrics["identification"],
+        "compiled_walks": compiled_walks(walk.starts),
+        "nominal": metrics.walks.nominal,
+        "identified": metrics.final == "identified",
+        "identification": metrics.identification,
         "acceptance": _tolerances(metrics, "acceptance"),
         "context_tolerances": _tolerances(metrics, "context"),
-        "prediction": next(iter(metrics["predictions"]), None),
-        "torque_shares": tables.torque_shares(metrics.get("torque_shares")),
-        "judged": is_recorded_at_all(metrics),
-        "unjudged": unjudged_text(metrics).strip(),
+        "prediction": next(iter(metrics.predictions), None),
+        "torque_shares": tables.torque_shares(metrics.torque_shares),
+        "judged": metrics.is_recorded_at_all,
+        "unjudged": unjudged_text(metrics.origins).strip(),
         "distances": tables.distances(metrics),
-        "told": tables.told(metrics),
+        "known": tables.told(metrics),
         "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
-        "plates": metrics["record"]["plates"],
-        "witness": tables.witness(metrics),
+        "plates": metrics.record.plates,
+        "second_engine": tables.witness(metrics),
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
-        "parameters": _parameters(metrics["identification"]),
-        "statistics": curve_statistics.tables(metrics),
-        "correlated": _correlated(metrics["identification"]),
-        "correction": _correction(metrics["correction"]),
+        "parameters": _parameters(metrics.identification),
+        "statistics": curve_statistics.tables(metrics, subject),
+        "correlated": _correlated(metrics.identification),
+        "correction": _correction(metrics.correction),
         "spatiotemporal": [
-            {**row, "label": _SPATIOTEMPORAL[row["name"]]} for row in walk["spatiotemporal"]
+            {**row.as_dict(), "label": _SPATIOTEMPORAL[row.name]} for row in walk.spatiotemporal
         ],
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
-        "learned": metrics["training"] and LearningGain.from_dict(metrics["training"]).in_words(),
+        "learned": metrics.training and metrics.training.in_words(),
         "picture": walk_pictures(folder, metrics),
         "provenance": before,
         "dates": provenance.dates(before),
         "hashes": provenance.hashes(folder),
         "credibility": credibility.sections(folder, metrics),
         "unknown": UNKNOWN,
-        "pushes": metrics["push_recovery"],
-        "push_rows": _push_rows(metrics["push_recovery"]),
-        "consistency": metrics["record"]["consistency"],
-        "contradictions": not {name for name, *_ in not_judged(metrics)} & {"moments", "forces"},
-        "measured_force": measured_force(metrics["record"]),
+        "pushes": metrics.push_recovery,
+        "push_rows": _push_rows(metrics.push_recovery),
+        "consistency": metrics.record.consistency,
+        "contradictions": not {"moments", "forces"}
+        & {name for name, *_ in not_recorded(metrics.origins)},
+        "measured_force": measured_force(metrics.record),
         "curve_names": figures.NAMES,
         "drawings": _drawings(metrics, training, traces),
         "data": figure_data.of_run(metrics, training, traces),
@@ -390,20 +423,17 @@ def _context(folder: Path) -> dict[str, Any]:
 
 
 def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
-    """Paper and language as the run was asked for, and as is asked now."""
+    """Paper and language: those asked for now, else those of the run."""
     path = folder / "configuration.toml"
     return load_configuration(path if path.exists() else None, settings=asked).report
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run folder, and `evidence.toml`, which they cite.
+    """Write `report.html` and `report.pdf` of a run `folder`, and `evidence.toml`, which they cite.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
-    the same template, has six poses. A section whose input is missing says so.
-
-    Parameters
-    ----------
-    settings : texts `report.language=de`; what they do not say is as in the run's configuration.
+    the same template, has six poses. A section whose input is missing says so. `settings`, texts
+    like `report.language=de`, take precedence over the run's configuration.
 
     Raises
     ------

@@ -30,15 +30,8 @@ _APART = 1.0
 
 
 def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
-    """Points of a stick figure.
-
-    Parameters
-    ----------
-    positions : (T, 31).
-
-    Returns
-    -------
-    By name, (T, K, 3) m, world: legs with heel and toe tip, arms, trunk up to the head's middle.
+    """Points of a stick figure of `model` at `positions` (T, 31), by name, (T, K, 3) m, world: legs
+    with heel and toe tip, arms, trunk up to the middle of the head.
     """
     frames = segment_frames(model, positions)
     points = {name: frames[:, index, :3, 3] for index, name in enumerate(SEGMENTS)}
@@ -48,6 +41,7 @@ def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
         return np.asarray(pose[:, :3, :3] @ place + pose[:, :3, 3])
 
     for side in "rl":
+        # heel and toe tip are below the rearmost and the foremost contact sphere
         for name, segment, end in (("heel", "foot", np.argmin), ("toe_tip", "toes", np.argmax)):
             spheres = [s for s in model.spheres if s.segment == f"{segment}_{side}"]
             extreme = spheres[int(end([s.position[0] for s in spheres]))]
@@ -69,12 +63,8 @@ def _colour(line: str) -> str:
 
 
 def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> str:
-    """Poses side by side, from the right, as SVG text.
-
-    Parameters
-    ----------
-    figures : `stick_figure` of "record" (grey) and, if there is one, of "simulation" at the poses.
-    percent : (T,) of the right gait cycle, of the poses.
+    """Poses at `percent` (T,) of the right gait cycle side by side, from the right, as SVG text: of
+    each `stick_figure` in `figures`, "record" (grey) and, if there is one, "simulation".
     """
     with new_figure(2.25) as figure:
         axes = figure.subplots()

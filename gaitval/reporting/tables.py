@@ -1,159 +1,160 @@
 """Rows of the report's tables of curves, plates, power and parts of the moments."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Final
 
-import numpy as np
-
-from gaitval.coordinates import ACTUATED, split_side
+from gaitval.coordinates import ACTUATED, SIDES, split_side
+from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.baselines import skill
-from gaitval.metrics.comparison import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
+from gaitval.metrics.comparison import rmse_of
 from gaitval.metrics.groups import group_curves, group_rows
-from gaitval.metrics.joint_power import BURSTS, burst_places
+from gaitval.metrics.joint_power import BURSTS, JointPower, bursts_of
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
-from gaitval.metrics.origin import curve_origin, is_recorded_at_all, origins_in
+from gaitval.metrics.origin import curve_origin
+from gaitval.metrics.record_results import Kind
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import array
 from gaitval.metrics.validation import ENDURANCE
+from gaitval.metrics.walk_results import TorqueShares
 from gaitval.reporting.figures import NAMES
 
-Json = Mapping[str, Any]
+Row = dict[str, object]
+"""A row of a table, for the template."""
+
+_CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
+    ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
+    ("moments", JOINT_MOMENTS, 2),
+    ("forces", FORCES, 1),
+)
+"""Kind, names and digits of the curves, as they are listed."""
 
 
-def error_table(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of every curve and side, beside the RMSE before identification and correction, and that
-    of a prediction without a model with the skill against it.
+def error_table(metrics: Metrics) -> list[Row]:
+    """Rows of every curve and side in `metrics`: RMSE before and after identification and
+    correction, that of a prediction without a model, and the skill against it.
     """
-    groups = (
-        ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
-        ("moments", JOINT_MOMENTS, 2),
-        ("forces", FORCES, 1),
-    )
-    walks, origins = metrics["walks"], origins_in(metrics)
-    guesses = [prediction["rmse"] for prediction in metrics["predictions"][:1]]
-    tables = []
-    for kind, names, digits in groups:
+    origins, nominal = metrics.origins, metrics.walks.nominal
+    tables: list[Row] = []
+    for kind, names, digits in _CURVES:
         rows = []
         for name in names:
-            for side in ("right", "left"):
+            for side in SIDES:
                 key = f"{name}_{side[0]}"
-                error = walks[metrics["final"]]["errors"][kind][key]
-                guess = guesses[0][kind][key] if guesses else None
+                error = metrics.walk.errors.of(kind)[key]
+                guesses = [each.rmse.of(kind)[key] for each in metrics.predictions[:1]]
+                guess = guesses[0] if guesses else None
                 rows.append(
                     {
                         "name": NAMES[name],
                         "side": side,
                         "error": error,
-                        "before": walks["nominal"]["errors"][kind][key],
+                        "before": nominal.errors.of(kind)[key],
                         "guess": guess,
                         "origin": curve_origin(kind, key, origins),
-                        "skill": skill(None if error is None else error["rmse"], guess),
+                        "skill": skill(rmse_of(error), guess),
                     }
                 )
         tables.append(
-            {"kind": kind, "unit": metrics["units"][kind], "digits": digits, "rows": rows}
+            {"kind": kind, "unit": metrics.units.of(kind), "digits": digits, "rows": rows}
         )
     return tables
 
 
-def as_measured(metrics: Json) -> list[dict[str, Any]] | None:
-    """Rows of moments and forces whose recorded curve the correction of the plates changes: RMSE
-    against it, and against the record as measured.
+def as_measured(metrics: Metrics) -> list[Row] | None:
+    """Rows of the moments and forces in `metrics` whose recorded curve the correction of the plates
+    changes: RMSE against it, and against the record as measured.
     """
-    walk = metrics["walks"][metrics["final"]]
-    measured = walk["errors_as_measured"]
-    if measured is None:
+    walk = metrics.walk
+    if walk.errors_as_measured is None:
         return None
-    rows = []
-    for kind, names, digits in (("moments", JOINT_MOMENTS, 3), ("forces", FORCES, 1)):
+    measured = {**walk.errors_as_measured.moments, **walk.errors_as_measured.forces}
+    rows: list[Row] = []
+    for kind, names, digits in _CURVES[1:]:
         for name in names:
-            for side in ("right", "left"):
+            for side in SIDES:
                 key = f"{name}_{side[0]}"
-                error = walk["errors"][kind][key]
                 rows.append(
                     {
                         "name": NAMES[name],
-                        "unit": metrics["units"][kind],
+                        "unit": metrics.units.of(kind),
                         "side": side,
-                        "digits": digits,
-                        "corrected": None if error is None else error["rmse"],
-                        "measured": measured[kind][key],
+                        "digits": 3 if kind == "moments" else digits,
+                        "corrected": rmse_of(walk.errors.of(kind)[key]),
+                        "measured": measured[key],
                     }
                 )
     return rows
 
 
-def bursts(metrics: Json) -> list[dict[str, Any]]:
-    """Rows of the bursts of power and of the work of the joints, by side; bursts as the curves show
-    them, also of a file that was written when they were looked for otherwise.
+def bursts(metrics: Metrics) -> list[Row]:
+    """Rows by side of the bursts of power and the work of the joints in `metrics`. Bursts are found
+    anew in the curves, because an older file may have defined them otherwise.
     """
-    recorded = _with_bursts(metrics["record"]["joint_power"])
-    walked = metrics["walks"][metrics["final"]]["joint_power"]
-    walked = None if walked is None else _with_bursts(walked)
+    recorded, walked = metrics.record.joint_power, metrics.walk.joint_power
+    # of the record, and of the walk
+    there, here = _bursts(recorded), None if walked is None else _bursts(walked)
 
-    def row(name: str, unit: str, group: str, key: str, digits: int) -> dict[str, Any]:
+    def row(
+        name: str,
+        unit: str,
+        digits: int,
+        key: str,
+        expected: Mapping[str, float | None],
+        found: Mapping[str, float | None] | None,
+    ) -> Row:
         sides = {
             side: {
-                "recorded": recorded[group][f"{key}_{side[0]}"],
-                "walked": None if walked is None else walked[group][f"{key}_{side[0]}"],
+                "recorded": expected[f"{key}_{side[0]}"],
+                "walked": None if found is None else found[f"{key}_{side[0]}"],
             }
-            for side in ("right", "left")
+            for side in SIDES
         }
         return {"name": name, "unit": unit, "digits": digits, "sides": sides}
 
-    return [
-        *(row(burst, "W/kg", "bursts", burst, 2) for burst in BURSTS),
-        *(
-            row(f"{label}, {title}", "J/kg", group, joint, 3)
-            for joint, label in zip(POWER_JOINTS, ("Hip", "Knee", "Ankle"), strict=True)
-            for group, title in (("generated", "generated"), ("absorbed", "absorbed"))
-        ),
-    ]
+    rows = [row(burst, "W/kg", 2, burst, there, here) for burst in BURSTS]
+    for joint, label in zip(POWER_JOINTS, ("Hip", "Knee", "Ankle"), strict=True):
+        generated = None if walked is None else walked.generated
+        absorbed = None if walked is None else walked.absorbed
+        rows += [
+            row(f"{label}, generated", "J/kg", 3, joint, dict(recorded.generated), generated),
+            row(f"{label}, absorbed", "J/kg", 3, joint, dict(recorded.absorbed), absorbed),
+        ]
+    return rows
 
 
-def _with_bursts(found: Json) -> dict[str, Any]:
-    bursts: dict[str, float | None] = {}
-    for side in "rl":
-        powers = {
-            joint: np.array(found["power"][f"{joint}_{side}"], dtype=float)
-            for joint in POWER_JOINTS
-        }
-        for name, at in burst_places(powers).items():
-            value = None if at is None else float(powers[BURSTS[name].joint][at])
-            bursts[f"{name}_{side}"] = value
-    return {**found, "bursts": bursts}
+def _bursts(found: JointPower) -> dict[str, float | None]:
+    return bursts_of({name: array(power) for name, power in found.power.items()})
 
 
-def torque_shares(values: Json | None) -> list[dict[str, Any]] | None:
-    """Rows of each coordinate and side with the parts of its moment."""
+def torque_shares(values: TorqueShares | None) -> list[Row] | None:
+    """Rows of each coordinate and side with the parts of its moment in `values`."""
     if values is None:
         return None
     return [
-        {
-            "name": name.replace("_", " "),
-            "side": side,
-            "parts": values[joint],
-        }
+        {"name": name.replace("_", " "), "side": side, "parts": values[joint]}
         for joint in ACTUATED
         for side, name in (split_side(joint),)
     ]
 
 
-def witness(metrics: Json) -> dict[str, Any] | None:
-    """What a second engine says, with the rows in which it differs most from the walk, by kind."""
-    found = metrics.get("witness")
+def witness(metrics: Metrics) -> Row | None:
+    """The second-engine check in `metrics`, with the largest difference of each kind."""
+    found = metrics.witness
     if found is None:
         return None
-    here = {(row["measure"], row["target"]): row["value"] for row in metrics["measures"]}
-    there = {(row["measure"], row["target"]): row["value"] for row in found["measures"]}
-    rows = []
+    there = {(row.measure, row.target): row.value for row in found.measures}
+    rows: list[Row] = []
     for measure, name, unit, digits in (
         ("angle_rmse", "Angle", "deg", 2),
         ("moment_rmse", "Moment", "Nm/kg", 3),
         ("force_rmse", "Ground reaction", "% BW", 2),
     ):
         both = {
-            target: (value, there[measure, target])
-            for (kind, target), value in here.items()
-            if kind == measure and value is not None and there[measure, target] is not None
+            row.target: (row.value, other)
+            for row in metrics.measures
+            if row.measure == measure
+            and row.value is not None
+            and (other := there[measure, row.target]) is not None
         }
         if not both:
             continue
@@ -170,24 +171,24 @@ def witness(metrics: Json) -> dict[str, Any] | None:
             }
         )
     counted = [
-        row["reached"]
-        for row in metrics["tolerances"]
-        if (row["measure"], row["target"]) in there
-        and row["measure"] not in ENDURANCE
-        and row["role"] == "acceptance"
-        and row["reached"] is not None
+        row.reached
+        for row in metrics.tolerances
+        if (row.measure, row.target) in there
+        and row.measure not in ENDURANCE
+        and row.role == "acceptance"
+        and row.reached is not None
     ]
-    return {**found, "rows": rows, "here": sum(counted)}
+    return {"found": found, "rows": rows, "here": sum(counted)}
 
 
-def distances(metrics: Json) -> dict[str, Any] | None:
-    """The walk's distance from its prediction by groups of curves, beside how wrong predictions of
-    held-out trials are; None where something was recorded.
+def distances(metrics: Metrics) -> Row | None:
+    """The walk's distance in `metrics` from its prediction by groups of curves, beside the errors
+    of predictions of held-out trials; None where something was recorded.
     """
-    if is_recorded_at_all(metrics):
+    if metrics.is_recorded_at_all:
         return None
-    errors = metrics.get("prediction_errors")
-    held_out = {row["group"]: row for row in errors["groups"]} if errors else {}
+    errors = metrics.prediction_errors
+    held_out = {row.group: row for row in errors.groups} if errors else {}
     return {
         "errors": errors,
         "rows": [
@@ -203,50 +204,47 @@ def distances(metrics: Json) -> dict[str, Any] | None:
     }
 
 
-def told(metrics: Json) -> dict[str, Any]:
-    """What the walker was told, and its errors beside those of predictions without a model."""
-    known = [name for name, read_by in metrics["told"].items() if read_by]
-    recorded = metrics["recorded"]
+def told(metrics: Metrics) -> Row:
+    """What the model knew in `metrics`; errors beside those of predictions without a model."""
+    known = [name for name, read_by in metrics.told.items() if read_by]
     rows = [
         {**row._asdict(), "skills": row.skills(), "digits": 3 if row.unit == "Nm/kg" else 1}
         for row in group_rows(metrics)
     ]
     return {
         "how": "predicted" if not known else "fitted" if "forces" in known else "partly",
-        "kinetics_recorded": "forces" in recorded or not is_recorded_at_all(metrics),
-        "nowhere": not is_recorded_at_all(metrics),
-        "guesses": [prediction["name"] for prediction in metrics["predictions"]],
+        "kinetics_recorded": "forces" in metrics.recorded or not metrics.is_recorded_at_all,
+        "nowhere": not metrics.is_recorded_at_all,
+        "guesses": [prediction.name for prediction in metrics.predictions],
         "rows": rows,
     }
 
 
-def unseen(metrics: Json) -> list[dict[str, Any]]:
-    """Trials at the same speed that were not told, by groups of curves."""
-    errors = metrics["walks"][metrics["final"]]["errors"]
-    tables = []
-    for trial in metrics["unseen"]:
+def unseen(metrics: Metrics) -> list[Row]:
+    """Held-out trials at the same speed in `metrics`, by groups of curves."""
+    errors = metrics.walk.errors
+    tables: list[Row] = []
+    for trial in metrics.unseen:
         groups = []
         for name, (kind, every, unit) in group_curves(metrics).items():
-            recorded = [curve for curve in every if trial["between"][kind][curve] is not None]
-            curves = recorded or every
-            of_told = [error and error["rmse"] for error in (errors[kind][c] for c in curves)]
-            told_mean = _mean(of_told)
-            untold_mean = _mean([trial["rmse"][kind][curve] for curve in curves])
+            between, rmse = trial.between.of(kind), trial.rmse.of(kind)
+            curves = [curve for curve in every if between[curve] is not None] or every
+            own = [rmse_of(errors.of(kind)[curve]) for curve in curves]
+            told_mean, untold_mean = _mean(own), _mean([rmse[curve] for curve in curves])
+            alike = trial.multiple_correlation.of(kind)
             groups.append(
                 {
                     "name": name,
                     "unit": unit,
                     "digits": 3 if unit == "Nm/kg" else 1,
-                    "told": told_mean,
-                    "untold": untold_mean,
+                    "known": told_mean,
+                    "held_out": untold_mean,
                     "ratio": untold_mean / told_mean if told_mean and untold_mean else None,
-                    "between": _mean([trial["between"][kind][curve] for curve in curves]),
-                    "correlation": _mean(
-                        [trial["multiple_correlation"][kind][curve] for curve in curves]
-                    ),
+                    "between": _mean([between[curve] for curve in curves]),
+                    "correlation": _mean([alike[curve] for curve in curves]),
                 }
             )
-        tables.append({"trial": trial["trial"], "speed": trial["speed"], "groups": groups})
+        tables.append({"trial": trial.trial, "speed": trial.speed, "groups": groups})
     return tables
 
 

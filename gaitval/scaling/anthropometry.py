@@ -98,8 +98,8 @@ TOES_MASS: Final = 0.138
 
 
 def mass_fractions(sex: Sex) -> dict[str, float]:
-    """Mass of each segment of de Leva's table as a fraction of body mass, rescaled so that
-    the whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
+    """Mass of each segment of de Leva's table for this `sex` as a fraction of body mass, rescaled
+    so that the whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
     """
     table = DE_LEVA[sex]
     total = math.fsum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
@@ -107,7 +107,7 @@ def mass_fractions(sex: Sex) -> dict[str, float]:
 
 
 def mean_length(sex: Sex, segment: str, stature: float) -> float:
-    """de Leva's mean length of a segment, m, scaled in proportion to stature (m)."""
+    """de Leva's mean length of a `segment` for this `sex`, m, in proportion to `stature` (m)."""
     return DE_LEVA[sex][segment].length * stature / STATURE[sex]
 
 
@@ -117,12 +117,14 @@ def inertia_tensor(
     length: float,
     axes: tuple[str, str, str] = ("sagittal", "transverse", "longitudinal"),
 ) -> NDArray[np.float64]:
-    """Inertia about the centre of mass, kg m², shape (3, 3), diagonal in the segment's axes.
+    """Inertia about the centre of mass, kg m², shape (3, 3), diagonal in the segment's axes, of a
+    segment of `mass` (kg) and `length` (m) with the radii of gyration of `proportions`.
 
     `axes` names the anatomical axis along x, y and z; the default is for a segment whose long axis
     is vertical.
     """
     radii = np.array([getattr(proportions, axis) for axis in axes])
+    # Tabulated radii are fractions of the segment's length: I = m (r l)².
     return np.asarray(np.diag(mass * (radii * length) ** 2))
 
 

@@ -143,6 +143,7 @@ def segment_motion(standing: Array, markers: Array, name: str = "segment") -> Se
     rotation = np.full((len(markers), 3, 3), np.nan)
     translation = np.full((len(markers), 3), np.nan)
     squares, count = 0.0, 0
+    # Frames that show the same markers have the same standing markers to be fitted to.
     for pattern in np.unique(seen, axis=0):
         if pattern.sum() < 3:
             continue
@@ -157,17 +158,13 @@ def segment_motion(standing: Array, markers: Array, name: str = "segment") -> Se
 
 
 def ball_centre(proximal: SegmentMotion, distal: SegmentMotion, near: Array) -> BallCentre:
-    """Centre of the ball joint between two segments by SCoRE.
+    """Centre of the ball joint between two segments, `proximal` and `distal`, by SCoRE.
 
-    Minimises Σ |R₁c₁ + t₁ - R₂c₂ - t₂|² over the two images c₁ and c₂ of the centre.
+    Minimises Σ |R₁c₁ + t₁ - R₂c₂ - t₂|² over the two images c₁ and c₂ of the centre. The numbers
+    are worked out about `near` (3,) m, any point near the joint in standing.
 
-    Parameters
-    ----------
-    near : (3,) m, any point near the joint in standing; the numbers are worked out about it.
-
-    Raises
-    ------
-    ScalingError : too few frames, or a range of motion below `HIP_RANGES`; says what was seen.
+    Raises ScalingError, which says what was seen, if there are too few frames, or a range of motion
+    is below `HIP_RANGES`.
     """
     joint = _Joint.of(proximal, distal, near)
     if any(seen < least for seen, least in zip(joint.ranges, HIP_RANGES, strict=False)):
@@ -201,6 +198,7 @@ def hinge_axis(
 
     Parameters
     ----------
+    proximal, distal : the motions of the segments.
     near : (3,) m, point whose neighbour on the axis is wanted.
     towards : (3,) the direction of the axis has a positive component along it.
 
@@ -225,6 +223,7 @@ def hinge_axis(
     )
     point = (images[:3] + images[3:]) / 2
     return HingeAxis(
+        # The point of the axis that is nearest to `near`.
         point=near + point - (point @ direction) * direction,
         direction=direction,
         standard_error=float(np.sqrt(np.trace(_jackknife(without)))),
@@ -259,6 +258,7 @@ class _Joint:
                 f"both segments are seen in {seen.sum()} frames; {LEAST_FRAMES} are needed"
             )
         first, second = proximal.rotation[seen], distal.rotation[seen]
+        # R₁c₁ - R₂c₂ = t₂ - t₁ in every frame, with both images as the unknowns, about `near`.
         apart = distal.translation[seen] - proximal.translation[seen] + (second - first) @ near
         rows = np.concatenate([first, -second], axis=2)
         blocks = np.array_split(np.arange(len(rows)), BLOCKS)
@@ -278,6 +278,7 @@ class _Joint:
     def residual(self, images: Array) -> float:
         """m, RMS distance of two images of a point, (6,) m, in the trial."""
         normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
+        # |A x - b|² from the normal equations, without the frames.
         squares = self.squares - 2 * images @ right + images @ normal @ images
         return float(np.sqrt(max(float(squares), 0.0) / self.frames))
 
@@ -301,6 +302,7 @@ def _ranges(relative: Array) -> tuple[float, float, float]:
     outermost 1 % at either end.
     """
     turned = Rotation.from_matrix(relative)
+    # From the mean rotation, so that rotation vectors are far from their jump at half a turn.
     vectors = (turned.mean().inv() * turned).as_rotvec()
     _, _, axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)
     low, high = np.percentile(vectors @ axes.T, [1.0, 99.0], axis=0)
@@ -311,6 +313,8 @@ def _ranges(relative: Array) -> tuple[float, float, float]:
 def _line(normal: Array, right: Array) -> tuple[Array, tuple[Array, Array]]:
     """The images (6,) of a point of a hinge's axis, and its directions in both segments."""
     values, vectors = np.linalg.eigh(normal)
+    # The singular direction is the axis, in both segments. Without it the solution is that point of
+    # the axis which is nearest to the origin.
     least = vectors[:, 0]
     kept = vectors[:, 1:]
     images = kept @ ((kept.T @ right) / values[1:])

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.coordinates import Side
 from gaitval.errors import ScalingError
 from gaitval.scaling.landmarks import (
     Place,
@@ -35,7 +36,7 @@ from gaitval.scaling.landmarks import (
     unit_vector,
     width_of,
 )
-from gaitval.scaling.measurements import Leg, Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 
 MARKER_OFFSET = 0.010
 """Assumed distance of a marker's centre from the skin, m."""
@@ -63,15 +64,9 @@ def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
     """Right hip joint centre from the middle of the ASIS, m, in the pelvis axes (x forward, y left,
     z up), shape (3,); mirror y for the left one.
 
-    Parameters
-    ----------
-    pelvic_width : distance between the ASIS, m.
-    pelvic_depth : distance between the middle of the ASIS and of the PSIS, m.
-
-    Notes
-    -----
-    Harrington et al. (2007) J Biomech 40:595-602, the regressions on one variable, in mm:
-    x = -0.24 PD - 9.9, up = -0.30 PW - 10.9, lateral = 0.33 PW + 7.3.
+    `pelvic_width` PW is the distance between the ASIS, `pelvic_depth` PD that between the middle of
+    the ASIS and of the PSIS, m. Harrington et al. (2007) J Biomech 40:595-602, the regressions on
+    one variable, in mm: x = -0.24 PD - 9.9, up = -0.30 PW - 10.9, lateral = 0.33 PW + 7.3.
     """
     return np.array(
         [
@@ -83,8 +78,11 @@ def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
 
 
 def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Array:
-    """Axes of the pelvis as columns (x forward, y left, z up), shape (3, 3): y along the
-    ASIS, x in the plane of the ASIS and the middle of the PSIS (ISB, Wu et al. 2002).
+    """Axes of the pelvis as columns (x forward, y left, z up), shape (3, 3), from its landmarks
+    (3,) m.
+
+    y is along `right_asis` and `left_asis`, x in the plane of these and `middle_psis` (ISB, Wu et
+    al. 2002).
     """
     y = unit_vector(left_asis - right_asis)
     forward = (right_asis + left_asis) / 2 - middle_psis
@@ -115,6 +113,7 @@ def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float
     distance = float(np.linalg.norm(towards))
     along = towards / distance
     aside = (lateral - wand) - ((lateral - wand) @ along) * along
+    # cos of the angle at the lateral marker: the right angle is at the centre.
     share = half_width / distance
     return np.asarray(
         lateral + half_width * (share * along + np.sqrt(1.0 - share**2) * unit_vector(aside))
@@ -181,24 +180,26 @@ def measure(
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
     hips = {"R": points["R.Hip.Centre"], "L": points["L.Hip.Centre"]}
     widths = {"knee": knee_width, "ankle": ankle_width}
+    right, left = (_arm(points, side) for side in "RL")
+    one_sided: dict[str, Side] = {
+        **{name: "right" for name in right if name not in left},
+        **{name: "left" for name in left if name not in right},
+    }
     return Measurements(
-        right=_leg(points, hips["R"], "R"),
-        left=_leg(points, hips["L"], "L"),
+        right=_limbs(points, hips["R"], "R", left | right),
+        left=_limbs(points, hips["L"], "L", right | left),
         hip_half_width=float((hips["L"] - hips["R"]) @ frame[:, 1]) / 2,
         hip_height=float(hips["R"][2] + hips["L"][2]) / 2,
+        # Tilted forward, the pelvis' x axis points below the horizontal.
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
-        **_arms(points),
+        one_sided=one_sided,
+        **_shoulders(points),
         sources=_sources(markers, widths, functional=bool(hip_centres)),
     )
 
 
 def arms_hang(points: Mapping[str, Array]) -> bool:
-    """Whether both upper arms hang to within `LARGEST_ELEVATION`, as far as the points show.
-
-    Parameters
-    ----------
-    points : from `locate`, z up.
-    """
+    """Whether both arms hang to within `LARGEST_ELEVATION`, as far as `points` of `locate` show."""
     for side in "RL":
         shoulder = points.get(f"{side}.Shoulder.Centre")
         elbow = points.get(f"{side}.Elbow.Centre", points.get(f"{side}.Elbow"))
@@ -337,6 +338,8 @@ def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, sid
     """
     first, second = shoulder - lateral, wrist - lateral
     sides = np.stack([first, second])
+    # The two dot products fix u in the plane of the arm; what remains of h is perpendicular to it,
+    # on one side or the other.
     in_plane = sides.T @ np.linalg.solve(sides @ sides.T, np.full(2, half_width**2))
     depth = float(np.sqrt(max(half_width**2 - float(in_plane @ in_plane), 0.0)))
     out_of_plane = depth * unit_vector(np.cross(first, second))
@@ -347,26 +350,26 @@ def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, sid
     return centre
 
 
-def _arms(points: Mapping[str, Array]) -> dict[str, Any]:
-    """The optional fields of `Measurements`."""
+def _arm(points: Mapping[str, Array], side: str) -> dict[str, float]:
+    """The arm's fields of `Limbs`, as far as markers show them."""
+    found = {}
+    for name, ends in (("upper_arm", ("Shoulder", "Elbow")), ("forearm", ("Elbow", "Wrist"))):
+        proximal, distal = (f"{side}.{end}.Centre" for end in ends)
+        if proximal in points and distal in points:
+            found[name] = float(np.linalg.norm(points[proximal] - points[distal]))
+    return found
 
-    def both(proximal: str, distal: str) -> tuple[float, float] | None:
-        names = [(f"{side}.{proximal}.Centre", f"{side}.{distal}.Centre") for side in "RL"]
-        if any(name not in points for pair in names for name in pair):
-            return None
-        right, left = (float(np.linalg.norm(points[a] - points[b])) for a, b in names)
-        return right, left
 
-    measured: dict[str, Any] = {
-        "upper_arm": both("Shoulder", "Elbow"),
-        "forearm": both("Elbow", "Wrist"),
+def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
+    """The shoulders' fields of `Measurements`, as far as markers show them."""
+    if "R.Shoulder.Centre" not in points or not arms_hang(points):
+        return {}
+    right, left = points["R.Shoulder.Centre"], points["L.Shoulder.Centre"]
+    hips = (points["R.Hip.Centre"] + points["L.Hip.Centre"]) / 2
+    return {
+        "shoulder_half_width": float(np.linalg.norm(left - right)) / 2,
+        "shoulder_height": float(np.linalg.norm((left + right) / 2 - hips)),
     }
-    if "R.Shoulder.Centre" in points and arms_hang(points):
-        right, left = points["R.Shoulder.Centre"], points["L.Shoulder.Centre"]
-        hips = (points["R.Hip.Centre"] + points["L.Hip.Centre"]) / 2
-        measured["shoulder_half_width"] = float(np.linalg.norm(left - right)) / 2
-        measured["shoulder_height"] = float(np.linalg.norm((left + right) / 2 - hips))
-    return measured
 
 
 def _sources(
@@ -396,7 +399,7 @@ def _sources(
     return sources
 
 
-def _leg(points: Mapping[str, Array], hip: Array, side: str) -> Leg:
+def _limbs(points: Mapping[str, Array], hip: Array, side: str, arm: Mapping[str, float]) -> Limbs:
     knee = points[f"{side}.Knee.Centre"]
     ankle = points[f"{side}.Ankle.Centre"]
     heel = points[f"{side}.Heel"]
@@ -404,13 +407,15 @@ def _leg(points: Mapping[str, Array], hip: Array, side: str) -> Leg:
     along = metatarsals.mean(axis=0) - heel
     x = unit_vector(np.array([along[0], along[1], 0.0]))
     z = np.array([0.0, 0.0, 1.0])
+    # Left-handed for the left foot: both feet are described as right ones.
     medial = np.cross(z, x) * (1.0 if side == "R" else -1.0)
     frame = np.column_stack([x, medial, z])
     skin = np.array([MARKER_OFFSET, 0.0, 0.0])
-    return Leg(
+    return Limbs(
         thigh=float(np.linalg.norm(hip - knee)),
         shank=float(np.linalg.norm(knee - ankle)),
         ankle_height=float(ankle[2]),
         heel=(heel - ankle) @ frame + skin,
         metatarsals=(metatarsals - ankle) @ frame,
+        **arm,
     )

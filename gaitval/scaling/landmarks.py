@@ -114,7 +114,9 @@ def _option(name: str) -> str:
 def landmarks_of(
     markers: Mapping[str, Place], knee_width: Width, ankle_width: Width
 ) -> dict[str, Array]:
-    """The landmarks that have a marker, (3,) m each; refuses a trial that lacks a required one."""
+    """The landmarks that have a marker in `markers`, (3,) m each; refuses a trial that lacks a
+    required one. `knee_width` and `ankle_width` (m) replace the medial markers of a joint.
+    """
     needed = _needed(markers, knee_width, ankle_width)
     missing = [name for name in needed if name not in markers]
     without_medial = [name for name in missing if not name.endswith(".Medial")]
@@ -177,7 +179,7 @@ def _needed(markers: Mapping[str, Place], knee_width: Width, ankle_width: Width)
 
 
 def check_upright(points: Mapping[str, Array]) -> None:
-    """Refuse a person who is not upright along z."""
+    """Refuse a person who is not upright along z: `points`, (3,) m by landmark."""
     chain = ("ASIS", "Knee", "Ankle")
     problems = [
         f"{side}.{lower} ({points[f'{side}.{lower}'][2]:.3f} m) not below "
@@ -194,16 +196,14 @@ def check_upright(points: Mapping[str, Array]) -> None:
 
 
 def middle_psis(points: Mapping[str, Array]) -> Array:
-    """Middle of the PSIS, or the sacrum marker, (3,) m."""
+    """Middle of the PSIS of `points`, or the sacrum marker, (3,) m."""
     if "R.PSIS" in points and "L.PSIS" in points:
         return np.asarray((points["R.PSIS"] + points["L.PSIS"]) / 2)
     return points["Sacrum"]
 
 
 def heading_of(points: Mapping[str, Array]) -> Array:
-    """Rotation about z that takes x to where the pelvis faces; its columns are the axes, shape (3,
-    3).
-    """
+    """Rotation (3, 3) about z that takes x to where the pelvis of `points` faces."""
     forward = points["R.ASIS"] + points["L.ASIS"]
     if "R.PSIS" in points and "L.PSIS" in points:
         forward = forward - points["R.PSIS"] - points["L.PSIS"]
@@ -215,7 +215,7 @@ def heading_of(points: Mapping[str, Array]) -> Array:
 
 
 def check_sides(points: Mapping[str, Array]) -> None:
-    """Refuse swapped sides, in axes in which the person faces x."""
+    """Refuse swapped sides of `points`, in axes in which the person faces x."""
     # Hands may be folded.
     paired = [name[2:] for name in LANDMARK_NAMES if name[:2] == "R." and "Wrist" not in name]
     _fail(

@@ -39,16 +39,13 @@ def plain_name(name: str) -> str:
 
 
 def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[Likeness]:
-    """Unknown names that may be missing markers, at most one for each, in the markers' order.
+    """Names in a file that no marker has (`unknown`) and that may be missing markers, at most one
+    for each, in the markers' order; `missing` has names and aliases of each marker that the file
+    lacks.
 
     A pair needs a likeness of `LEAST_LIKENESS`, the same side, the same numbers, not the opposite
     of medial and lateral, front and back, upper and lower, radial and ulnar; and each of the two
     must be the other's only best.
-
-    Parameters
-    ----------
-    unknown : names in a file that no marker has.
-    missing : names and aliases of each marker that the file lacks.
     """
     unknown = tuple(unknown)
     pairs = [
@@ -86,6 +83,7 @@ def _likeness(name: str, spelling: str) -> float:
 def _side_and_stem(name: str) -> tuple[str, str]:
     """The side that a name begins or ends with ("R", "L" or ""), and the rest, both plain."""
     own = name.rsplit(":", 1)[-1]
+    # A side at the end counts only after a separator: many names end in L or R by chance.
     last = re.search(r"[\s._-](R|L|RIGHT|LEFT)$", own, re.IGNORECASE)
     if last:
         return last[1][0].upper(), plain_name(own[: last.start()])

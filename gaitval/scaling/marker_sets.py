@@ -138,12 +138,8 @@ class MarkerSet:
         return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))
 
     def renamed(self, names: Iterable[str]) -> dict[str, str]:
-        """For each name in a file, its name in this set; names of other markers are left out.
-
-        Raises
-        ------
-        RecordError : two names in the file are the same marker, for example because two people were
-            recorded.
+        """For each of `names` in a file, its name in this set; names of other markers are left out.
+        Raises RecordError if two are the same marker, for example because two people were recorded.
         """
         known = self._known()
         found: dict[str, str] = {}
@@ -213,11 +209,8 @@ def builtin_marker_sets() -> tuple[MarkerSet, ...]:
 
 
 def load_marker_set(name_or_path: str | Path) -> MarkerSet:
-    """A built-in marker set by name, or one from a TOML file.
-
-    Raises
-    ------
-    RecordError : no such set or file, or the file has problems (all are listed).
+    """A built-in marker set by name, or one from a TOML file (`name_or_path`). Raises RecordError
+    if there is no such set or file, or the file has problems (all are listed).
     """
     name = str(name_or_path)
     if name in _builtin_names():
@@ -242,20 +235,14 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
 
 
 def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> MarkerSet:
-    """The marker set that a recording's marker names belong to.
+    """The marker set of `sets` (the built-in ones when None) that a recording's marker `names`
+    belong to.
 
     Of the sets with at least `RECOGNISED_SHARE` of their required markers among the names, it is
-    the one with the most markers there.
-
-    Parameters
-    ----------
-    sets : to choose from; the built-in ones when None.
-
-    Raises
-    ------
-    RecordError : two names are the same marker; no set fits, or two fit nearly equally and mean
-        different places by a name. The message lists what was found, what the nearest set is
-        missing and which names may be those, and shows how to write your own set.
+    the one with the most markers there. Raises RecordError if two names are the same marker; no set
+    fits, or two fit nearly equally and mean different places by a name. The message lists what was
+    found, what the nearest set is missing and which names may be those, and shows how to write your
+    own set.
     """
     names = tuple(names)
     scored = sorted(
@@ -276,12 +263,14 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
             raise RecordError(_undecided((best, best_score), (other, score), doubtful)).with_way_on(
                 f"--marker-set {best.name}", f"--marker-set {other.name}"
             )
+    # For its error, if two names are one marker.
     best.renamed(names)
     return best
 
 
 def _differ(one: MarkerDefinition, other: MarkerDefinition) -> bool:
     """Whether two definitions are of different places."""
+    # A tracking marker and a landmark on one segment may be the same place.
     landmarks = {one.landmark, other.landmark} - {None}
     return one.segment != other.segment or len(landmarks) > 1
 

@@ -5,45 +5,58 @@ Metres and radians. A standing trial gives them (`joint_centres.measure`), a tap
 standing and walking (`with_fitted_lengths`).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import field, fields, replace
+from typing import Annotated, Any, Final
 
 import numpy as np
+from pydantic import (
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    ValidationError,
+)
+from pydantic.dataclasses import dataclass
 
 from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ScalingError
 
 BALL_TO_FOOT_LENGTH = 0.74
 """Heel to first metatarsal head, divided by heel to toe tip: mean ball-of-foot length 194.8 mm over
 mean foot length 263.0 mm of the 6,068 men and women of ANSUR II (Gordon et al. 2014)."""
 
-_FITTED = ("hip_forward", "hip_up", "lumbar_forward", "lumbar_up", "shoulder_up")
-_SHARED = (
-    *("hip_half_width", "hip_height", "pelvic_tilt", "shoulder_half_width", "shoulder_height"),
-    *_FITTED,
+_FITTED: Final = (
+    *("hip_half_width", "shoulder_half_width", "hip_forward", "hip_up"),
+    *("lumbar_forward", "lumbar_up", "shoulder_up"),
 )
-_ARMS = ("upper_arm", "forearm")
-_OPTIONAL = (*_ARMS, "shoulder", *_FITTED)
-_STORED: dict[str, tuple[int, ...]] = {
-    **{
-        f"{name}_{side}": (3,) if name in ("heel", "first_metatarsal", "fifth_metatarsal") else ()
-        for side in ("right", "left")
-        for name in (
-            *("thigh", "shank", "ankle_height", "heel", "first_metatarsal", "fifth_metatarsal"),
-            *_ARMS,
-        )
-    },
-    **{name: () for name in _SHARED},
-}
-"""Keys of `Measurements.to_dict` and the shape of each value."""
+_CONFIGURATION: Final = ConfigDict(
+    extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+)
 
 
-@dataclass(frozen=True)
-class Leg:
-    """Measured lengths of one leg, m. Points are in the foot's frame: origin at the ankle joint,
-    sole level, x from the heel to the middle of the metatarsal heads, and y towards the midline of
-    the body for both legs, so that left and right are comparable.
+def _points(*shape: int) -> Callable[[Any], Array]:
+    def array(value: Any) -> Array:
+        found = np.asarray(value, dtype=np.float64)
+        if found.shape != shape or not np.isfinite(found).all():
+            raise ValueError
+        return found
+
+    return array
+
+
+_Serial: Final = PlainSerializer(lambda array: array.tolist())
+Mass = Annotated[float, Field(gt=0.0)] | None
+"""kg, or None where de Leva's share of the body's mass is taken."""
+
+
+@dataclass(frozen=True, config=_CONFIGURATION)
+class Limbs:
+    """Leg and arm of one side: lengths m, masses kg. Points are in the foot's frame: origin at the
+    ankle joint, sole level, x from the heel to the middle of the metatarsal heads, and y towards
+    the midline of the body for both legs, so that left and right are comparable.
 
     Attributes
     ----------
@@ -51,32 +64,71 @@ class Leg:
     ankle_height : ankle joint above the floor.
     heel : (3,) rearmost point of the heel, below the marker.
     metatarsals : (2, 3) markers on the first and fifth metatarsal heads.
+    foot : heel to toe tip, or None for that of the heel and the metatarsal heads.
+    upper_arm, forearm : distances between joint centres; None if not measured (then de Leva's
+        means).
+    thigh_mass, shank_mass, foot_mass, upper_arm_mass, forearm_mass, hand_mass : None if not known.
     """
 
     thigh: float
     shank: float
     ankle_height: float
-    heel: Array
-    metatarsals: Array
+    heel: Annotated[Array, PlainValidator(_points(3)), _Serial]
+    metatarsals: Annotated[Array, PlainValidator(_points(2, 3)), _Serial]
+    foot: float | None = None
+    upper_arm: float | None = None
+    forearm: float | None = None
+    thigh_mass: Mass = None
+    shank_mass: Mass = None
+    foot_mass: Mass = None
+    upper_arm_mass: Mass = None
+    forearm_mass: Mass = None
+    hand_mass: Mass = None
 
     @property
     def foot_length(self) -> float:
-        """Heel to toe tip, m, from the heel to the first metatarsal head."""
+        """Heel to toe tip, m: as measured, else from the heel to the first metatarsal head."""
+        if self.foot is not None:
+            return self.foot
         return float(self.metatarsals[0, 0] - self.heel[0]) / BALL_TO_FOOT_LENGTH
 
+    def length(self, segment: str) -> float | None:
+        """Length of a segment by its name in the scaling table, m; None where not measured."""
+        if segment == "foot":
+            return self.foot_length
+        length: float | None = getattr(self, LENGTH_FIELDS[segment], None)
+        return length
 
-@dataclass(frozen=True)
+    def mean_with(self, other: "Limbs") -> "Limbs":
+        """Leg and arm with the mean of this side's and the other side's lengths and masses."""
+        means: dict[str, Any] = {
+            name: None if value is None else (value + getattr(other, name)) / 2
+            for name, value in vars(self).items()
+            if name in _LIMBS
+        }
+        return Limbs(**means | {"foot": (self.foot_length + other.foot_length) / 2})
+
+
+LENGTH_FIELDS: Final = {
+    **{name: name.replace(" ", "_") for name in ("thigh", "shank", "ankle height", "upper arm")},
+    **{"foot": "heel", "forearm": "forearm", "hand": "hand"},
+}
+"""Rows of the scaling table -> the field of `Limbs` that they are measured by; a hand has none."""
+_LIMBS: Final = tuple(each.name for each in fields(Limbs))
+_HEADS: Final = ("first_metatarsal", "fifth_metatarsal")
+"""How the rows of `Limbs.metatarsals` are called in a file."""
+
+
+@dataclass(frozen=True, config=_CONFIGURATION)
 class Measurements:
     """The lengths of a body, from a standing trial, a fit to trials or a tape measure.
 
     Attributes
     ----------
-    right, left : the legs.
+    right, left : legs and arms, as measured.
     hip_half_width : hip joint centre to the midline, m.
     hip_height : middle of the hip joint centres above the floor, m.
     pelvic_tilt : forward tilt of the plane of the ASIS and PSIS in standing, rad.
-    upper_arm, forearm : right and left length between joint centres, m; None if not measured (then
-        de Leva's means).
     shoulder_half_width : shoulder joint centre to the midline, m, or None.
     shoulder_height : middle of the shoulder joint centres above that of the hips, m, or None.
     hip_forward, hip_up : offset of the hips from where the landmarks put them in the pelvis, m, in
@@ -87,15 +139,15 @@ class Measurements:
     shoulder_up : shoulder joints above the lumbar joint in the trunk, m, or None; overrides
         `shoulder_height`.
     sources : what was measured (a row of the scaling table) -> how, if not by "markers".
+    one_sided : fields of `Limbs` that were measured on this side only; the other side has the same.
+    symmetric : both sides of the model are the mean of right and left (`scaling.symmetric`).
     """
 
-    right: Leg
-    left: Leg
+    right: Limbs
+    left: Limbs
     hip_half_width: float
     hip_height: float
     pelvic_tilt: float
-    upper_arm: tuple[float, float] | None = None
-    forearm: tuple[float, float] | None = None
     shoulder_half_width: float | None = None
     shoulder_height: float | None = None
     hip_forward: float | None = None
@@ -104,142 +156,143 @@ class Measurements:
     lumbar_up: float | None = None
     shoulder_up: float | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
+    one_sided: Mapping[str, Side] = field(default_factory=dict)
+    symmetric: bool = True
+
+    @property
+    def modelled(self) -> dict[Side, Limbs]:
+        """Legs and arms of the model: the mean of both sides, or each side's own."""
+        if self.symmetric:
+            return dict.fromkeys(SIDES, self.right.mean_with(self.left))
+        return {"right": self.right, "left": self.left}
 
     def to_dict(self) -> dict[str, object]:
-        """Numbers, lists of numbers and texts for TOML, m and rad; what was not measured is left
-        out. `from_dict` reads them back.
+        """Numbers, lists of numbers and texts for TOML, m, kg and rad; what was not measured is
+        left out. `from_dict` reads them back.
         """
         stored: dict[str, object] = {}
-        for side in ("right", "left"):
-            leg = getattr(self, side)
-            for name in ("thigh", "shank", "ankle_height"):
-                stored[f"{name}_{side}"] = float(getattr(leg, name))
-            stored[f"heel_{side}"] = leg.heel.tolist()
-            stored[f"first_metatarsal_{side}"] = leg.metatarsals[0].tolist()
-            stored[f"fifth_metatarsal_{side}"] = leg.metatarsals[1].tolist()
-        for name in _SHARED:
-            value = getattr(self, name)
-            if value is not None:
-                stored[name] = float(value)
-        for name in _ARMS:
-            pair = getattr(self, name)
-            if pair is not None:
-                stored[f"{name}_right"], stored[f"{name}_left"] = map(float, pair)
-        if self.sources:
-            stored["sources"] = dict(self.sources)
-        return stored
+        shared: dict[str, Any] = _ADAPTER.dump_python(
+            self, exclude={"one_sided", "symmetric"}, exclude_none=True
+        )
+        for side in SIDES:
+            for name, value in shared.pop(side).items():
+                if self.one_sided.get(name, side) != side:
+                    continue
+                if name == "metatarsals":
+                    stored |= {f"{h}_{side}": at for h, at in zip(_HEADS, value, strict=True)}
+                else:
+                    stored[f"{name}_{side}"] = value
+        sources: Mapping[str, str] = shared.pop("sources")
+        return stored | shared | ({"sources": dict(sources)} if sources else {})
 
     @classmethod
     def from_dict(cls, stored: Mapping[str, object]) -> "Measurements":
-        """What `to_dict` stored.
-
-        Raises
-        ------
-        ScalingError : lists every key that is missing, unknown or not of the right shape.
+        """What `to_dict` stored. A length of one side only is that of both. Raises ScalingError,
+        which lists every key that is missing, unknown or not of the right shape.
         """
-        problems = [f"{key}: unknown" for key in stored if key not in _STORED and key != "sources"]
-        values: dict[str, Array] = {}
-        for key, shape in _STORED.items():
-            if key not in stored:
-                if not key.startswith(_OPTIONAL):
-                    problems.append(f"{key}: missing")
-                continue
-            try:
-                value = np.asarray(stored[key], dtype=np.float64)
-            except (TypeError, ValueError):
-                value = np.array(np.nan)
-            if value.shape != shape or not np.isfinite(value).all():
-                what = "a number" if shape == () else "three numbers"
-                problems.append(f"{key} = {stored[key]!r}: must be {what} in m (tilt in rad)")
-            values[key] = value
-        problems += [
-            f"{name}: one side only"
-            for name in _ARMS
-            if (f"{name}_right" in values) != (f"{name}_left" in values)
-        ]
-        sources = stored.get("sources", {})
-        if not isinstance(sources, Mapping):
-            problems.append("sources: must be a table of texts")
-            sources = {}
-        if problems:
+        nested, one_sided = _by_side(stored)
+        try:
+            return _ADAPTER.validate_python(nested | {"one_sided": one_sided})
+        except ValidationError as error:
+            problems = dict.fromkeys(
+                _problem(each["loc"], each["type"], stored) for each in error.errors()
+            )
             raise ScalingError(
                 "the measurements of the body cannot be used:\n  " + "\n  ".join(problems)
-            )
-        legs = [
-            Leg(
-                thigh=float(values[f"thigh_{side}"]),
-                shank=float(values[f"shank_{side}"]),
-                ankle_height=float(values[f"ankle_height_{side}"]),
-                heel=values[f"heel_{side}"],
-                metatarsals=np.stack(
-                    [values[f"first_metatarsal_{side}"], values[f"fifth_metatarsal_{side}"]]
-                ),
-            )
-            for side in ("right", "left")
-        ]
-        known = {name: float(value) for name, value in values.items() if value.shape == ()}
-        return cls(
-            right=legs[0],
-            left=legs[1],
-            hip_half_width=known["hip_half_width"],
-            hip_height=known["hip_height"],
-            pelvic_tilt=known["pelvic_tilt"],
-            upper_arm=_both_sides(known, "upper_arm"),
-            forearm=_both_sides(known, "forearm"),
-            shoulder_half_width=known.get("shoulder_half_width"),
-            shoulder_height=known.get("shoulder_height"),
-            hip_forward=known.get("hip_forward"),
-            hip_up=known.get("hip_up"),
-            lumbar_forward=known.get("lumbar_forward"),
-            lumbar_up=known.get("lumbar_up"),
-            shoulder_up=known.get("shoulder_up"),
-            sources={str(key): str(text) for key, text in sources.items()},
-        )
+            ) from None
+
+
+_ADAPTER: Final = TypeAdapter(Measurements)
+
+
+def _by_side(stored: Mapping[str, object]) -> tuple[dict[str, object], dict[str, Side]]:
+    """The stored values with those of `Limbs` by side, and what is known of one side only."""
+    known: dict[str, dict[str, object]] = {side: {} for side in SIDES}
+    values: dict[str, object] = {}
+    for key, value in stored.items():
+        name, _, side = key.rpartition("_")
+        if side in known and (name in _LIMBS or name in _HEADS) and name != "metatarsals":
+            known[side][name] = value
+        else:
+            values[key] = value
+    one_sided: dict[str, Side] = {}
+    for side, other in (SIDES, SIDES[::-1]):
+        for name in known[side]:
+            if name not in known[other]:
+                one_sided["metatarsals" if name in _HEADS else name] = side
+    for side, other in (SIDES, SIDES[::-1]):
+        limbs = known[other] | known[side]
+        if any(name in limbs for name in _HEADS):
+            limbs["metatarsals"] = [limbs.pop(name, None) for name in _HEADS]
+        values[side] = limbs
+    return values, one_sided
+
+
+def _problem(place: tuple[int | str, ...], kind: str, stored: Mapping[str, object]) -> str:
+    """A problem in the words of the file."""
+    name = str(place[1] if len(place) > 1 and place[0] in SIDES else place[0])
+    if kind in ("missing", "unexpected_keyword_argument"):
+        return f"{name}: {'missing' if kind == 'missing' else 'unknown'}"
+    if name == "sources":
+        return "sources: must be a table of texts"
+    sides = (place[0], *SIDES)  # the value may be the other side's
+    keys = [name, *(f"{each}_{side}" for side in sides for each in (name, *_HEADS))]
+    key = next(each for each in keys if each in stored)
+    what = "three numbers" if name in ("heel", "metatarsals") else "a number"
+    return f"{key} = {stored[key]!r}: must be {what} in m (masses in kg, tilt in rad)"
 
 
 def with_fitted_lengths(
     measured: Measurements, fitted: Mapping[str, float], source: str = "fitted to the trials"
 ) -> Measurements:
-    """The measurements with the lengths that a fit found, the same on both sides.
+    """The measurements with the lengths that a fit found; a symmetric body has them on both sides.
 
     `build_body` of the result gives the joints of the fitted model; its trunk fills the stature
     above the fitted hips.
 
     Parameters
     ----------
-    measured : what the fit began with.
-    fitted : m; any of thigh, shank, upper_arm, hip_half_width, shoulder_half_width, and the fields
-        `hip_forward` to `shoulder_up` of `Measurements` (`inverse.segment_lengths.LENGTH_SD`).
+    measured : what the fit started from.
+    fitted : m, means of both sides; any of thigh, shank, upper_arm, hip_half_width,
+        shoulder_half_width, and the fields `hip_forward` to `shoulder_up` of `Measurements`
+        (`inverse.segment_lengths.LENGTH_SD`).
     source : how they were found, for the scaling table.
 
     Raises
     ------
     ScalingError : a length has another name.
     """
-    sides, arms = {"thigh", "shank"}, {"upper_arm"}
-    alone = {"hip_half_width", "shoulder_half_width", *_FITTED}
-    unknown = [name for name in fitted if name not in sides | arms | alone]
+    sides = {"thigh", "shank", "upper_arm"}
+    unknown = [name for name in fitted if name not in sides and name not in _FITTED]
     if unknown:
         raise ScalingError(
             f"lengths that cannot be fitted: {', '.join(unknown)}. The known ones are "
-            f"{', '.join(sorted(sides | arms | alone))}."
+            f"{', '.join(sorted({*sides, *_FITTED}))}."
         )
-    legs: dict[str, Any] = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
-    shared: dict[str, Any] = {name: float(fitted[name]) for name in sorted(alone & fitted.keys())}
-    shared |= {name: (float(fitted[name]),) * 2 for name in sorted(arms & fitted.keys())}
+    limbs = {name: float(fitted[name]) for name in sorted(sides & fitted.keys())}
+    shared: dict[str, Any] = {name: float(fitted[name]) for name in _FITTED if name in fitted}
+    # Hips that the fit moved up in the pelvis are higher above the floor in the neutral pose too.
     shared["hip_height"] = measured.hip_height + float(fitted.get("hip_up", 0.0))
     return replace(
         measured,
-        right=replace(measured.right, **legs),
-        left=replace(measured.left, **legs),
+        right=_fitted(measured, measured.right, limbs),
+        left=_fitted(measured, measured.left, limbs),
         sources={
             **measured.sources,
-            **{n.replace("_", " "): source for n in ("thigh", "shank", "upper_arm") if n in fitted},
+            **{name.replace("_", " "): source for name in limbs},
         },
         **shared,
     )
 
 
-def _both_sides(known: Mapping[str, float], name: str) -> tuple[float, float] | None:
-    sides = f"{name}_right", f"{name}_left"
-    return (known[sides[0]], known[sides[1]]) if sides[0] in known else None
+def _fitted(measured: Measurements, limbs: Limbs, means: Mapping[str, float]) -> Limbs:
+    """One side with the mean lengths of both; where the sides differ in the model, they keep their
+    ratio.
+    """
+    mean = measured.right.mean_with(measured.left)
+    changes: dict[str, Any] = dict(means)
+    for name, length in means.items():
+        before = getattr(mean, name)
+        if not measured.symmetric and before is not None:
+            changes[name] = length * (getattr(limbs, name) / before)
+    return replace(limbs, **changes)

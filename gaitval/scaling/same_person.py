@@ -59,11 +59,9 @@ class MarkerDistance:
 def marker_distances(
     standing: Mapping[str, Array], walking: Mapping[str, Array], marker_set: MarkerSet
 ) -> tuple[MarkerDistance, ...]:
-    """Distances between all markers of one segment that both trials show.
+    """Distances between all markers of one segment of `marker_set` that both trials show.
 
-    Parameters
-    ----------
-    standing, walking : (T, 3) m, each marker of the set; NaN where not seen.
+    `standing` and `walking` are (T, 3) m, each marker of the set; NaN where not seen.
     """
     found = []
     for first, second in combinations(marker_set.markers, 2):
@@ -85,13 +83,15 @@ def marker_distances(
 def displaced(
     distances: Iterable[MarkerDistance], marker_set: MarkerSet
 ) -> tuple[MarkerDistance, ...]:
-    """Distances that change by more than `LARGEST_CHANGE`: in one of the trials one of the two
-    markers was moved, fell off or has another marker's name.
+    """Of `distances` between markers of `marker_set`, those that change by more than
+    `LARGEST_CHANGE`: in one of the trials one of the two markers was moved, fell off or has another
+    marker's name.
     """
     return tuple(
         distance
         for distance in distances
         if abs(distance.change) > LARGEST_CHANGE
+        # The trunk bends: distances on it change in one person too.
         and marker_set.markers[distance.markers[0]].segment != "torso"
     )
 
@@ -107,7 +107,7 @@ def check_same_person(
 
     Parameters
     ----------
-    standing, walking : (T, 3) m, each marker of the set; NaN where not seen.
+    standing, walking : (T, 3) m, each marker of `marker_set`; NaN where not seen.
     names : of the trials, for the message.
 
     Returns

@@ -17,7 +17,7 @@ from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
 from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
 from gaitval.scaling.landmarks import Width, Widths
-from gaitval.scaling.measurements import Leg, Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.tape import measure_by_tape
 
 Pair = tuple[str, str]
@@ -75,6 +75,7 @@ def scale_factors(
     model : (3,) m, where each point is in the unscaled model, in one pose.
     measured : (T, 3) m, each point in T frames; frames in which one of the two was not seen do not
         count for their pair.
+    pairs : names of the points of each pair.
 
     Raises
     ------
@@ -138,11 +139,12 @@ def scale_by_pairs(
     whole = measure(mean, **widths)
     measured = _frames(standing, locate(mean, **widths).keys(), widths)
     generic = measure_by_tape(height_m=height_m)
-    generic = replace(
-        generic,
-        upper_arm=(mean_length(sex, "upper arm", height_m),) * 2,
-        forearm=(mean_length(sex, "forearm", height_m),) * 2,
+    limbs = replace(
+        generic.right,
+        upper_arm=mean_length(sex, "upper arm", height_m),
+        forearm=mean_length(sex, "forearm", height_m),
     )
+    generic = replace(generic, right=limbs, left=limbs)
     points = _neutral_points(generic)
     rows = tuple(
         MeasurementFactor(name, scale_factors(points, measured, pairs))
@@ -180,11 +182,12 @@ def _frames(
 def _neutral_points(body: Measurements) -> dict[str, Array]:
     """The points of `BODY_PAIRS` in a body that stands straight with hanging arms."""
     points: dict[str, Array] = {}
-    assert body.upper_arm is not None
-    assert body.forearm is not None
     for side, leg, sign in (("R", body.right, 1.0), ("L", body.left, -1.0)):
         ankle = np.array([0.0, -sign * body.hip_half_width, leg.ankle_height])
         mirror = np.array([1.0, sign, 1.0])
+        assert leg.upper_arm is not None
+        assert leg.forearm is not None
+        # Anywhere: only distances along the arm are measured.
         shoulder = np.array([0.0, 0.0, 1.0])
         up = np.array([0.0, 0.0, 1.0])
         points |= {
@@ -196,8 +199,8 @@ def _neutral_points(body: Measurements) -> dict[str, Array]:
             f"{side}.MT1": ankle + mirror * leg.metatarsals[0],
             f"{side}.MT5": ankle + mirror * leg.metatarsals[1],
             f"{side}.Shoulder.Centre": shoulder,
-            f"{side}.Elbow.Centre": shoulder - body.upper_arm[0] * up,
-            f"{side}.Wrist.Centre": shoulder - (body.upper_arm[0] + body.forearm[0]) * up,
+            f"{side}.Elbow.Centre": shoulder - leg.upper_arm * up,
+            f"{side}.Wrist.Centre": shoulder - (leg.upper_arm + leg.forearm) * up,
         }
     return points
 
@@ -208,32 +211,31 @@ def _scaled(
     """The generic body times the factors; posture, and what no pair measures, come from `whole`."""
     old = generic.right
     ankle_height = old.ankle_height * factors["ankle height"]
+    # The pairs measure the foot along the floor; heights above the sole stay.
     foot = np.array([factors["foot"], factors["foot"], 1.0])
 
     def point(place: Array) -> Array:
         height = place[2] + old.ankle_height
         return np.asarray(foot * [place[0], place[1], height] - [0.0, 0.0, ankle_height])
 
-    leg = Leg(
+    def arm(length: float | None, name: str) -> float | None:
+        return None if length is None or name not in factors else length * factors[name]
+
+    limbs = Limbs(
         thigh=old.thigh * factors["thigh"],
         shank=old.shank * factors["shank"],
         ankle_height=ankle_height,
         heel=point(old.heel - _SKIN) + _SKIN,
         metatarsals=np.stack([point(head) for head in old.metatarsals]),
+        upper_arm=arm(old.upper_arm, "upper arm"),
+        forearm=arm(old.forearm, "forearm"),
     )
-
-    def arm(length: tuple[float, float] | None, name: str) -> tuple[float, float] | None:
-        if length is None or name not in factors:
-            return None
-        return length[0] * factors[name], length[1] * factors[name]
-
     return replace(
         whole,
-        right=leg,
-        left=leg,
+        right=limbs,
+        left=limbs,
+        one_sided={},
         hip_half_width=generic.hip_half_width * factors["hips"],
-        upper_arm=arm(generic.upper_arm, "upper arm"),
-        forearm=arm(generic.forearm, "forearm"),
         sources={
             name: "markers, mean body scaled by pairs"
             for name in ("thigh", "shank", "foot", "ankle height", "upper arm", "forearm")

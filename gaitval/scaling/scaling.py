@@ -2,8 +2,8 @@
 
 Joint centres of the legs come from the markers (`joint_centres`), masses and inertias from
 de Leva (1996), and what no marker shows (trunk, head, arms) from his mean lengths scaled to
-the person. A person without markers is scaled by tape measure and stature (`tape`). The model
-is mirror-symmetric: it takes the mean of the right and the left side.
+the person. A person without markers is scaled by tape measure and stature (`tape`). Both sides of
+the model are the mean of the right and the left side (`scaling.symmetric`), or each is its own.
 
 In the neutral pose (all coordinates zero) the legs are straight and vertical, the soles lie flat in
 the plane z = 0 of the feet, the arms hang with the palms to the thighs, and the pelvis is turned so
@@ -13,27 +13,32 @@ hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
+from gaitval.coordinates import SIDES, Side
+from gaitval.display import Displayed, value_frame
 from gaitval.errors import ScalingError
 from gaitval.model.body import BodyModel
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
-    SHOULDER_HALF_WIDTH,
-    SHOULDER_HEIGHT,
+    PAIRED,
     WINTER,
     mass_fractions,
     mean_length,
 )
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
 from gaitval.scaling.person import Individual, MeasuredPerson, Person
-from gaitval.scaling.segments import Lengths, body_of
+from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
 from gaitval.scaling.tape import measure_by_tape
+
+SCALED: Final = "de Leva, scaled to stature"
+"""Source of lengths that were not measured."""
 
 PLAUSIBLE_FACTOR = (0.80, 1.25)
 """Measured / expected length. Lengths relative to stature have a coefficient of variation of 4-6 %,
@@ -59,42 +64,39 @@ PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
 For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expected."""
 
 
-@dataclass(frozen=True)
-class SegmentRow:
-    """One line of the scaling table.
-
-    Attributes
-    ----------
-    segment : what was measured or scaled.
-    right_m, left_m : measured length of each side, m; None where no marker shows it.
-    length_m : length in the model, m.
-    mass_kg : mass of one such segment, kg; None for a length that carries none.
-    factor : `length_m` / the population mean for this stature (see `source`).
-    source : where the length, the population mean and the mass come from.
-    """
-
-    segment: str
-    right_m: float | None
-    left_m: float | None
-    length_m: float
-    mass_kg: float | None
-    factor: float
-    source: str
-
-
-@dataclass(frozen=True)
-class ScaledBody:
-    """The model of a person and the table of how it was scaled."""
+@dataclass(frozen=True, repr=False)
+class ScaledBody(Displayed):
+    """The model of a person (lengths in m, masses in kg) and the table of how it was scaled."""
 
     model: BodyModel
-    table: tuple[SegmentRow, ...]
+    table: tuple[ScaledSegment, ...]
 
     def frame(self) -> pd.DataFrame:
-        """The table with a row per segment and the fields of `SegmentRow` as columns."""
+        """The table with a row per segment and the fields of `ScaledSegment` as columns."""
         return pd.DataFrame([asdict(row) for row in self.table])
 
+    def title(self) -> str:
+        """Name and mass."""
+        return f"Body model {self.model.name}, {self.model.mass:.1f} kg"
 
-def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
+    def overview(self) -> pd.DataFrame:
+        """Length, mass and factor over the population's mean, of each segment."""
+        rows = self.frame()[["length_m", "mass_kg", "factor"]]
+        rows.insert(0, "segment", [row.name for row in self.table])
+        return rows
+
+    def to_frame(self) -> pd.DataFrame:
+        """Length in m and mass in kg of each segment."""
+        masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
+        return value_frame(
+            [
+                *(("", f"{row.name} length", row.length_m, "m") for row in self.table),
+                *(("", f"{name} mass", mass, "kg") for name, mass in masses),
+            ]
+        )
+
+
+def scale_subject(subject: Person | MeasuredPerson, *, symmetric: bool = True) -> ScaledBody:
     """Scale the body model to a person.
 
     The lengths are the person's `measurements` if there are any, else those between the `markers`
@@ -105,6 +107,7 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     ----------
     subject : sex "F" or "M", mass in kg, stature in m, markers of a standing trial in m
         (x forward, y left, z up, floor at z = 0).
+    symmetric : both sides are the mean of right and left; otherwise each side is its own.
 
     Returns
     -------
@@ -115,15 +118,12 @@ def scale_subject(subject: Person | MeasuredPerson) -> ScaledBody:
     ScalingError : the markers cannot be used (see `joint_centres.measure`), or give an implausible
         body; all implausible lengths are listed.
     """
-    return build_body(subject, measurements_of(subject))
+    return build_body(subject, replace(measurements_of(subject), symmetric=symmetric))
 
 
 def measurements_of(subject: Person | MeasuredPerson) -> Measurements:
-    """The lengths that `scale_subject` builds a person's body from.
-
-    Raises
-    ------
-    ScalingError : the markers or lengths cannot be used.
+    """The lengths that `scale_subject` builds the body of `subject` from: those stored, else by
+    markers, else by tape. Raises ScalingError if the markers or lengths cannot be used.
     """
     stored = getattr(subject, "measurements", None)
     if stored:
@@ -146,116 +146,107 @@ def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
     ------
     ScalingError : the lengths give an implausible body; all implausible ones are listed.
     """
-    lengths = _lengths(measured, subject)
-    table = _table(measured, lengths, subject)
+    table = _table(measured, subject)
     _check(measured, table, subject)
-    return ScaledBody(body_of(measured, lengths, subject), table)
+    return ScaledBody(body_of(measured, table, subject), table)
 
 
-def _lengths(measured: Measurements, subject: Individual) -> Lengths:
-    right, left, sex = measured.right, measured.left, subject.sex
-    trunk = _trunk_factor(measured, subject)
-    proportions = DE_LEVA[sex]
-    return Lengths(
-        thigh=(right.thigh + left.thigh) / 2,
-        shank=(right.shank + left.shank) / 2,
-        ankle_height=(right.ankle_height + left.ankle_height) / 2,
-        heel=(right.heel + left.heel) / 2,
-        metatarsals=(right.metatarsals + left.metatarsals) / 2,
-        foot=(right.foot_length + left.foot_length) / 2,
-        head=proportions["head"].length * trunk,
-        upper_trunk=proportions["upper trunk"].length * trunk,
-        middle_trunk=proportions["middle trunk"].length * trunk,
-        lower_trunk=proportions["lower trunk"].length * trunk,
-        shoulder_height=(
-            SHOULDER_HEIGHT[sex] * trunk
-            if measured.shoulder_height is None
-            else measured.shoulder_height
-        ),
-        shoulder_half_width=(
-            SHOULDER_HALF_WIDTH * subject.height_m
-            if measured.shoulder_half_width is None
-            else measured.shoulder_half_width
-        ),
-        upper_arm=_mean_of_sides(measured.upper_arm, "upper arm", subject),
-        forearm=_mean_of_sides(measured.forearm, "forearm", subject),
-        hand=mean_length(sex, "hand", subject.height_m),
-    )
-
-
-def _mean_of_sides(
-    measured: tuple[float, float] | None, segment: str, subject: Individual
-) -> float:
-    if measured is None:
-        return mean_length(subject.sex, segment, subject.height_m)
-    return (measured[0] + measured[1]) / 2
-
-
-def _trunk_factor(measured: Measurements, subject: Individual) -> float:
-    """Factor on de Leva's trunk and head that fills the stature above the hip joints."""
-    table = DE_LEVA[subject.sex]
-    names = ("head", "upper trunk", "middle trunk", "lower trunk")
-    return (subject.height_m - measured.hip_height) / math.fsum(
-        table[name].length for name in names
-    )
-
-
-def _table(measured: Measurements, lengths: Lengths, subject: Individual) -> tuple[SegmentRow, ...]:
+def _table(measured: Measurements, subject: Individual) -> tuple[ScaledSegment, ...]:
     stature, sex = subject.height_m, subject.sex
-    right, left = measured.right, measured.left
-    fractions = mass_fractions(sex)
+    masses = _masses(measured, subject)
+    modelled, trunk = measured.modelled, trunk_factor(measured, subject)
 
-    def leg(name: str, right: float, left: float, length: float, markers: str) -> SegmentRow:
-        source = measured.sources.get(name, markers)
-        return SegmentRow(
-            segment=name,
-            right_m=right,
-            left_m=left,
-            length_m=length,
-            mass_kg=fractions[name] * subject.mass_kg if name in fractions else None,
-            factor=length / (WINTER[name] * stature),
-            source=f"{source}; mean: Winter {WINTER[name]:g} of stature",
-        )
+    def paired(name: str, markers: str, mean: float, said: str) -> Iterator[ScaledSegment]:
+        """A row for both sides if they are averaged, else one for each."""
+        right, left = (limbs.length(name) for limbs in (measured.right, measured.left))
+        source = SCALED if right is None else measured.sources.get(name, markers)
+        known = measured.one_sided.get(LENGTH_FIELDS[name])
+        if known is not None:
+            source += f"; {known} side only, the other is taken as equal"
+        for side in (None,) if measured.symmetric else SIDES:
+            own = modelled[side or "right"].length(name)
+            length = mean if own is None else own  # arms only
+            yield ScaledSegment(
+                segment=name,
+                right_m=None if "left" in (side, known) else right,
+                left_m=None if "right" in (side, known) else left,
+                length_m=length,
+                mass_kg=masses.get((name, side or "right")),
+                factor=length / mean,
+                source=f"{source}; mean: {said}",
+                side=side,
+            )
 
-    def upper(
-        name: str, length: float, source: str, sides: tuple[float, float] | None = None
-    ) -> SegmentRow:
-        if sides is not None:
-            source = measured.sources.get(name, "markers, shoulder after Rab")
-        return SegmentRow(
+    def leg(name: str, markers: str) -> Iterator[ScaledSegment]:
+        share = WINTER[name]
+        return paired(name, markers, share * stature, f"Winter {share:g} of stature")
+
+    def arm(name: str, markers: str = "markers, shoulder after Rab") -> Iterator[ScaledSegment]:
+        return paired(name, markers, mean_length(sex, name, stature), SCALED)
+
+    def middle(name: str) -> ScaledSegment:
+        length = DE_LEVA[sex][name].length * trunk
+        return ScaledSegment(
             segment=name,
-            right_m=None if sides is None else sides[0],
-            left_m=None if sides is None else sides[1],
+            right_m=None,
+            left_m=None,
             length_m=length,
-            mass_kg=fractions[name] * subject.mass_kg,
+            mass_kg=masses[name, "right"],
             factor=length / mean_length(sex, name, stature),
-            source=f"{source}; mean: de Leva, scaled to stature",
+            source=f"de Leva, scaled to fill the stature above the hips; mean: {SCALED}",
         )
 
-    filled = "de Leva, scaled to fill the stature above the hips"
-    scaled = "de Leva, scaled to stature"
     return (
-        leg("thigh", right.thigh, left.thigh, lengths.thigh, "markers, hip after Harrington"),
-        leg("shank", right.shank, left.shank, lengths.shank, "markers"),
-        leg("foot", right.foot_length, left.foot_length, lengths.foot, "markers, ball ratio"),
-        leg("ankle height", right.ankle_height, left.ankle_height, lengths.ankle_height, "markers"),
-        upper("lower trunk", lengths.lower_trunk, filled),
-        upper("middle trunk", lengths.middle_trunk, filled),
-        upper("upper trunk", lengths.upper_trunk, filled),
-        upper("head", lengths.head, filled),
-        upper("upper arm", lengths.upper_arm, scaled, measured.upper_arm),
-        upper("forearm", lengths.forearm, scaled, measured.forearm),
-        upper("hand", lengths.hand, scaled),
+        *leg("thigh", "markers, hip after Harrington"),
+        *leg("shank", "markers"),
+        *leg("foot", "markers, ball ratio"),
+        *leg("ankle height", "markers"),
+        *(middle(name) for name in TRUNK),
+        *(row for name in ("upper arm", "forearm", "hand") for row in arm(name)),
     )
 
 
-def _check(measured: Measurements, table: Sequence[SegmentRow], subject: Individual) -> None:
+def _masses(measured: Measurements, subject: Individual) -> dict[tuple[str, Side], float]:
+    """Mass of each segment of de Leva's table on each side, kg; those of the trunk are "right".
+
+    Where some are known, the others share the rest of the body's mass in his proportions.
+    """
+    fractions = mass_fractions(subject.sex)
+    known: dict[tuple[str, Side], float] = {}
+    for side, limbs in measured.modelled.items():
+        for name in PAIRED:
+            mass = getattr(limbs, f"{name.replace(' ', '_')}_mass")
+            if mass is not None:
+                known[name, side] = mass
+    if not known:
+        return {
+            (name, side): share * subject.mass_kg
+            for name, share in fractions.items()
+            for side in SIDES
+        }
+    others = {
+        (name, side): share
+        for name, share in fractions.items()
+        for side in (SIDES if name in PAIRED else SIDES[:1])
+        if (name, side) not in known
+    }
+    rest = (subject.mass_kg - math.fsum(known.values())) / math.fsum(others.values())
+    if rest <= 0:
+        raise ScalingError(
+            f"the known masses of segments of {subject.identifier} add up to "
+            f"{math.fsum(known.values()):.1f} kg, more than the body's {subject.mass_kg:.1f} kg. "
+            "Give kilograms, and check the body mass."
+        )
+    return known | {key: share * rest for key, share in others.items()}
+
+
+def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: Individual) -> None:
     problems = []
     for row in table:
         low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
         if not low <= row.factor <= high:
             problems.append(
-                f"{row.segment}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "
+                f"{row.name}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "
                 f"for a stature of {subject.height_m:.3f} m (plausible: {low:g} to {high:g})"
             )
         if row.right_m is not None and row.left_m is not None:

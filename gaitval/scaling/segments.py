@@ -6,22 +6,27 @@ Masses and inertias are after de Leva (1996); `scaling` describes the pose.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import Side
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
+    SHOULDER_HALF_WIDTH,
+    SHOULDER_HEIGHT,
     TOES_MASS,
     Sex,
     inertia_tensor,
-    mass_fractions,
     shifted_inertia,
 )
-from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.person import Individual
+
+TRUNK: Final = ("lower trunk", "middle trunk", "upper trunk", "head")
+"""De Leva's segments from the hips upwards."""
 
 SPHERE_RADIUS = 0.020
 """Radius of the contact spheres, m; see `contact_spheres`."""
@@ -45,24 +50,42 @@ assumed to lie as far inside."""
 
 
 @dataclass(frozen=True)
-class Lengths:
-    """Lengths of the model, m; the foot's points as in `measurements.Leg`."""
+class ScaledSegment:
+    """One line of the scaling table, from which the body is built.
 
-    thigh: float
-    shank: float
-    ankle_height: float
-    heel: Array
-    metatarsals: Array
-    foot: float
-    head: float
-    upper_trunk: float
-    middle_trunk: float
-    lower_trunk: float
-    shoulder_height: float
-    shoulder_half_width: float
-    upper_arm: float
-    forearm: float
-    hand: float
+    Attributes
+    ----------
+    segment : what was measured or scaled.
+    right_m, left_m : measured length of each side, m; None where no marker shows it.
+    length_m : length in the model, m.
+    mass_kg : mass of one such segment, kg; None for a length that carries none.
+    factor : `length_m` / the population mean for this stature (see `source`).
+    source : where the length, the population mean and the mass come from.
+    side : whose segment it is; None for both sides alike, and in the middle of the body.
+    """
+
+    segment: str
+    right_m: float | None
+    left_m: float | None
+    length_m: float
+    mass_kg: float | None
+    factor: float
+    source: str
+    side: Side | None = None
+
+    @property
+    def name(self) -> str:
+        """The segment and its side, for readers."""
+        return self.segment if self.side is None else f"{self.side} {self.segment}"
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """Length m and mass kg of the segments of de Leva's table, by name; of one side."""
+
+    length: Mapping[str, float]
+    mass: Mapping[str, float]
+    sex: Sex
 
 
 @dataclass(frozen=True)
@@ -74,50 +97,29 @@ class _Part:
     inertia: Array
 
 
-def body_of(measured: Measurements, lengths: Lengths, subject: Individual) -> BodyModel:
-    """The model of a body with these lengths, whose mass is exactly the person's."""
-    masses = {
-        name: fraction * subject.mass_kg for name, fraction in mass_fractions(subject.sex).items()
-    }
-    bodies = {
-        "pelvis": (np.zeros(3), _pelvis(measured, lengths, masses, subject.sex)),
-        "torso": (_lumbar_joint(measured, lengths), _torso(lengths, masses, subject.sex)),
-    }
-    foot, toes = _foot_and_toes(lengths, masses["foot"], subject.sex)
-    right = {
-        "thigh": (
-            np.array([0.0, -measured.hip_half_width, 0.0]),
-            _hanging("thigh", masses, lengths.thigh, subject.sex),
-        ),
-        "shank": (
-            np.array([0.0, 0.0, -lengths.thigh]),
-            _hanging("shank", masses, lengths.shank, subject.sex),
-        ),
-        "foot": (np.array([0.0, 0.0, -lengths.shank]), foot),
-        "toes": (_toe_joint(lengths), toes),
-        "upper_arm": (
-            np.array(
-                [
-                    0.0,
-                    -lengths.shoulder_half_width,
-                    (
-                        lengths.shoulder_height - lengths.lower_trunk
-                        if measured.shoulder_up is None
-                        else measured.shoulder_up
-                    ),
-                ]
-            ),
-            _hanging("upper arm", masses, lengths.upper_arm, subject.sex),
-        ),
-        "forearm": (
-            np.array([0.0, 0.0, -lengths.upper_arm]),
-            _forearm_and_hand(lengths, masses, subject.sex),
-        ),
-    }
-    mirror = np.array([1.0, -1.0, 1.0])
-    for name, (joint, part) in right.items():
-        bodies[f"{name}_r"] = joint, part
-        bodies[f"{name}_l"] = mirror * joint, _mirrored(part)
+def body_of(
+    measured: Measurements, table: Sequence[ScaledSegment], subject: Individual
+) -> BodyModel:
+    """The model of a body with the lengths and masses of `table`, which add up to exactly the mass
+    of `subject`; joints and feet are as `measured`.
+    """
+    bodies: dict[str, tuple[Array, _Part]] = {}
+    spheres: list[ContactSphere] = []
+    for side, limbs in measured.modelled.items():
+        rows = [row for row in table if row.side in (None, side)]
+        sized = _Sized(
+            {row.segment: row.length_m for row in rows},
+            {row.segment: row.mass_kg for row in rows if row.mass_kg is not None},
+            subject.sex,
+        )
+        bodies["pelvis"] = np.zeros(3), _pelvis(measured, sized)
+        bodies["torso"] = _lumbar_joint(measured, sized), _torso(sized)
+        for name, (joint, part) in _right_side(measured, limbs, sized, subject).items():
+            if side == "left":
+                # Both sides are built as right ones; y is to the left.
+                joint, part = np.array([1.0, -1.0, 1.0]) * joint, _mirrored(part)
+            bodies[f"{name}_{side[0]}"] = joint, part
+        spheres += contact_spheres(limbs, side)
     return BodyModel(
         name=subject.identifier,
         segments=tuple(
@@ -132,8 +134,47 @@ def body_of(measured: Measurements, lengths: Lengths, subject: Individual) -> Bo
             for name in SEGMENTS
             for part in [bodies[name][1]]
         ),
-        spheres=contact_spheres(lengths),
+        spheres=tuple(spheres),
     )
+
+
+def _right_side(
+    measured: Measurements, limbs: Limbs, sized: _Sized, subject: Individual
+) -> dict[str, tuple[Array, _Part]]:
+    """Joint (3,) m in the parent, and body, of a side's segments, as if it were the right side."""
+    length = sized.length
+    foot, toes = _foot_and_toes(limbs, sized)
+    return {
+        "thigh": (np.array([0.0, -measured.hip_half_width, 0.0]), _hanging("thigh", sized)),
+        "shank": (np.array([0.0, 0.0, -length["thigh"]]), _hanging("shank", sized)),
+        "foot": (np.array([0.0, 0.0, -length["shank"]]), foot),
+        "toes": (_toe_joint(limbs), toes),
+        "upper_arm": (_shoulder(measured, sized, subject), _hanging("upper arm", sized)),
+        "forearm": (np.array([0.0, 0.0, -length["upper arm"]]), _forearm_and_hand(sized)),
+    }
+
+
+def _shoulder(measured: Measurements, sized: _Sized, subject: Individual) -> Array:
+    """Right shoulder in the trunk, (3,) m: as fitted or measured, else de Leva's height in
+    proportion to the trunk and a mean width.
+    """
+    aside, up = measured.shoulder_half_width, measured.shoulder_up
+    if aside is None:
+        aside = SHOULDER_HALF_WIDTH * subject.height_m
+    if up is None:
+        above_hips = measured.shoulder_height
+        if above_hips is None:
+            above_hips = SHOULDER_HEIGHT[subject.sex] * trunk_factor(measured, subject)
+        up = above_hips - sized.length["lower trunk"]
+    return np.array([0.0, -aside, up])
+
+
+def trunk_factor(measured: Measurements, subject: Individual) -> float:
+    """Factor on de Leva's trunk and head that fills the stature of `subject` above the `measured`
+    hips.
+    """
+    table = DE_LEVA[subject.sex]
+    return (subject.height_m - measured.hip_height) / math.fsum(table[n].length for n in TRUNK)
 
 
 def _mirrored(part: _Part) -> _Part:
@@ -153,27 +194,25 @@ def _combined(parts: Sequence[_Part]) -> _Part:
     return _Part(mass, centre, inertia)
 
 
-def _hanging(name: str, masses: Mapping[str, float], length: float, sex: Sex) -> _Part:
+def _hanging(name: str, sized: _Sized) -> _Part:
     """A segment that hangs along -z from its joint."""
-    proportions = DE_LEVA[sex][name]
+    proportions, mass, length = DE_LEVA[sized.sex][name], sized.mass[name], sized.length[name]
     return _Part(
-        masses[name],
+        mass,
         np.array([0.0, 0.0, -proportions.centre_of_mass * length]),
-        inertia_tensor(proportions, masses[name], length),
+        inertia_tensor(proportions, mass, length),
     )
 
 
-def _forearm_and_hand(lengths: Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
-    hand = DE_LEVA[sex]["hand"]
+def _forearm_and_hand(sized: _Sized) -> _Part:
+    hand, mass, length = DE_LEVA[sized.sex]["hand"], sized.mass["hand"], sized.length["hand"]
     # The palm faces the thigh, a quarter turn from the anatomical position of the table.
     hanging = _Part(
-        masses["hand"],
-        np.array([0.0, 0.0, -lengths.forearm - hand.centre_of_mass * lengths.hand]),
-        inertia_tensor(
-            hand, masses["hand"], lengths.hand, ("transverse", "sagittal", "longitudinal")
-        ),
+        mass,
+        np.array([0.0, 0.0, -sized.length["forearm"] - hand.centre_of_mass * length]),
+        inertia_tensor(hand, mass, length, ("transverse", "sagittal", "longitudinal")),
     )
-    return _combined([_hanging("forearm", masses, lengths.forearm, sex), hanging])
+    return _combined([_hanging("forearm", sized), hanging])
 
 
 def _standing_to_neutral(measured: Measurements) -> Array:
@@ -182,9 +221,9 @@ def _standing_to_neutral(measured: Measurements) -> Array:
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
-def _lumbar_joint(measured: Measurements, lengths: Lengths) -> Array:
+def _lumbar_joint(measured: Measurements, sized: _Sized) -> Array:
     """As fitted, or at the navel (OMPH), where de Leva divides lower from middle trunk."""
-    joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, lengths.lower_trunk])
+    joint = np.asarray(_standing_to_neutral(measured) @ [0.0, 0.0, sized.length["lower trunk"]])
     for axis, fitted in ((0, measured.lumbar_forward), (2, measured.lumbar_up)):
         if fitted is not None:
             joint[axis] = fitted
@@ -196,66 +235,61 @@ def _hips_moved(measured: Measurements) -> Array:
     return np.array([measured.hip_forward or 0.0, 0.0, measured.hip_up or 0.0])
 
 
-def _pelvis(
-    measured: Measurements, lengths: Lengths, masses: Mapping[str, float], sex: Sex
-) -> _Part:
-    proportions, length = DE_LEVA[sex]["lower trunk"], lengths.lower_trunk
-    mass = masses["lower trunk"]
+def _pelvis(measured: Measurements, sized: _Sized) -> _Part:
+    proportions = DE_LEVA[sized.sex]["lower trunk"]
+    mass, length = sized.mass["lower trunk"], sized.length["lower trunk"]
     turn = _standing_to_neutral(measured)
     centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
     inertia = turn @ inertia_tensor(proportions, mass, length) @ turn.T
     return _Part(mass, turn @ centre - _hips_moved(measured), inertia)
 
 
-def _torso(lengths: Lengths, masses: Mapping[str, float], sex: Sex) -> _Part:
+def _torso(sized: _Sized) -> _Part:
     """Middle and upper trunk and head, stacked upwards from the lumbar joint."""
     parts = []
     top = 0.0
-    for name, length in (
-        ("middle trunk", lengths.middle_trunk),
-        ("upper trunk", lengths.upper_trunk),
-        ("head", lengths.head),
-    ):
-        proportions = DE_LEVA[sex][name]
+    for name in TRUNK[1:]:
+        proportions, mass, length = DE_LEVA[sized.sex][name], sized.mass[name], sized.length[name]
+        # The table counts from the upper end of a trunk segment; here they are stacked upwards.
         top += length
         parts.append(
             _Part(
-                masses[name],
+                mass,
                 np.array([0.0, 0.0, top - proportions.centre_of_mass * length]),
-                inertia_tensor(proportions, masses[name], length),
+                inertia_tensor(proportions, mass, length),
             )
         )
     return _combined(parts)
 
 
-def _toe_joint(lengths: Lengths) -> Array:
+def _toe_joint(limbs: Limbs) -> Array:
     """Between the first and fifth metatarsal heads, at half the height of the skin."""
-    middle = lengths.metatarsals.mean(axis=0)
-    return np.array([middle[0], middle[1], (middle[2] - lengths.ankle_height) / 2])
+    middle = limbs.metatarsals.mean(axis=0)
+    return np.array([middle[0], middle[1], (middle[2] - limbs.ankle_height) / 2])
 
 
-def _foot_and_toes(lengths: Lengths, mass: float, sex: Sex) -> tuple[_Part, _Part]:
+def _foot_and_toes(limbs: Limbs, sized: _Sized) -> tuple[_Part, _Part]:
     """Foot and toes, which together are de Leva's foot: his runs from the heel to the toe tip at
     half the ankle's height, and the toes are a solid ellipsoid from the toe joint to the tip.
     """
-    proportions, toe_joint = DE_LEVA[sex]["foot"], _toe_joint(lengths)
-    share = proportions.centre_of_mass * lengths.foot
-    along = share / (toe_joint[0] - lengths.heel[0])
+    proportions, toe_joint = DE_LEVA[sized.sex]["foot"], _toe_joint(limbs)
+    mass, length = sized.mass["foot"], sized.length["foot"]
+    share = proportions.centre_of_mass * length
+    along = share / (toe_joint[0] - limbs.heel[0])
     centre = np.array(
         [
-            lengths.heel[0] + share,
-            lengths.heel[1] + along * (toe_joint[1] - lengths.heel[1]),
-            -lengths.ankle_height / 2,
+            limbs.heel[0] + share,
+            limbs.heel[1] + along * (toe_joint[1] - limbs.heel[1]),
+            -limbs.ankle_height / 2,
         ]
     )
-    whole = inertia_tensor(
-        proportions, mass, lengths.foot, ("longitudinal", "transverse", "sagittal")
-    )
+    whole = inertia_tensor(proportions, mass, length, ("longitudinal", "transverse", "sagittal"))
 
-    tip = lengths.heel[0] + lengths.foot
+    tip = limbs.heel[0] + length
     toes_length = tip - toe_joint[0]
-    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
-    height = 2 * (lengths.ankle_height + toe_joint[2])
+    width = limbs.metatarsals[0, 1] - limbs.metatarsals[1, 1]
+    height = 2 * (limbs.ankle_height + toe_joint[2])
+    # Solid ellipsoid of half axes a, b, c: Ixx = m (b² + c²) / 5.
     squares = (np.array([toes_length, width, height]) / 2) ** 2
     toes_mass = TOES_MASS * mass
     toes = _Part(
@@ -264,6 +298,7 @@ def _foot_and_toes(lengths: Lengths, mass: float, sex: Sex) -> tuple[_Part, _Par
         np.diag(toes_mass / 5 * (squares.sum() - squares)),
     )
 
+    # What remains of de Leva's foot, so that both together have its mass, centre and inertia.
     toes_centre = toe_joint + toes.centre
     foot_mass = mass - toes_mass
     foot_centre = (mass * centre - toes_mass * toes_centre) / foot_mass
@@ -276,37 +311,39 @@ def _foot_and_toes(lengths: Lengths, mass: float, sex: Sex) -> tuple[_Part, _Par
     return _Part(foot_mass, foot_centre, inertia), toes
 
 
-def contact_spheres(lengths: Lengths) -> tuple[ContactSphere, ...]:
-    """The published spheres, fitted to this foot: they reach from its heel to its toes, and are
-    spread in proportion to the width across the metatarsal heads.
+def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:
+    """The published spheres, fitted to the foot of a `side` with the lengths `limbs`: they reach
+    from its heel to its toes, and are spread in proportion to the width across the metatarsal
+    heads.
 
     The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
     points 20° up would touch down 5 mm, about 2 % of the cycle, later than in the recorded force.
     """
     forward = np.array([place[1] for place in SPHERES.values()])
     lateral = np.array([place[2] for place in SPHERES.values()])
-    stretch = (lengths.foot - 2 * SPHERE_RADIUS) / (forward.max() - forward.min())
-    x = lengths.heel[0] + SPHERE_RADIUS + stretch * (forward - forward.min())
-    width = lengths.metatarsals[0, 1] - lengths.metatarsals[1, 1]
+    stretch = (limbs.foot_length - 2 * SPHERE_RADIUS) / (forward.max() - forward.min())
+    x = limbs.heel[0] + SPHERE_RADIUS + stretch * (forward - forward.min())
+    width = limbs.metatarsals[0, 1] - limbs.metatarsals[1, 1]
     published_middle = (SPHERES["ball_medial"][2] + SPHERES["ball_lateral"][2]) / 2
-    y = lengths.metatarsals[:, 1].mean() - width / PUBLISHED_WIDTH * (lateral - published_middle)
-    z = SPHERE_RADIUS - lengths.ankle_height
-    joint = _toe_joint(lengths)
+    # SPHERES has positions to the side, y is to the left: minus for the right foot.
+    y = limbs.metatarsals[:, 1].mean() - width / PUBLISHED_WIDTH * (lateral - published_middle)
+    # From the ankle, the foot's origin: every sphere touches the sole's plane.
+    z = SPHERE_RADIUS - limbs.ankle_height
+    joint = _toe_joint(limbs)
+    mirror = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
     spheres = []
-    for side in SIDES:
-        mirror = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
-        for (name, (segment, _, _)), forward_position, left_position in zip(
-            SPHERES.items(), x, y, strict=True
-        ):
-            place = np.array([forward_position, left_position, z])
-            if segment == "toes":
-                place = place - joint
-            spheres.append(
-                ContactSphere(
-                    name=f"contact_{name}_{side[0]}",
-                    segment=f"{segment}_{side[0]}",
-                    position=mirror * place,
-                    radius=SPHERE_RADIUS,
-                )
+    for (name, (segment, _, _)), forward_position, left_position in zip(
+        SPHERES.items(), x, y, strict=True
+    ):
+        place = np.array([forward_position, left_position, z])
+        if segment == "toes":
+            place = place - joint
+        spheres.append(
+            ContactSphere(
+                name=f"contact_{name}_{side[0]}",
+                segment=f"{segment}_{side[0]}",
+                position=mirror * place,
+                radius=SPHERE_RADIUS,
             )
-    return tuple(spheres)
+        )
+    return spheres

@@ -22,7 +22,7 @@ import numpy as np
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import WINTER
 from gaitval.scaling.joint_centres import hip_joint_centre
-from gaitval.scaling.measurements import Leg, Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 
 THIGH: Final = 0.2284
 SHANK: Final = 0.2282
@@ -148,6 +148,7 @@ def measure_by_tape(
     return Measurements(
         right=leg,
         left=leg,
+        # Harrington's width does not depend on the depth of the pelvis, which no tape measures.
         hip_half_width=float(-hip_joint_centre(used["pelvis_width"], 0.0)[1]),
         hip_height=used["hip_height"],
         pelvic_tilt=float(PELVIC_TILT),
@@ -203,11 +204,11 @@ def _share(
     return shares
 
 
-def _leg(used: dict[str, float]) -> Leg:
+def _leg(used: dict[str, float]) -> Limbs:
     foot, ankle = used["foot"], used["ankle_height"]
     heel, first, fifth = (np.array(FOOT[name]) * foot for name in ("heel", "MT1", "MT5"))
     floor = np.array([0.0, 0.0, ankle])
-    return Leg(
+    return Limbs(
         thigh=used["thigh"],
         shank=used["shank"],
         ankle_height=ankle,

@@ -15,13 +15,13 @@ from gaitval.gait.cycles import (
     Part,
     average,
 )
-from gaitval.gait.doubts import Doubt
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import ANGLE_NAMES, RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames
 from gaitval.session.request import Request
-from gaitval.session.trial import Trial, valid_cycles
+from gaitval.session.trial import WalkingTrial, valid_cycles
 
 MASS_TOLERANCE = 0.12
 """Fraction of the body mass by which the force plates may differ from it. Plates with a wrong
@@ -36,14 +36,16 @@ _MASS_HINTS = (
 
 
 def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Array]:
-    """Angles of one side over a motion, (T,) rad each, by the names and signs of
-    `gait.record.GaitRecord`: of the joints, the pelvis and the foot.
+    """Angles of one side over a motion `positions` (T, 31) of `model`, (T,) rad each, by the names
+    and signs of `gait.record.GaitRecord`: of the joints, the pelvis and the foot.
     """
     suffix, sign = side[0], 1.0 if side == "right" else -1.0
     found = {
         f"{name}_{suffix}": positions[:, COORDINATES.index(f"{name}_{suffix}")]
         for name in RECORDED_ANGLES
     }
+    # The pelvis is one body, but a record has its angles over each side's cycle. List and rotation
+    # are positive with that side up and forward, hence the sign.
     tilt, list_right, rotation_right = pelvis_angles(
         Rotation.from_rotvec(positions[:, :3]).as_matrix()
     ).T
@@ -56,8 +58,8 @@ def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Arr
     return found
 
 
-def mean_angles(model: BodyModel, walks: Sequence[Trial]) -> dict[str, AverageCurve]:
-    """Mean joint angles by name, rad, over the cycles of all trials."""
+def mean_angles(model: BodyModel, walks: Sequence[WalkingTrial]) -> dict[str, AverageCurve]:
+    """Mean joint angles of `model` by name, rad, over the cycles of all trials (`walks`)."""
     found = {}
     for side in SIDES:
         sampled = [side_angles(model, walk.motion, side) for walk in walks]
@@ -75,7 +77,7 @@ LARGEST_DRIFT: Final = {"angle": float(np.radians(10.0)), "moment": 0.6}
 """By how much (rad, Nm/kg) a mean curve may end elsewhere than it began. Closing it moves no point
 by more than half of that: 5 degrees, beyond which joint angles mislead (McGinley et al. 2009, Gait
 & Posture 29:360). Of 52 single cycles of 13 people, most of them children, the largest moment (hip
-flexion) ended 0.57 Nm/kg from where it began."""
+flexion) ended 0.57 Nm/kg from where it started."""
 
 
 USUAL_DRIFT: Final = float(np.radians(4.2))
@@ -85,12 +87,14 @@ Neurosci 17:992585; Hood 2020, Sci Data 7:150)."""
 
 
 def left_open(name: str, curve: Array) -> bool:
-    """Whether a mean angle (101,) that a subject need not have is left out: it does not close."""
+    """Whether the mean angle `curve` (101,) of this `name`, which a subject need not have, is left
+    out because it does not close.
+    """
     return name not in REQUIRED_ANGLES and abs(curve[-1] - curve[0]) > LARGEST_DRIFT["angle"]
 
 
-def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[Doubt, ...]:
-    """Mean angles that end elsewhere than they began, by more than nearly everybody's."""
+def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[QualityFlag, ...]:
+    """Warnings about mean `angles` (rad) whose ends differ by more than nearly everybody's."""
     found = []
     for name, curve in angles.items():
         gap = float(curve.mean[-1] - curve.mean[0])
@@ -102,7 +106,7 @@ def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[Doubt, ...]:
             else "taken away evenly over the cycle; more cycles make it smaller"
         )
         found.append(
-            Doubt(
+            QualityFlag(
                 *("drift", name, np.degrees(abs(gap)), np.degrees(USUAL_DRIFT), "deg"),
                 f"drifts by {np.degrees(gap):.1f}° from one heel strike to the next, more than 99 "
                 f"% of people's single strides; {what}",
@@ -112,9 +116,11 @@ def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[Doubt, ...]:
 
 
 def mean_kinetics(
-    request: Request, walks: Sequence[Trial]
+    request: Request, walks: Sequence[WalkingTrial]
 ) -> tuple[dict[str, AverageCurve], dict[Side, AverageCurve]]:
-    """Moments in Nm/kg and ground reactions in body weights; empty without forces."""
+    """Moments in Nm/kg and ground reactions in body weights, with the mass of `request`, over the
+    cycles of all `walks`; empty without forces.
+    """
     moments: dict[str, AverageCurve] = {}
     forces: dict[Side, AverageCurve] = {}
     for i, side in enumerate(SIDES):
@@ -141,12 +147,11 @@ def mean_kinetics(
     return moments, forces
 
 
-def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
-    """Mean vertical force over whole gait cycles, body weights; None if no cycle is shown whole.
+def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
+    """Mean vertical force of `walks` over whole gait cycles, in body weights of `request`; None if
+    no cycle is shown whole.
 
-    Raises
-    ------
-    RecordError : the plates measure another mass, perhaps because one is in pounds.
+    Raises RecordError if the plates measure another mass, perhaps because one is in pounds.
     """
     shares = []
     for walk in walks:
@@ -157,6 +162,8 @@ def check_mass(request: Request, walks: Sequence[Trial]) -> float | None:
             for cycle in valid_cycles(walk, side, kinetics=True):
                 inside = (time >= cycle.start) & (time < cycle.end)
                 if walk.forces.valid[inside].all():
+                    # Momentum at both ends of a cycle of steady walking is equal, so the mean force
+                    # is the weight.
                     shares.append(walk.forces.force[inside, :, 2].sum(axis=1).mean())
     if not shares:
         return None

@@ -23,17 +23,15 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Final, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from gaitval.artefacts import write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.metrics.recording_limits import State, failure
-from gaitval.scaling.landmarks import Width
-from gaitval.session.halves import Halves
 from gaitval.session.importing import Imported, import_files
-from gaitval.session.request import HipCentre, Tell, silent
+from gaitval.session.request import OLD_KEYS, ImportOptions, Tell, checked, silent
 from gaitval.session.summary import limit_rows
 from gaitval.session.trial import valid_cycles
 from gaitval.session.write import FOLDER
@@ -41,36 +39,11 @@ from gaitval.session.write import FOLDER
 TABLE: Final = "batch.csv"
 
 
-class Person(BaseModel):
+class BatchPerson(ImportOptions):
     """One person of a session file, with the options of `gaitval import`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
-    sex: str
-    static: Path | None = None
-    trials: Annotated[tuple[Path, ...], Field(min_length=1)]
-    forces: tuple[Path, ...] = ()
-    mass: float | None = None
-    height: float | None = None
-    marker_set: str | None = None
-    axes: str | None = None
-    knee_width: Width = None
-    ankle_width: Width = None
-    elbow_width: Width = None
-    functional: tuple[Path, ...] = ()
-    hip_centre: HipCentre = "regression"
-    age: float | None = None
-    citation: str = "Own recording, not published"
-    licence: str = "not stated"
-    consistent: bool = False
-    kinematics_only: bool = False
-    mirror: bool = False
-    static_time: tuple[float, float] | None = None
-    floor: float = 0.0
-    feet_flat: bool = True
-    no_plate: tuple[str, ...] = ()
-    halves: Halves | None = None
+    """Of the folder, and of the person where `person` is not given."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +70,12 @@ class Outcome:
     failed: str = ""
 
 
-def read_batch(path: Path) -> tuple[Person, ...]:
-    """The people of a session file; of a folder, of every `session.toml` in or below it.
+def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
+    """The people of the session file `path`; of a folder, of every `session.toml` in or below it.
 
-    Raises
-    ------
-    ConfigurationError : a file is missing or not TOML, has unknown or missing keys, or two people
-        have one name.
+    `tell` is called with a sentence for each key of an earlier gaitval: what it is read as. Raises
+    ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
+    people have one name.
     """
     path = Path(path)
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
@@ -112,7 +84,7 @@ def read_batch(path: Path) -> tuple[Person, ...]:
             f"{path}: no session.toml in this folder or below it. Write one with a table "
             "[[people]] for each person (gaitval imports --help)."
         )
-    people = [person for file in files for person in _read(file)]
+    people = [person for file in files for person in _read(file, tell)]
     names = [person.name for person in people]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -123,7 +95,7 @@ def read_batch(path: Path) -> tuple[Person, ...]:
     return tuple(people)
 
 
-def _read(file: Path) -> list[Person]:
+def _read(file: Path, tell: Tell) -> list[BatchPerson]:
     try:
         values = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
@@ -131,7 +103,7 @@ def _read(file: Path) -> list[Person]:
             f"{file}: cannot be read ({error.strerror}). Check the name and the folder."
         ) from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigurationError(f"{file}: not TOML ({error}). Mend the file.") from None
+        raise ConfigurationError(f"{file}: not TOML ({error}). Correct the file.") from None
     tables = values.get("people")
     if not isinstance(tables, list) or not tables or set(values) != {"people"}:
         raise ConfigurationError(
@@ -139,53 +111,42 @@ def _read(file: Path) -> list[Person]:
             f"this one has {', '.join(values) or 'nothing'}."
         )
     return [
-        person_of(file, f"person {number}", table) for number, table in enumerate(tables, start=1)
+        person_of(file, f"person {number}", table, tell)
+        for number, table in enumerate(tables, start=1)
     ]
 
 
-def person_of(file: Path, where: str, table: Any) -> Person:
-    """A person from a table of a file; paths in it are relative to the file.
+def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchPerson:
+    """A person from a `table` of the file `file`; paths in it are relative to the file.
 
-    Parameters
-    ----------
-    where : of the file the table is, for messages.
-
-    Raises
-    ------
-    ConfigurationError : a key is unknown or missing, or a value is of the wrong type.
+    Messages say `where` in the file the table is; `tell` is called for keys of an earlier gaitval.
+    Raises ConfigurationError if a key is unknown or missing, or a value is of the wrong type.
     """
+    if not isinstance(table, dict):
+        raise ConfigurationError(f"{file}: {where}: not a table. Write [[people]] before it.")
+    values = dict(table)
+    for old, opposite in OLD_KEYS.items():
+        if isinstance(values.get(old), bool):
+            values[opposite] = not values.pop(old)
+            said = f"{opposite} = {str(values[opposite]).lower()}"
+            tell("session", f"{file}: {where}: {old} is read as {said}; write that")
     try:
-        person = Person.model_validate(table)
-    except ValidationError as error:
-        problems = [
-            f"{'.'.join(map(str, item['loc']))}: {item['msg'].lower()}" for item in error.errors()
-        ]
-        raise ConfigurationError(
-            f"{file}: {where}: " + "; ".join(problems) + ". See gaitval imports --help."
-        ) from None
-    here = file.parent
-    return person.model_copy(
-        update={
-            "static": None if person.static is None else here / person.static,
-            "trials": tuple(here / each for each in person.trials),
-            "forces": tuple(here / each for each in person.forces),
-            "functional": tuple(here / each for each in person.functional),
-        }
-    )
+        return checked(BatchPerson, values).below(file.parent)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{file}: {where}: {error} See gaitval imports --help.") from None
 
 
 def import_batch(
-    people: Sequence[Person],
+    people: Sequence[BatchPerson],
     out: Path,
     configuration: Configuration,
     *,
     tell: Callable[[str, str, str], None] | None = None,
 ) -> list[Outcome]:
-    """Import people one after the other, each into a folder of their name; writes a table.
+    """Import `people` one after the other, each into a folder of their name in `out`; writes a
+    table.
 
-    Parameters
-    ----------
-    tell : called with each decision: the person, the step, and a sentence.
+    `configuration` serves all; `tell` is called with each decision: person, step, and a sentence.
     """
     outcomes = []
     for person in people:
@@ -194,27 +155,16 @@ def import_batch(
             if tell is not None:
                 tell(name, step, text)
 
+        # The table is written after every person: a run that is cut off has those that are done.
         outcomes.append(_one(person, Path(out), configuration, told if tell else silent))
         _write(Path(out) / TABLE, outcomes)
     return outcomes
 
 
-def _one(person: Person, out: Path, configuration: Configuration, tell: Tell) -> Outcome:
-    options = person.model_dump(
-        exclude={"name", "sex", "static", "trials", "mass", "height"}, exclude_none=True
-    )
+def _one(person: BatchPerson, out: Path, configuration: Configuration, tell: Tell) -> Outcome:
+    options = person.model_copy(update={"person": person.person or person.name})
     try:
-        imported = import_files(
-            person.static,
-            person.trials,
-            out / person.name,
-            mass=person.mass,
-            height=person.height,
-            sex=person.sex,
-            configuration=configuration,
-            tell=tell,
-            **options,
-        )
+        imported = import_files(options, out / person.name, configuration=configuration, tell=tell)
     except GaitvalError as error:
         tell("refused", str(error))
         pages = [out / person.name / FOLDER / f"{name}.html" for name in ("recording", "refused")]
@@ -224,7 +174,7 @@ def _one(person: Person, out: Path, configuration: Configuration, tell: Tell) ->
     return _made(person, imported, out)
 
 
-def _made(person: Person, imported: Imported, out: Path) -> Outcome:
+def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
     found = imported.found
     kinetics = bool(found.forces)
     counts = [

@@ -32,7 +32,7 @@ from gaitval.scaling.functional import (
 from gaitval.scaling.joint_centres import locate, pelvis_frame
 from gaitval.scaling.same_person import check_same_person
 from gaitval.session.read import (
-    Session,
+    SessionRecordings,
     about_file,
     marker_columns,
     named,
@@ -140,13 +140,15 @@ class FunctionalJoint:
 
 
 def functional_joints(
-    request: Request, processing: ProcessingSettings, session: Session, tell: Tell = silent
+    request: Request,
+    processing: ProcessingSettings,
+    session: SessionRecordings,
+    tell: Tell = silent,
 ) -> tuple[FunctionalJoint, ...]:
-    """The hips and knees of each range-of-motion trial of the request, and why any is not found.
+    """The hips and knees of each range-of-motion trial of `request`, and why any is not found.
 
-    Raises
-    ------
-    RecordError : a file cannot be read, or is of another person.
+    The trials get the axes and marker names of `session` and are cleaned by `processing`; `tell` is
+    called with each joint. Raises RecordError if a file cannot be read, or is of another person.
     """
     joints: list[FunctionalJoint] = []
     places = standing_places(session.standing)
@@ -166,8 +168,9 @@ def chosen_hips(
 ) -> dict[str, Array]:
     """The functional hip centres that are used, (3,) m in standing, by side ("R", "L").
 
-    Those of the smallest error, if it is at most `LARGEST_ERROR`; none unless the request asks for
-    them. A side without one keeps the regression, which is told.
+    Of `joints`, those of the smallest error, if it is at most `LARGEST_ERROR`; none unless
+    `request` asks for them. A side without one keeps the regression; `tell` is called with what is
+    chosen.
     """
     if request.hip_centre == "regression":
         return {}
@@ -226,7 +229,7 @@ def functional_record(joint: FunctionalJoint) -> dict[str, Any]:
 
 
 def functional_rows(joints: Sequence[FunctionalJoint]) -> list[FunctionalRow]:
-    """The rows of the page, of each joint."""
+    """The rows of the page, one for each of `joints`."""
     return [
         FunctionalRow(
             joint.trial, f"{joint.side} {joint.joint}", joint.refused, *_figures(joint.found)
@@ -255,7 +258,7 @@ def _figures(found: FunctionalHip | FunctionalKnee | None) -> tuple[str, str, st
     )
 
 
-def _read(file: Path, processing: ProcessingSettings, session: Session) -> Recording:
+def _read(file: Path, processing: ProcessingSettings, session: SessionRecordings) -> Recording:
     recording = named(read_recording(file), session.marker_set)
     recording, _ = clean(
         recording.turned(session.axes.rotation),
@@ -281,7 +284,7 @@ class _Leg:
     places : (3,) m of each marker in standing; points : landmarks and joint centres there.
     """
 
-    session: Session
+    session: SessionRecordings
     places: Mapping[str, Array]
     points: Mapping[str, Array]
     recording: Recording
@@ -308,6 +311,7 @@ class _Leg:
         """
         thigh = f"thigh_{self.letter.lower()}"
         names = self._worn(thigh)
+        # Three points fix a rigid body: with two markers the hip centre is the third.
         if len(names) != 2:
             return self.motion(thigh)
         hip = self.points[f"{self.letter}.Hip.Centre"]
@@ -363,6 +367,7 @@ def _hip(leg: _Leg) -> FunctionalHip:
 def _knee(leg: _Leg) -> FunctionalKnee:
     side = leg.letter
     centre, lateral = leg.points[f"{side}.Knee.Centre"], leg.points[f"{side}.Knee"]
+    # To the person's left on both sides: from the lateral marker on the right, to it on the left.
     across = (centre - lateral) * (1.0 if side == "R" else -1.0)
     across /= np.linalg.norm(across)
     found = hinge_axis(
@@ -373,6 +378,8 @@ def _knee(leg: _Leg) -> FunctionalKnee:
     )
     up = leg.points[f"{side}.Hip.Centre"] - centre
     up /= np.linalg.norm(up)
+    # About the thigh's long axis only: both axes without their part along it. Seen from above a
+    # turn to the left is positive, which is internal rotation on the right.
     before, after = (axis - (axis @ up) * up for axis in (across, found.direction))
     turned = float(np.arctan2(np.cross(before, after) @ up, before @ after))
     return FunctionalKnee(

@@ -1,12 +1,12 @@
 """The two halves of a session's gait cycles, as two trials of one subject.
 
-A walk that was fitted to one half can be compared with the other, which it was not told. How far
-the halves themselves are apart is the floor below which no model can be asked to go.
+A walk that was fitted to one half can be compared with the other, which was held out. The
+difference between the halves themselves is the smallest error that a model can be asked for.
 """
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Final, Literal, get_args
+from typing import Final
 
 import numpy as np
 
@@ -15,23 +15,19 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import SpatioTemporal
 from gaitval.session.average import mean_angles, mean_kinetics
+from gaitval.session.request import Halves
 from gaitval.session.session import Import
-from gaitval.session.trial import Trial
-
-Halves = Literal["odd-even", "first-last"]
-HALVES: Final[tuple[Halves, ...]] = get_args(Halves)
+from gaitval.session.trial import WalkingTrial
 
 FEWEST_CYCLES: Final = 3
 """Valid cycles of each side in a half; the mean of fewer is mostly chance."""
 
 
 def halves_of(found: Import, which: Halves) -> dict[str, Import]:
-    """Two imports with half of the cycles of each trial and side, by name: odd and even, or first
-    and last.
+    """Two imports with half of the cycles of each trial and side of `found`, by name: odd and even,
+    or first and last, as `which` says.
 
-    Raises
-    ------
-    RecordError : a half has fewer than `FEWEST_CYCLES` valid cycles of a side.
+    Raises RecordError if a half has fewer than `FEWEST_CYCLES` valid cycles of a side.
     """
     names = which.split("-")
     halves = {name: _half(found, which, first=name == names[0]) for name in names}
@@ -41,7 +37,9 @@ def halves_of(found: Import, which: Halves) -> dict[str, Import]:
                 cycle
                 for walk in half.trials
                 for cycle in walk.cycles[side]
-                if (cycle.kinematics_valid if half.request.without_forces else cycle.kinetics_valid)
+                if (
+                    cycle.kinematics_valid if half.request.kinematics_only else cycle.kinetics_valid
+                )
             ]
             if len(usable) < FEWEST_CYCLES:
                 raise RecordError(
@@ -64,7 +62,7 @@ def _half(found: Import, which: Halves, *, first: bool) -> Import:
     )
 
 
-def _half_of_trial(walk: Trial, which: Halves, *, first: bool) -> Trial:
+def _half_of_trial(walk: WalkingTrial, which: Halves, *, first: bool) -> WalkingTrial:
     cycles, gait = {}, {}
     for side in SIDES:
         every = walk.cycles[side]

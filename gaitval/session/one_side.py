@@ -11,15 +11,15 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.gait.cycles import AverageCurve
-from gaitval.gait.doubts import Doubt
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import Mirrored, OneSide
 from gaitval.session.request import Request
-from gaitval.session.trial import Trial
+from gaitval.session.trial import WalkingTrial
 
 ACROSS: Final = np.array([1.0, -1.0, 1.0])
 """What a mirror does to a force forward, left, up."""
 ONE_SIDE: Final = "one side"
-"""`Doubt.check` of a side that was not recorded."""
+"""`QualityFlag.check` of a side that was not recorded."""
 REASONS_SHOWN: Final = 3
 """Different reasons for cycles that do not count, in a message."""
 
@@ -52,7 +52,7 @@ class Completed:
 def missing_sides(
     angles: Mapping[str, AverageCurve], forces: Mapping[Side, AverageCurve]
 ) -> OneSide:
-    """The side of which no trial shows a whole cycle that counts, of angles and of kinetics."""
+    """The side of which no trial shows a whole cycle that counts: in `angles`, in `forces`."""
     missing: OneSide = {}
     for side in SIDES:
         if f"hip_flexion_{side[0]}" not in angles:
@@ -69,11 +69,9 @@ def completed_sides(
     *,
     mirror: bool,
 ) -> Completed:
-    """The mean curves of an import.
-
-    Parameters
-    ----------
-    mirror : fill in a side that was not recorded with the other one's mirror image.
+    """The mean curves of an import: `angles`, `moments` and `forces` by name and side, in the units
+    of `session.Import`; a side that was not recorded is missing or, with `mirror`, the other one's
+    mirror image.
     """
     missing = missing_sides(angles, forces)
     of_angles = {name: np.asarray(curve.mean) for name, curve in angles.items()}
@@ -90,6 +88,7 @@ def completed_sides(
     if "kinetics" in missing:
         hidden = missing["kinetics"]
         of_moments = _mirrored(of_moments, opposite(hidden), hidden)
+        # Angles and moments have the same sign on both sides; the lateral force has not.
         of_forces[hidden] = of_forces[opposite(hidden)] * ACROSS
     return Completed(of_angles, of_moments, of_forces, {}, missing, seen)
 
@@ -102,11 +101,13 @@ def _mirrored(curves: Mapping[str, Array], shown: Side, hidden: Side) -> dict[st
 
 def one_side_doubts(
     request: Request,
-    walks: Sequence[Trial],
+    walks: Sequence[WalkingTrial],
     angles: Mapping[str, AverageCurve],
     forces: Mapping[Side, AverageCurve],
-) -> Iterator[Doubt]:
-    """What of one side was not recorded, why, and what can be done."""
+) -> Iterator[QualityFlag]:
+    """Warnings about a side of which `angles` or `forces` of the `walks` were not recorded: why,
+    and what can be done in view of `request`.
+    """
     missing = missing_sides(angles, forces)
     for kind, side in missing.items():
         if kind == "kinetics" and missing.get("angles") == side:
@@ -124,7 +125,7 @@ def one_side_doubts(
             if kinetics
             else "A further --trial that shows it records them"
         )
-        yield Doubt(
+        yield QualityFlag(
             *(ONE_SIDE, f"{side} {'foot' if kinetics else 'leg'}", 0.0, 1.0, "cycles"),
             f"its {what} were not recorded: {shown} ({_why(walks, side, kinetics=kinetics)}). "
             f"{_instead(side, what, mirror=request.mirror)} {mends}",
@@ -145,7 +146,7 @@ def _instead(side: Side, what: str, *, mirror: bool) -> str:
     )
 
 
-def _why(walks: Sequence[Trial], side: Side, *, kinetics: bool) -> str:
+def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
     """Why the cycles of a side do not count, the most frequent reasons first."""
     cycles = [cycle for walk in walks for cycle in walk.cycles[side]]
     if not cycles:

@@ -1,48 +1,51 @@
 """The person of a session: what the user says, and what the files know.
 
-What the user says wins; a file that says otherwise is told. What no one says is an error only if it
-is needed.
+What the user says wins; a file that says otherwise is reported. What no one says is an error only
+if it is needed.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from gaitval.datasets.plausible import mass_and_height_problems
 from gaitval.errors import SubjectError
 from gaitval.mocap.c3d_person import PersonFacts, read_person
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
-from gaitval.session.request import Tell
+from gaitval.session.request import ImportOptions, Tell
 
 _DIFFERS: Final = 0.02
 """Relative difference from which on two values contradict each other."""
+_NOBODY: Final = ("patient", "new patient", "subject", "new subject", "unnamed")
+"""Names that a recording program gives to everybody."""
 
 
-@dataclass(frozen=True)
-class Person:
-    """Body mass kg, stature m, sex, and widths of the joints in m; see `landmarks.Width`."""
+class SessionPerson(NamedTuple):
+    """What an import needs to know of a person, by the names of its options: kg, m."""
 
-    mass_kg: float
-    height_m: float
+    mass: float
+    height: float
     sex: Sex
-    knee_width_m: Width
-    ankle_width_m: Width
-    elbow_width_m: Width
+    knee_width: Width
+    ankle_width: Width
+    elbow_width: Width
+    recorded_name: tuple[str, str]
+    """The person's name in a recording, and the name of that file; empty where none says it."""
 
 
-def check_said(mass_kg: float | None, height_m: float | None, sex: str) -> Sex:
-    """Refuse what the user says of a body that cannot be, before any file is read.
+def check_said(mass: float | None, height: float | None, sex: str) -> Sex:
+    """Refuse `mass` (kg), `height` (m) and `sex` of a body that cannot be, before any file is read;
+    returns the sex.
 
-    Raises
-    ------
-    SubjectError : another sex than F or M, or swapped or wrong units.
+    Raises SubjectError for another sex than F or M, and for swapped or wrong units.
     """
-    mass = 70.0 if mass_kg is None else mass_kg
     problems = [
         problem.replace("mass_kg =", "--mass").replace("height_m =", "--height")
-        for problem in mass_and_height_problems(mass, 1.7 if height_m is None else height_m)
+        # An average stands in for what is still unknown, so that the other one is checked.
+        for problem in mass_and_height_problems(
+            70.0 if mass is None else mass, 1.7 if height is None else height
+        )
     ]
     if sex not in ("F", "M"):
         problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
@@ -51,36 +54,24 @@ def check_said(mass_kg: float | None, height_m: float | None, sex: str) -> Sex:
     return "F" if sex == "F" else "M"
 
 
-def person_of_session(
-    files: Sequence[Path],
-    *,
-    mass_kg: float | None,
-    height_m: float | None,
-    sex: str,
-    widths: dict[str, Width],
-    tell: Tell,
-) -> Person:
-    """The person, from what the user says and from the files, the standing trial first.
+def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
+    """The person, from what the user says (`options`) and from the files, the standing trial first;
+    `tell` is called with what the files say.
 
-    Parameters
-    ----------
-    widths : of knee, ankle and elbow, as the user gives them.
-
-    Raises
-    ------
-    SubjectError : mass or stature is nowhere, or cannot be.
-    RecordError : a file is damaged.
+    Raises SubjectError if mass or stature is nowhere, or cannot be, and RecordError if a file is
+    damaged.
     """
-    said = check_said(mass_kg, height_m, sex)
-    facts = [read_person(path) for path in files if path.is_file()]
+    sex = check_said(options.mass, options.height, options.sex)
+    files = [options.trials[0] if options.static is None else options.static, *options.trials]
+    facts = [read_person(path) for path in dict.fromkeys(files) if path.is_file()]
     for each in facts[:1]:
         if each.name or each.system:
             words = [each.name or "no name", *([f"made by {each.system}"] if each.system else [])]
             tell("person", f"{each.source}: {', '.join(words)}")
         if measured := _measured(each):
             tell("person", f"{each.source} also says {measured}: the markers are used instead")
-    mass = _one(facts, lambda each: each.mass_kg, mass_kg, "--mass", "kg", tell)
-    height = _one(facts, lambda each: each.height_m, height_m, "--height", "m", tell)
+    mass = _one(facts, lambda each: each.mass_kg, options.mass, "--mass", "kg", tell)
+    height = _one(facts, lambda each: each.height_m, options.height, "--height", "m", tell)
     missing = [
         f"{option} ({unit})"
         for option, unit, value in (("--mass", "kg", mass), ("--height", "m", height))
@@ -93,14 +84,24 @@ def person_of_session(
             f"{' and '.join(missing)}."
         )
     check_said(mass, height, sex)
-    return Person(
-        mass_kg=mass,
-        height_m=height,
-        sex=said,
-        knee_width_m=_width(facts, "knee", widths.get("knee"), tell),
-        ankle_width_m=_width(facts, "ankle", widths.get("ankle"), tell),
-        elbow_width_m=_width(facts, "elbow", widths.get("elbow"), tell),
+    return SessionPerson(
+        mass=mass,
+        height=height,
+        sex=sex,
+        knee_width=_width(facts, "knee", options.knee_width, tell),
+        ankle_width=_width(facts, "ankle", options.ankle_width, tell),
+        elbow_width=_width(facts, "elbow", options.elbow_width, tell),
+        recorded_name=next((found for each in facts if (found := _name(each))[0]), ("", "")),
     )
+
+
+def _name(facts: PersonFacts) -> tuple[str, str]:
+    """The person's name in a file, and the file's; empty where what it says names nobody.
+
+    Cortex writes the marker set there: all people of a laboratory would be one.
+    """
+    says_nobody = facts.system == "Cortex" or facts.name.lower() in _NOBODY
+    return ("", "") if says_nobody else (facts.name, Path(facts.source).name)
 
 
 def _measured(facts: PersonFacts) -> str:
@@ -157,6 +158,7 @@ def _width(facts: Sequence[PersonFacts], joint: str, said: Width, tell: Tell) ->
                 "where a side has no medial marker",
             )
             continue
+        # The user may give one width for both sides.
         ours = used if isinstance(used, tuple) else (used, used)
         if max(abs(right - ours[0]), abs(left - ours[1])) > _DIFFERS * max(ours):
             tell(

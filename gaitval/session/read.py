@@ -14,9 +14,9 @@ from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.cycles import (
     PLAUSIBLE_STRIDE,
 )
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.axes import (
     LaboratoryAxes,
     check_axes,
@@ -48,7 +48,7 @@ NAMED: Final = 20
 
 
 @dataclass(frozen=True)
-class Session:
+class SessionRecordings:
     """All trials of a session, with markers named, axes turned and trajectories cleaned.
 
     Attributes
@@ -56,22 +56,23 @@ class Session:
     marker_set : the recordings use its names.
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
-    doubts : the trial, and what is doubtful in its markers.
+    doubts : the trial, and a warning about its markers.
     """
 
     marker_set: MarkerSet
     axes: LaboratoryAxes
     standing: Recording
     walking: tuple[Recording, ...]
-    doubts: tuple[tuple[str, Doubt], ...] = ()
+    doubts: tuple[tuple[str, QualityFlag], ...] = ()
 
 
-def read_session(request: Request, processing: ProcessingSettings, tell: Tell = silent) -> Session:
-    """Read all trials, bring them into the project's axes and clean them.
+def read_session(
+    request: Request, processing: ProcessingSettings, tell: Tell = silent
+) -> SessionRecordings:
+    """Read all trials of `request`, bring them into the project's axes and clean them by
+    `processing`; `tell` is called with each decision.
 
-    Raises
-    ------
-    RecordError : a file cannot be used, or the files do not belong together.
+    Raises RecordError if a file cannot be used, or the files do not belong together.
     """
     _check_files(request)
     walking = [
@@ -94,17 +95,19 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             tell("markers", f"{trial.name}: without {', '.join(lacking)}")
     landmarks = marker_set.landmarks
     if request.axes is None:
+        # From the standing trial, in which the person is upright.
         axes = detect_axes(standing, landmarks)
     else:
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
-    doubts: list[tuple[str, Doubt]] = []
+    doubts: list[tuple[str, QualityFlag]] = []
 
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
         return prepared(recording, marker_set, processing, trial, tell)
 
+    # A standing pose from the walk needs the walk cleaned first; it is not cleaned twice.
     first = walked(0) if request.stands_in_walk else None
     standing, of_walk = _standing(request, processing, marker_set, axes, standing, first, tell)
     doubts += [(request.trials[0].name, doubt) for doubt in of_walk]
@@ -122,16 +125,16 @@ def read_session(request: Request, processing: ProcessingSettings, tell: Tell = 
             *displaced_doubts(displaced(distances, marker_set)),
             *foot_marker_doubts(standing, recording, landmarks),
         ):
-            tell("doubts", f"{trial.name}: {doubt}")
+            tell("warnings", f"{trial.name}: {doubt}")
             doubts.append((trial.name, doubt))
-        if not recording.plates and not request.without_forces:
+        if not recording.plates and not request.kinematics_only:
             raise RecordError(
                 f"{recording.source}: no force plates in the trial, so there are no moments and "
                 "no ground reaction. Give the file of the forces with --forces, or use "
                 "--kinematics-only: the walk then predicts moments and forces."
             ).with_way_on("--kinematics-only")
         turned.append(recording)
-    return Session(
+    return SessionRecordings(
         marker_set=marker_set,
         axes=axes,
         standing=standing,
@@ -166,9 +169,9 @@ the standing trial of the same person: five people of WBDS01, biomechZoo and BTK
 person's hip angles differed by 5 degrees and the others' by 2 at most."""
 
 
-def _of_walk(poses: int) -> Doubt:
+def _of_walk(poses: int) -> QualityFlag:
     """What a user should know who gives no standing trial."""
-    return Doubt(
+    return QualityFlag(
         *("standing pose", "standing", float(poses), 1.0, "poses"),
         f"no standing trial: {poses} pair(s) of mid-stances of the walk are put together to one "
         f"pose. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up to 5° "
@@ -184,24 +187,24 @@ def _standing(
     standing: Recording,
     first: Recording | None,
     tell: Tell,
-) -> tuple[Recording, list[Doubt]]:
+) -> tuple[Recording, list[QualityFlag]]:
     """The standing trial, cleaned and in the project's axes; put together from `first`, the first
     walk as `prepared`, if there is none.
     """
-    landmarks, doubts = marker_set.landmarks, list[Doubt]()
+    landmarks, doubts = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
         standing = standing_in_walk(first, marker_set)
         doubts.append(_of_walk(len(standing.markers)))
-        tell("doubts", f"{request.trials[0].name}: {doubts[0]}")
+        tell("warnings", f"{request.trials[0].name}: {doubts[0]}")
     else:
         standing, report = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
         )
         _tell_cleaning(tell, request.static, report)
         check_stands(standing, landmarks)
-    if request.floor_m:
-        standing = on_floor(standing, request.floor_m)
-    if not request.feet_flat:
+    if request.floor:
+        standing = on_floor(standing, request.floor)
+    if request.feet_not_flat:
         standing = with_level_feet(standing, landmarks)
     return standing, doubts
 
@@ -219,12 +222,7 @@ def _standing_file(request: Request, walking: Sequence[Recording]) -> Recording:
 
 
 def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
-    """A trial without the force plates of these names.
-
-    Raises
-    ------
-    RecordError : there is no such plate.
-    """
+    """A `recording` without the force plates `names`. Raises RecordError if one is not there."""
     known = [plate.name for plate in recording.plates]
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -236,10 +234,10 @@ def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
     return replace(recording, plates=kept)
 
 
-def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[Doubt]:
-    """Markers of one segment whose distance differs between standing and walking."""
+def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[QualityFlag]:
+    """Warnings about marker `distances` on a segment that differ between standing and walking."""
     for one in distances:
-        yield Doubt(
+        yield QualityFlag(
             "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
             f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
@@ -277,7 +275,7 @@ def _check_files(request: Request) -> None:
 
 @contextmanager
 def about_file(source: str) -> Iterator[None]:
-    """Add the file's name to errors of functions that see only its contents."""
+    """Add the file's name, `source`, to errors of functions that see only its contents."""
     try:
         yield
     except (RecordError, ScalingError) as error:
@@ -285,9 +283,7 @@ def about_file(source: str) -> Iterator[None]:
 
 
 def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
-    """Refuse a walking trial that is too short for a stride, or sampled too slowly for the
-    filters.
-    """
+    """Refuse a walking trial that is too short for a stride, or sampled too slowly to filter."""
     where, rate = recording.source, recording.marker_rate
     length = len(recording.markers) / rate
     if length < PLAUSIBLE_STRIDE[0]:
@@ -322,11 +318,8 @@ def _described(recording: Recording) -> str:
 
 
 def named(recording: Recording, marker_set: MarkerSet) -> Recording:
-    """Only the markers of the set, by its names.
-
-    Raises
-    ------
-    RecordError : too few of them are there, or one is there twice.
+    """Only the markers of `marker_set`, by its names. Raises RecordError if too few of them are in
+    `recording`, or one is there twice.
     """
     with about_file(recording.source):
         names = marker_set.renamed(recording.names)
@@ -353,8 +346,9 @@ def prepared(
 
     Parameters
     ----------
-    recording : `named`, in the project's axes.
-    file : what to call the trial in what is told.
+    recording : `named` after `marker_set`, in the project's axes.
+    processing : how it is cleaned.
+    file : what the trial is called when `tell` is called.
 
     Raises
     ------
@@ -369,7 +363,7 @@ def prepared(
 
 
 def trajectories(recording: Recording) -> dict[str, Array]:
-    """Trajectory (T, 3) m of each marker."""
+    """Trajectory (T, 3) m of each marker of `recording`."""
     return {name: recording.marker(name) for name in recording.names}
 
 
@@ -379,7 +373,9 @@ def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
 
 
 def marker_columns(recording: Recording, names: Iterable[str], markers: Array) -> Array:
-    """Trajectories (T, M, 3) of these markers in this order, NaN for one that is not there."""
+    """Trajectories (T, M, 3) of the markers `names` in this order, NaN for one that is not there;
+    `markers` (T, N, 3) has the order of `recording`.
+    """
     gap = np.full((len(markers), 3), np.nan)
     return np.stack(
         [

@@ -6,15 +6,15 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.artefacts import versions
+from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError
 from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.origin import now, source_commit
 from gaitval.reporting.page import write_page
 from gaitval.session.request import Request
 from gaitval.session.session import Progress
-from gaitval.session.trial import Trial, valid_cycles
+from gaitval.session.trial import WalkingTrial, valid_cycles
 from gaitval.session.write import (
     FOLDER,
     RECORD,
@@ -43,17 +43,11 @@ def write_refusal(
     error: GaitvalError,
     settings: ReportSettings | None = None,
 ) -> Path:
-    """Write what was found before an error; returns the page.
+    """Write what was found before an error into `folder`; returns the page.
 
-    Like a finished import, it removes what an earlier import left as subject.
-
-    Parameters
-    ----------
-    settings : paper and language; A4 and English by default.
-
-    Raises
-    ------
-    ArtefactError : the folder cannot be written to.
+    Like a finished import, it removes what an earlier import left as subject. The page shows
+    `request`, `progress` and `error`; `settings` are paper and language, A4 and English by default.
+    Raises ArtefactError if the folder cannot be written to.
     """
     target = Path(folder) / FOLDER
     with writing(folder):
@@ -93,7 +87,7 @@ def _finished(target: Path, progress: Progress) -> list[Path]:
     return written
 
 
-def _about(walk: Trial) -> dict[str, Any]:
+def _about(walk: WalkingTrial) -> dict[str, Any]:
     errors = marker_errors(walk.kinematics)
     speeds = np.concatenate([walk.gait[side].speed for side in SIDES])
     return {

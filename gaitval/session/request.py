@@ -1,70 +1,187 @@
-"""What a user gives to import a session."""
+"""What an import is given: one declaration for the command, session files, cohorts and Python.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+A field of `ImportOptions` is an option of `gaitval import` (`floor`, `--floor`), a key of a session
+file and a keyword of `import_session`. The text below it is the help of the option.
+
+The command reads this at every start, so nothing that takes long to load is imported here.
+"""
+
+import difflib
+import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Final, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Self, TypeVar
 
-from gaitval.scaling.anthropometry import Sex
-from gaitval.scaling.landmarks import Width, Widths
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from gaitval.datasets.identity import Identity, identity, trial_name, wbds_trial
+from gaitval.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from gaitval.scaling.landmarks import Widths
 
 Tell = Callable[[str, str], None]
 
 HipCentre = Literal["regression", "functional"]
 """Where the hip centres of the standing trial come from."""
-HIP_CENTRES: Final[tuple[HipCentre, ...]] = get_args(HipCentre)
+Halves = Literal["odd-even", "first-last"]
+"""How gait cycles are shared out to two trials."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the user gives.
+class Shown(NamedTuple):
+    """How the command line shows an option, where that does not follow from the field."""
 
-    Attributes
-    ----------
-    static : file of the standing trial; the first of `trials` if there is none.
-    trials : files of the walking trials, of the same session.
-    forces : file of the ground reaction of each trial, if the trial's own file has none; as many as
-        `trials`, or none.
-    identifier : name of the subject.
-    mass_kg, height_m, sex : of the person.
-    marker_set : name or file; recognised by the markers' names when None.
-    axes : as `axes.parse_axes` reads; found from the standing trial when None.
-    knee_width_m, ankle_width_m, elbow_width_m : across the joint, of both sides or of each (right,
-        left), for marker sets without medial markers.
-    without_forces : kinematics only.
-    functional : files of range-of-motion trials of the same session, from which hip centres and
-        knee axes are found; a walking trial may be one.
-    hip_centre : "functional" uses those hip centres whose error is small.
-    no_plate : names of force plates that are left out of every trial.
-    static_time : part of the standing trial, s; all of it when None.
-    floor_m : height of what the person stands on in the standing trial, m.
-    feet_flat : whether the feet are flat on the floor in standing.
-    consistent : also find the smallest change of motion and masses that lowers the residuals, and
-        use that motion for the moments.
-    mirror : fill in a side that no trial shows with the other one's mirror image.
-    """
+    metavar: str | None = None
+    flag: str | None = None
+
+
+def _files(given: object) -> object:
+    """One file may be given as such."""
+    return (given,) if isinstance(given, str | Path) else given
+
+
+def _width(given: object) -> object:
+    """A width of both sides, or of right and left, also as text: "0.1", "0.1,0.102"."""
+    if given is None:
+        return None
+    parts = given.split(",") if isinstance(given, str) else given
+    listed: Any = parts if isinstance(parts, list | tuple) else [parts]
+    try:
+        numbers = [float(part) for part in listed]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) not in (1, 2):
+        raise ValueError("not a width. Give metres, of both sides (0.1) or right,left (0.1,0.102).")
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
+
+
+def _window(given: object) -> object:
+    """Two times, also as text: "0.5:2"."""
+    if given is None:
+        return None
+    parts: Any = given.split(":") if isinstance(given, str) else given
+    try:
+        begin, end = map(float, parts)
+    except (TypeError, ValueError):
+        begin, end = math.nan, math.nan
+    if not (math.isfinite(begin) and math.isfinite(end) and begin < end):
+        raise ValueError("two times in s are needed, the second later, such as 0.5:2.")
+    return begin, end
+
+
+Files = Annotated[tuple[Path, ...], BeforeValidator(_files), Shown("FILE")]
+JointWidth = Annotated[float | tuple[float, float] | None, BeforeValidator(_width), Shown("M|M,M")]
+
+
+class ImportOptions(BaseModel):
+    """What an import is given; lengths in m, times in s, mass in kg."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    trials: Annotated[Files, Field(min_length=1), Shown("FILE", "--trial")]
+    """Walking trials: C3D, TRC, WBDS mkr.txt; their cycles are pooled."""
+    sex: Annotated[str, Shown("F|M")]
+    """Selects the segment tables."""
+    static: Annotated[Path | None, Shown("FILE")] = None
+    """Standing trial: C3D, TRC. Left out, a standing pose is put together from the walk."""
+    mass: float | None = None
+    """Body mass, kg; left out if the C3D file knows it."""
+    height: float | None = None
+    """Stature, m; left out if the C3D file knows it."""
+    person: Annotated[str, Field(min_length=1)] | None = None
+    """Who it is: the same name in every session of this person. Left out, the name in the C3D file
+    or the subject's is assumed."""
+    laboratory: Annotated[str, Field(min_length=1)] | None = None
+    """Who recorded. Subjects with person and laboratory in common count as one person."""
+    trial_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")] | None = None
+    """Of the subject's trial; made of the files' names if left out."""
+    forces: Files = ()
+    """Ground reaction (MOT, STO, WBDS grf.txt) of a trial that has none in its own file; one for
+    each walking trial."""
+    static_time: Annotated[
+        tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
+    ] = None
+    """Part of the standing trial that counts, s."""
+    floor: Annotated[float, Shown("M")] = 0.0
+    """Height of what the person stands on in the standing trial, m above the origin."""
+    feet_not_flat: bool = False
+    """The person stands on toes or heels: put the feet flat for scaling."""
+    marker_set: str | None = None
+    """Name of a built-in set (an unknown name lists them) or a TOML file; found by marker names if
+    left out."""
+    axes: str | None = None
+    """Axes of the laboratory, as "forward=+x up=+y"; found from the standing trial if left out."""
+    knee_width: JointWidth = None
+    """Knee width, m, of both sides or right,left; without medial markers."""
+    ankle_width: JointWidth = None
+    """Ankle width, m, of both sides or right,left; without medial markers."""
+    elbow_width: JointWidth = None
+    """Elbow width, m, of both sides or right,left; without medial markers."""
+    functional: Files = ()
+    """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
+    with those of the standing trial."""
+    hip_centre: HipCentre = "regression"
+    """Use the functional hip centres of --functional where their error is small."""
+    age: float | None = None
+    """Years; for the report."""
+    citation: str = "Own recording, not published"
+    """Where the recording is published."""
+    licence: str = "not stated"
+    """Its licence."""
+    consistent: bool = False
+    """Make the smallest change of motion and masses that lowers the residuals."""
+    kinematics_only: bool = False
+    """Use no forces. The subject walks with predicted moments and forces."""
+    mirror: bool = False
+    """Fill in a side that no trial shows with the other one's mirror image. It stays marked as not
+    recorded."""
+    no_plate: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("N")] = ()
+    """Leave out a force plate, by its number or name in the file."""
+    halves: Halves | None = None
+    """Make two trials of the gait cycles. The walk knows the first and is compared with the second,
+    too."""
+
+    def below(self, folder: Path) -> Self:
+        """The same options, with paths that are relative to a folder."""
+
+        def placed(value: object) -> object:
+            if isinstance(value, tuple):
+                return tuple(placed(each) for each in value)
+            return folder / value if isinstance(value, Path) else value
+
+        return self.model_copy(update={name: placed(value) for name, value in self})
+
+
+FILES: Final = tuple(
+    name
+    for name, field in ImportOptions.model_fields.items()
+    if field.annotation == tuple[Path, ...]
+)
+"""Options that are lists of files."""
+
+
+class Request(ImportOptions):
+    """The options of an import, with what its files say of the person."""
 
     static: Path
-    trials: tuple[Path, ...]
+    """File of the standing trial; the first of `trials` if there is none."""
+    mass: float
+    height: float
+    sex: Literal["F", "M"]
     identifier: str
-    mass_kg: float
-    height_m: float
-    sex: Sex
-    forces: tuple[Path, ...] = ()
-    marker_set: str | None = None
-    axes: str | None = None
-    knee_width_m: Width = None
-    ankle_width_m: Width = None
-    elbow_width_m: Width = None
-    without_forces: bool = False
-    functional: tuple[Path, ...] = ()
-    hip_centre: HipCentre = "regression"
-    no_plate: tuple[str, ...] = ()
-    static_time: tuple[float, float] | None = None
-    floor_m: float = 0.0
-    feet_flat: bool = True
-    consistent: bool = False
-    mirror: bool = False
+    """Name of the subject."""
+    recorded_name: tuple[str, str] = ("", "")
+    """The person's name in a recording, and the name of that file."""
+
+    @property
+    def mass_kg(self) -> float:
+        """The mass, as scaling and subjects call it."""
+        return self.mass
+
+    @property
+    def height_m(self) -> float:
+        """The stature, as scaling and subjects call it."""
+        return self.height
 
     @property
     def stands_in_walk(self) -> bool:
@@ -72,14 +189,79 @@ class Request:
         return self.static == self.trials[0]
 
     @property
-    def widths(self) -> Widths:
+    def widths(self) -> "Widths":
         """Keyword arguments of scaling."""
         return {
-            "knee_width": self.knee_width_m,
-            "ankle_width": self.ankle_width_m,
-            "elbow_width": self.elbow_width_m,
+            "knee_width": self.knee_width,
+            "ankle_width": self.ankle_width,
+            "elbow_width": self.elbow_width,
         }
+
+    @property
+    def who(self) -> Identity:
+        """Who was recorded."""
+        return identity(
+            self.person,
+            self.laboratory,
+            sources=[path.name for path in self.trials],
+            name=self.identifier,
+            recorded=self.recorded_name,
+        )
+
+    @property
+    def trial(self) -> str:
+        """Name of the subject's trial: as given, else that of its file, or the first of several."""
+        if self.trial_name is not None:
+            return self.trial_name
+        stem = self.trials[0].stem
+        name = wbds_trial(stem) or trial_name(stem)
+        more = len(self.trials) - 1
+        return f"{name}-and-{more}-more" if more else name
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def checked(
+    model: type[Model], values: Mapping[str, Any], *, shown: Callable[[str], str] = str
+) -> Model:
+    """Options of the class `model` from the `values` that were given for them; None is a value that
+    was not given.
+
+    `shown` says from an option's name what the user calls it. Raises ConfigurationError if an
+    option is unknown or missing, or its value is of the wrong kind.
+    """
+    try:
+        return model.model_validate({k: each for k, each in values.items() if each is not None})
+    except ValidationError as error:
+        problems = [_sentence(model, problem, shown) for problem in error.errors()]
+    raise ConfigurationError(" ".join(dict.fromkeys(problems)))
+
+
+def _sentence(
+    model: type[BaseModel], problem: Mapping[str, Any], shown: Callable[[str], str]
+) -> str:
+    """A problem that pydantic found: where, what was seen, how to fix it."""
+    name = str(problem["loc"][0])
+    where, seen = shown(name), problem["input"]
+    if problem["type"] == "missing":
+        about = model.model_fields[name].description
+        return f"{where}: missing. Give it" + (f": {about}" if about else ".")
+    if problem["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(name, model.model_fields, n=1, cutoff=0.6)
+        return f"{where}: unknown" + (
+            f", did you mean {shown(near[0])}?" if near else ". Remove it."
+        )
+    if problem["type"] == "value_error":
+        return f"{where} {seen}: {problem['ctx']['error']}"
+    if problem["type"] == "literal_error":
+        return f"{where} {seen}: give {problem['ctx']['expected'].replace(chr(39), '')}."
+    return f"{where} = {seen!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
 
 
 def silent(step: str, message: str) -> None:
-    """Report nothing."""
+    """Report nothing of a `step` and its `message`."""
+
+
+OLD_KEYS: Final = {"feet_flat": "feet_not_flat"}
+"""Keys of earlier session files, and the option that says the opposite."""

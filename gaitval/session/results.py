@@ -9,7 +9,6 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.metrics.record_results import Sides
 from gaitval.metrics.typed import (
     Count,
     Flag,
@@ -17,6 +16,7 @@ from gaitval.metrics.typed import (
     Positive,
     Result,
     Sha256,
+    Sides,
     same_version,
 )
 
@@ -188,7 +188,7 @@ class FunctionalResult(Result):
 
 
 class DoubtResult(Result):
-    """A figure that physics, or everybody's walking, contradicts; see `gait.doubts.Doubt`."""
+    """A figure that physics, or everybody's walking, contradicts; see `gait.quality_flags`."""
 
     trial: str
     check: str

@@ -1,7 +1,7 @@
 """Scale the body of the person by the standing and walking trials."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.filters import low_pass
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import find_exchanged, refuse_exchange
 from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, FittedLength, ModelFit, fit_model
@@ -21,7 +21,7 @@ from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
 from gaitval.scaling.scaling import ScaledBody, build_body
-from gaitval.session.read import Session, about_file, marker_columns
+from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
 
@@ -40,7 +40,7 @@ class FittedBody:
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
     walking : the walking trials with the labels of the standing one.
-    doubts : about the labels of each walking trial.
+    doubts : warnings about the labels of each walking trial.
     """
 
     chosen: Measurements
@@ -51,7 +51,7 @@ class FittedBody:
     factors: tuple[MeasurementFactor, ...]
     paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
-    doubts: tuple[tuple[Doubt, ...], ...]
+    doubts: tuple[tuple[QualityFlag, ...], ...]
 
     @property
     def model(self) -> BodyModel:
@@ -62,22 +62,24 @@ class FittedBody:
 def scale_body(
     request: Request,
     processing: ProcessingSettings,
-    session: Session,
+    session: SessionRecordings,
     tell: Tell = silent,
     *,
     hip_centres: Mapping[str, Array] | None = None,
+    symmetric: bool = True,
 ) -> FittedBody:
-    """Scale the body by the standing trial, then fit it to both trials.
+    """Scale the body by the standing trial of `session`, then fit it to both trials.
 
-    Parameters
-    ----------
-    hip_centres : (3,) m in standing, of the sides ("R", "L") whose regression they replace.
+    `request` has mass, stature and widths, `processing` the filter of the walk; `tell` is called
+    with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
+    `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
     """
     places = standing_places(session.standing)
     marker_set = session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
     with about_file(str(request.static)):
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
+        measured = replace(measured, symmetric=symmetric)
         scaled = build_body(request, measured)
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
@@ -106,11 +108,8 @@ def scale_body(
     )
     for remark in knee_axis_remarks(fit, marker_set.landmarks):
         tell("scaling", remark)
-    chosen = with_fitted_lengths(
-        measured,
-        {length.name: length.fitted for length in fit.lengths if _taken(length)},
-        "joint fit to standing and walking",
-    )
+    taken = {length.name: length.fitted for length in fit.lengths if _taken(length)}
+    chosen = with_fitted_lengths(measured, taken, "joint fit to standing and walking")
 
     with about_file(str(request.static)):
         by_pairs, factors = scale_by_pairs(
@@ -143,17 +142,17 @@ def scale_body(
 def _with_right_labels(
     model: BodyModel,
     placement: MarkerPlacement,
-    session: Session,
+    session: SessionRecordings,
     walking: Recording,
     static: str,
     tell: Tell,
-) -> tuple[Recording, list[Doubt]]:
+) -> tuple[Recording, list[QualityFlag]]:
     """A walking trial in which no two markers have each other's names.
 
-    Two tracking markers of one segment are exchanged back, and this is told: which of them is which
-    matters to nothing but their own places. Others are refused.
+    Two tracking markers of one segment are exchanged back, and this is reported: which of them is
+    which matters to nothing but their own places. Others are refused.
     """
-    doubts: list[Doubt] = []
+    doubts: list[QualityFlag] = []
     while True:
         markers = [
             marker
@@ -171,14 +170,14 @@ def _with_right_labels(
         if not tracking or len(doubts) == len(markers):
             refuse_exchange(exchange, (static, walking.source))
         doubts.append(
-            Doubt(
+            QualityFlag(
                 "exchanged markers", f"{exchange.first} and {exchange.second}",
                 exchange.own, exchange.crossed, "m",
                 f"have each other's names in walking or in standing: {exchange}. Exchanged back, "
                 "for both only track one segment; look at the labels",
             )
         )  # fmt: skip
-        tell("doubts", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
+        tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
         swap = {exchange.first: exchange.second, exchange.second: exchange.first}
         walking = walking.with_markers(
             [swap.get(name, name) for name in walking.names], walking.markers
@@ -191,10 +190,11 @@ differ from palpated ones by 8 to 10 degrees (`scaling.functional` on WBDS01 and
 
 
 def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
-    """What a user should know of a knee axis that is not on the marker of the lateral epicondyle.
+    """Remarks for a user on a knee axis that is not on the marker of the lateral epicondyle.
 
-    The fit turns the thigh about its long axis until one hinge fits the walk. Plug-in Gait takes
-    the line from the joint's centre to the marker instead; its hip rotation then differs.
+    The joint fit (`fit`) turns the thigh about its long axis until one hinge fits the walk. Plug-in
+    Gait takes the line from the joint's centre to the marker (`landmarks`) instead; its hip
+    rotation then differs.
     """
     places = {marker.name: marker.position for marker in fit.markers}
     said = []
@@ -203,6 +203,7 @@ def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
         if name not in places:
             continue
         aside = places[name] - fit.model[f"shank_{side[0]}"].joint_position
+        # How far the marker lies in front of the hinge, which is the thigh's mediolateral axis.
         angle = float(np.arctan2(aside[0], outwards * aside[1]))
         if abs(angle) > REMARKED_ROTATION:
             said.append(

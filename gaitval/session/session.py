@@ -14,14 +14,14 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
 )
-from gaitval.gait.doubts import Doubt, refuse_certain
+from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
 from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
 from gaitval.session.one_side import one_side_doubts
-from gaitval.session.read import Session, read_session
+from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
-from gaitval.session.trial import Trial, require_cycles, work_out_trial
+from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
 
 
 @dataclass(frozen=True)
@@ -35,27 +35,27 @@ class Import:
     forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
     weight_ratio : mean vertical force over whole gait cycles, as a fraction of body weight; None if
         no cycle of both feet is shown whole.
-    of_means : what is doubtful in the mean curves.
+    of_means : warnings about the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
     """
 
     request: Request
     processing: ProcessingSettings
-    session: Session
+    session: SessionRecordings
     body: FittedBody
-    trials: tuple[Trial, ...]
+    trials: tuple[WalkingTrial, ...]
     angles: Mapping[str, AverageCurve]
     moments: Mapping[str, AverageCurve]
     forces: Mapping[Side, AverageCurve]
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
     functional: tuple[FunctionalJoint, ...] = ()
-    of_means: tuple[Doubt, ...] = ()
+    of_means: tuple[QualityFlag, ...] = ()
 
     @property
-    def doubts(self) -> tuple[tuple[str, Doubt], ...]:
-        """What is doubtful: the trial, and the doubt."""
+    def doubts(self) -> tuple[tuple[str, QualityFlag], ...]:
+        """All warnings, each with its trial."""
         of_trials = ((walk.name, doubt) for walk in self.trials for doubt in walk.doubts)
         of_means = (("all trials", doubt) for doubt in self.of_means)
         return *self.session.doubts, *of_trials, *of_means
@@ -66,12 +66,12 @@ class Progress:
     """What an import has found so far; a refusal leaves it to be written."""
 
     decisions: list[tuple[str, str]] = field(default_factory=list)
-    session: Session | None = None
+    session: SessionRecordings | None = None
     body: FittedBody | None = None
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[WalkingTrial] = field(default_factory=list)
 
     def noting(self, tell: Tell) -> Tell:
-        """A `tell` that also keeps what is told among the decisions."""
+        """A `tell` that also keeps what it is called with among the decisions."""
 
         def noted(step: str, message: str) -> None:
             self.decisions.append((step, message))
@@ -85,19 +85,15 @@ def work_out(
     processing: ProcessingSettings,
     tell: Tell = silent,
     progress: Progress | None = None,
+    *,
+    symmetric: bool = True,
 ) -> Import:
-    """Everything from the files to the mean gait cycle.
+    """Everything from the files of `request` to the mean gait cycle, with the filters of
+    `processing`.
 
-    A trial that cannot be used is left out if there are others, and this is told.
-
-    Parameters
-    ----------
-    tell : called with each decision: the step, and a sentence.
-    progress : receives what is found, step by step.
-
-    Raises
-    ------
-    RecordError, ScalingError : see the modules of each step.
+    A trial that cannot be used is left out if there are others. `tell` is called with each
+    decision: the step, and a sentence. `progress` receives what is found, step by step. `symmetric`
+    is that of the configuration's `scaling`. Raises RecordError or ScalingError as each step does.
     """
     known = Progress() if progress is None else progress
     noted = known.noting(tell)
@@ -109,6 +105,7 @@ def work_out(
         session,
         noted,
         hip_centres=chosen_hips(request, functional, noted),
+        symmetric=symmetric,
     )
     session = known.session = replace(
         session,
@@ -122,7 +119,7 @@ def work_out(
             ),
         ),
     )
-    walks: list[Trial] = []
+    walks: list[WalkingTrial] = []
     last = RecordError("no walking trial")
     for trial, recording in zip(request.trials, session.walking, strict=True):
         try:
@@ -142,7 +139,7 @@ def work_out(
     angles = mean_angles(body.model, walks)
     of_means = (*one_side_doubts(request, walks, angles, forces), *drift_doubts(angles))
     for doubt in of_means:
-        noted("doubts", str(doubt))
+        noted("warnings", str(doubt))
     return Import(
         request=request,
         processing=processing,

@@ -37,7 +37,7 @@ FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 
 
 def standing_places(recording: Recording) -> dict[str, Array]:
-    """Median position of each marker over the frames, (3,) m; unseen markers are left out."""
+    """Median place of each marker of `recording` over the frames, (3,) m; none if never seen."""
     places = {}
     for name in recording.names:
         trajectory = recording.marker(name)
@@ -48,11 +48,10 @@ def standing_places(recording: Recording) -> dict[str, Array]:
 
 
 def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse a standing trial in which the person walks or moves away.
+    """Refuse a standing trial in which the person walks or moves away; `landmarks` names the
+    markers of `recording` that must be still.
 
-    Raises
-    ------
-    RecordError : the person moves; the message names the marker that moves most.
+    Raises RecordError, which names the marker that moves most.
     """
     sway = {}
     for landmark, name in landmarks.items():
@@ -78,11 +77,8 @@ _STILL = ("ASIS", "PSIS", "Sacrum", "Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
 
 
 def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:
-    """The part of a standing trial from one time to another, s on the recording's clock.
-
-    Raises
-    ------
-    RecordError : no frame is in it.
+    """The part of a standing trial `recording` in a `window` from one time to another, s on its
+    clock. Raises RecordError if no frame is in it.
     """
     inside = (recording.time >= window[0]) & (recording.time <= window[1])
     if not inside.any():
@@ -101,17 +97,18 @@ def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:
 
 
 def on_floor(recording: Recording, height: float) -> Recording:
-    """A trial in the project's axes as if the person stood at z = 0 and not at `height`, m."""
+    """A `recording` in the project's axes as if the floor were at z = 0 and not at `height`, m."""
     return replace(recording, markers=recording.markers - [0.0, 0.0, height])
 
 
 def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recording:
-    """A standing trial of a person who stands on the toes or heels, with the feet put flat.
+    """A standing trial `recording` of a person on the toes or heels, with the feet put flat.
 
-    Each foot turns about its lateral ankle marker, about the person's left-right axis, until heel
-    and forefoot are at one height: the markers of both are as high above the sole, as Plug-in Gait
-    assumes for feet that are not flat. The ankles stay as high as they are; who stands on the toes
-    says with `on_floor` by how much that is more than with flat feet.
+    `landmarks` names the markers of the feet. Each foot turns about its lateral ankle marker, about
+    the person's left-right axis, until heel and forefoot are at one height: the markers of both are
+    as high above the sole, as Plug-in Gait assumes for feet that are not flat. The ankles stay as
+    high as they are; who stands on the toes says with `on_floor` by how much that is more than with
+    flat feet.
     """
     markers = recording.markers.copy()
     for side in "RL":
@@ -127,6 +124,8 @@ def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recor
             [recording.markers[:, recording.names.index(str(name))] for name in heads], axis=0
         )
         slope = np.arctan2(front[:, 2] - heel[:, 2], np.hypot(*(front - heel)[:, :2].T))
+        # Horizontal and perpendicular to the foot, to its left: a positive turn lowers the
+        # forefoot.
         across = np.cross([0.0, 0.0, 1.0], front - heel)
         across /= np.linalg.norm(across, axis=1)[:, None]
         known = np.isfinite(slope)
@@ -148,13 +147,8 @@ def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
     (walking people put their feet in one line) with its foot kept flat, and both at the mean height
     of the stance feet. Trunk and arms are those of the right mid-stance.
 
-    Parameters
-    ----------
-    recording : cleaned, in the project's axes, walking along +x.
-
-    Raises
-    ------
-    RecordError : no mid-stance of a foot shows the pelvis and that leg.
+    `recording` is cleaned, in the project's axes, walking along +x, with markers of `marker_set`.
+    Raises RecordError if no mid-stance of a foot shows the pelvis and that leg.
     """
     landmarks = marker_set.landmarks
     middles = {side: _mid_stances(recording, landmarks, side) for side in SIDES}
@@ -185,9 +179,7 @@ def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side)
 
 
 def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, int]) -> Array | None:
-    """Markers (M, 3) of a right and a left mid-stance as one pose; None if pelvis or ankles are
-    hidden.
-    """
+    """Markers (M, 3) of a right and a left mid-stance as one pose; None if parts are hidden."""
     segments = np.array([marker_set.markers[name].segment for name in recording.names])
     poses = [recording.markers[frame].copy() for frame in frames]
     seen = np.asarray(np.isfinite(poses).all(axis=(0, 2)))
@@ -238,6 +230,7 @@ def _set_upright(
     hip = middle + pelvis_frame(points["R.ASIS"], points["L.ASIS"], rear) @ local
     outwards = ANKLE_ASIDE if side == "left" else -ANKLE_ASIDE
     arm = pose[ankle] - hip
+    # Angle from the vertical at which the ankle is `ANKLE_ASIDE` lateral of the hip.
     wanted = np.arcsin(np.clip(outwards / np.hypot(arm[1], arm[2]), -1.0, 1.0))
     turn = Rotation.from_rotvec([wanted - np.arctan2(arm[1], -arm[2]), 0.0, 0.0])
     before = pose[ankle].copy()
@@ -245,22 +238,3 @@ def _set_upright(
     foot = np.isin(segments, [f"{name}_{side[0]}" for name in ("foot", "toes")])
     pose[leg] = hip + turn.apply(pose[leg] - hip)
     pose[foot] += hip + turn.apply(before - hip) - before
-
-
-def parsed_window(text: str) -> tuple[float, float]:
-    """A time window, s, from "0.5:2".
-
-    Raises
-    ------
-    RecordError : it is not two times, the second later.
-    """
-    parts = text.split(":")
-    try:
-        begin, end = map(float, parts)
-    except ValueError:
-        begin, end = 1.0, 0.0
-    if not (np.isfinite([begin, end]).all() and begin < end):
-        raise RecordError(
-            f"--static-time {text}: two times in s are needed, the second later, such as 0.5:2."
-        )
-    return begin, end

@@ -23,28 +23,21 @@ from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 from gaitval.session.average import LARGEST_DRIFT, left_open
 from gaitval.session.one_side import Completed, completed_sides
 from gaitval.session.session import Import
-from gaitval.session.trial import Trial, valid_cycles
+from gaitval.session.trial import WalkingTrial, valid_cycles
 
 PHASE: Final = np.linspace(0.0, 1.0, 101)
 
 
-def subject_of(
-    found: Import,
-    *,
-    age_years: float | None = None,
-    citation: str = "Own recording, not published",
-    licence: str = "not stated",
-) -> Subject:
-    """The subject that the main job reads; without moments and forces if none were used.
+def subject_of(found: Import) -> Subject:
+    """The subject that the main job reads, from the import `found`; without moments and forces if
+    none were used.
 
-    Raises
-    ------
-    RecordError : no cycle whose forces the plates show whole, on one side at least.
-    SubjectError : implausible values.
+    Raises RecordError if the plates show no cycle whole on either side, and SubjectError for
+    implausible values.
     """
     request = found.request
     where = ", ".join(walk.name for walk in found.trials)
-    if not request.without_forces:
+    if not request.kinematics_only:
         _check_complete(found)
         counts = " and ".join(
             f"{len(found.forces[side].curves) if side in found.forces else 0} {side}"
@@ -57,11 +50,13 @@ def subject_of(
     body = found.body
     values = {
         "identifier": request.identifier,
+        **request.who._asdict(),
+        "trial": request.trial,
         "source": ", ".join(walk.name for walk in found.trials),
-        "citation": citation,
-        "licence": licence,
+        "citation": request.citation,
+        "licence": request.licence,
         "sex": request.sex,
-        "age_years": age_years,
+        "age_years": request.age,
         "mass_kg": request.mass_kg,
         "height_m": request.height_m,
         "leg_length_m": body.chosen.hip_height,
@@ -167,14 +162,12 @@ def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
 
 
 def closed(name: str, kind: str, curve: Array, where: str) -> Array:
-    """A mean curve (101,) that ends where it begins.
+    """A mean `curve` (101,) called `name`, of `kind` "angle" (rad) or "moment" (Nm/kg), made to end
+    where it starts.
 
     The mean of few cycles drifts, from one heel strike to the next; the drift is taken away evenly
-    over the cycle.
-
-    Raises
-    ------
-    RecordError : the drift is more than `LARGEST_DRIFT`.
+    over the cycle. Raises RecordError, with `where` in its message, if the drift is more than
+    `LARGEST_DRIFT`.
     """
     drift = float(curve[-1] - curve[0])
     if abs(drift) > LARGEST_DRIFT[kind]:
@@ -184,17 +177,18 @@ def closed(name: str, kind: str, curve: Array, where: str) -> Array:
             f"{where}: the mean {kind} {name} ends {size} from where it began, more than {most}, "
             "so the walk was not steady. Give trials of steady walking, or more cycles of them."
         )
+    # Symmetric about the middle of the cycle, so that the mean of the curve stays.
     return np.asarray(curve - drift * (PHASE - 0.5))
 
 
 def all_cycles(found: Import, side: Side, *, kinetics: bool) -> list[GaitCycle]:
-    """The valid cycles of one side in all trials."""
+    """The cycles of one side in all trials of `found`, valid for kinematics or for `kinetics`."""
     return [cycle for walk in found.trials for cycle in valid_cycles(walk, side, kinetics=kinetics)]
 
 
 def speed(found: Import) -> float:
-    """Mean walking speed over all cycles of both sides, m/s: of the feet from place to place, or of
-    the pelvis where a trial ends before the foot stands again.
+    """Mean walking speed in `found` over all cycles of both sides, m/s: of the feet from place to
+    place, or of the pelvis where a trial ends before the foot is on the ground again.
     """
     strides = np.concatenate([walk.gait[side].speed for walk in found.trials for side in SIDES])
     if np.isfinite(strides).any():
@@ -211,7 +205,7 @@ def speed(found: Import) -> float:
     )
 
 
-def _pelvis_speed(walk: Trial, cycle: GaitCycle) -> float:
+def _pelvis_speed(walk: WalkingTrial, cycle: GaitCycle) -> float:
     """Forward speed of the pelvis over a cycle, m/s."""
     forward = walk.positions[:, COORDINATES.index("pelvis_tx")]
     begin, end = np.interp([cycle.start, cycle.end], walk.recording.time, forward)
@@ -228,4 +222,5 @@ def _left_phase(found: Import, seen: Side) -> float:
             ]
         )
     )
+    # Of the left cycle it is the phase at which the right heel strikes: the rest of a stride.
     return share if seen == "right" else 1.0 - share

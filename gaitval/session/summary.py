@@ -7,53 +7,53 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
+from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
-from gaitval.metrics.tolerances import Measure, Verdict, evaluate, load_registry
-from gaitval.origin import now, source_commit
+from gaitval.metrics.tolerances import Verdict, evaluate, load_registry, measured
 from gaitval.reporting import recording_report as page
 from gaitval.session.functional import functional_rows
 from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
-from gaitval.session.trial import Trial
+from gaitval.session.trial import WalkingTrial
 
 
 def verdicts(found: Import) -> list[Verdict]:
-    """Marker errors, residuals and the weight on the plates against their limits
+    """Marker errors, residuals and the weight on the plates of `found` against their limits
     (`metrics/tolerances.toml`).
     """
     distances = np.array(list(found.body.placement.distances.values()))
     measures = [
-        Measure("scaling_marker_rms", "standing", 100 * float(np.sqrt((distances**2).mean()))),
-        Measure("scaling_marker_largest", "standing", 100 * float(distances.max())),
+        measured("scaling_marker_rms", "standing", 100 * float(np.sqrt((distances**2).mean()))),
+        measured("scaling_marker_largest", "standing", 100 * float(distances.max())),
     ]
     for walk in found.trials:
         name = walk.name
         errors = marker_errors(walk.kinematics)
         measures += [
-            Measure("ik_marker_rms", name, 100 * errors.whole_rms),
-            Measure("ik_marker_largest", name, 100 * errors.whole_largest),
+            measured("ik_marker_rms", name, 100 * errors.whole_rms),
+            measured("ik_marker_largest", name, 100 * errors.whole_largest),
         ]
         for target, left in trial_residuals(walk):
             measures += [
-                Measure("residual_force_peak", f"{name}{target}", left.force_peak),
-                Measure("residual_force_rms", f"{name}{target}", left.force_rms),
-                Measure("residual_moment_peak", f"{name}{target}", left.moment_peak),
-                Measure("residual_moment_rms", f"{name}{target}", left.moment_rms),
-                Measure("residual_force_share", f"{name}{target}", 100 * left.force_share),
-                Measure("residual_moment_share", f"{name}{target}", 100 * left.moment_share),
+                measured("residual_force_peak", f"{name}{target}", left.force_peak),
+                measured("residual_force_rms", f"{name}{target}", left.force_rms),
+                measured("residual_moment_peak", f"{name}{target}", left.moment_peak),
+                measured("residual_moment_rms", f"{name}{target}", left.moment_rms),
+                measured("residual_force_share", f"{name}{target}", 100 * left.force_share),
+                measured("residual_moment_share", f"{name}{target}", 100 * left.moment_share),
             ]
     if found.weight_ratio is not None:
         error = 100 * abs(found.weight_ratio - 1.0)
-        measures.append(Measure("weight_error", "plates", error))
+        measures.append(measured("weight_error", "plates", error))
     return evaluate(measures)
 
 
-def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
-    """Residuals of a trial where both feet's forces are known, as recorded and made consistent."""
+def trial_residuals(walk: WalkingTrial) -> list[tuple[str, Residuals]]:
+    """Residuals of `walk` where both feet's forces are known, as recorded and made consistent."""
     if walk.dynamics is None or walk.loads is None:
         return []
     known = np.asarray(walk.loads.valid.all(axis=1))
@@ -66,7 +66,7 @@ def trial_residuals(walk: Trial) -> list[tuple[str, Residuals]]:
 
 
 def input_files(found: Import) -> list[page.InputFile]:
-    """The files that were given, with their hashes."""
+    """The files that `found` was made from, with their hashes."""
     request = found.request
     files = [] if request.stands_in_walk else [("static", request.static)]
     files += [("trial", path) for path in request.trials]
@@ -90,10 +90,10 @@ SPATIOTEMPORAL: Final = {
 
 
 def summary_of(found: Import) -> page.RecordingSummary:
-    """What the page of the import shows."""
+    """What the page of the import `found` shows."""
     request, first = found.request, found.trials[0]
     errors = marker_errors(first.kinematics)
-    limits = {verdict.tolerance.id: verdict.tolerance.value for verdict in verdicts(found)}
+    limits = {verdict.id: verdict.tolerance for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
     dynamics = first.moments
     return page.RecordingSummary(
@@ -122,16 +122,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         scaling_methods=scaling_methods(found),
         functional=functional_rows(found.functional),
         weight_ratio=found.weight_ratio,
-        segments=[
-            page.ScaledSegment(
-                row.segment,
-                row.length_m,
-                np.nan if row.mass_kg is None else row.mass_kg,
-                row.factor,
-                row.source,
-            )
-            for row in found.body.scaled.table
-        ],
+        segments=found.body.scaled.table,
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
         moments={name: (c.mean, c.deviation) for name, c in found.moments.items()},
         forces=_force_curves(found),
@@ -183,11 +174,11 @@ def _stance_fraction(found: Import, side: Side) -> float:
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
-_SAID: Final = (*_DECIDED, "doubts")
+_SAID: Final = (*_DECIDED, "warnings")
 """Steps that the page says elsewhere than among the findings."""
 
 
-def _where_known(walk: Trial, residual: Array) -> Array:
+def _where_known(walk: WalkingTrial, residual: Array) -> Array:
     """NaN where the plates do not show both feet: the force missing there is not a residual."""
     assert walk.loads is not None
     known = np.asarray(walk.loads.valid.all(axis=1))
@@ -195,21 +186,21 @@ def _where_known(walk: Trial, residual: Array) -> Array:
 
 
 def limit_rows(found: Import) -> list[page.GateRow]:
-    """Every limit of an import and what is said of it (`metrics.recording_limits`)."""
+    """Every limit of the import `found` and its verdict (`metrics.recording_limits`)."""
     rows = []
     for verdict in verdicts(found):
-        known, reduced = verdict.tolerance, verdict.target.endswith(CONSISTENT)
-        state = state_of(known.id, verdict.passed, reduced=reduced)
+        reduced = verdict.target.endswith(CONSISTENT)
+        state = state_of(verdict.id, verdict.passed, reduced=reduced)
         rows.append(
             page.GateRow(
-                name=f"{known.title} ({verdict.target})",
+                name=f"{verdict.title} ({verdict.target})",
                 value=verdict.value,
-                limit=known.value,
-                unit=known.unit,
+                limit=verdict.tolerance,
+                unit=verdict.unit,
                 passed=verdict.passed,
-                source=f"{known.citation.split('.')[0]}: {known.locator}",
+                source=f"{verdict.citation.split('.')[0]}: {verdict.locator}",
                 applies=state != "not judged",
-                remedy=remedy(known.id, reduced=reduced),
+                remedy=remedy(verdict.id, reduced=reduced),
             )
         )
     # The landmark distances are already among the tolerances.
@@ -224,8 +215,8 @@ def limit_rows(found: Import) -> list[page.GateRow]:
 
 
 def limits_of_record(record: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The same limits from the contents of `import.json`: a row each of quantity, target, value,
-    limit, unit and verdict.
+    """The same limits from the contents `record` of `import.json`: a row each of quantity, target,
+    value, limit, unit and verdict.
     """
     titles = {row.id: row.title for row in load_registry().tolerance}
     found = [
@@ -247,7 +238,7 @@ def limits_of_record(record: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def scaling_methods(found: Import) -> list[page.ScalingMethod]:
-    """Marker errors of both ways to scale the body, in standing and in the first walking trial."""
+    """Marker errors of both ways to scale the body of `found`, in standing and the first walk."""
     body, walk = found.body, found.trials[0]
     standing = np.array(list(body.paired[1].distances.values()))
     landmarks = np.array(list(body.placement.distances.values()))
@@ -271,8 +262,8 @@ def scaling_methods(found: Import) -> list[page.ScalingMethod]:
     ]
 
 
-def spatiotemporal_rows(walks: Sequence[Trial]) -> list[page.SpatiotemporalRow]:
-    """Mean and SD of each parameter over the cycles of all trials."""
+def spatiotemporal_rows(walks: Sequence[WalkingTrial]) -> list[page.SpatiotemporalRow]:
+    """Mean and SD of each parameter over the cycles of all trials (`walks`)."""
     rows = []
     for name, (title, unit, digits) in SPATIOTEMPORAL.items():
         values = {}
@@ -284,6 +275,7 @@ def spatiotemporal_rows(walks: Sequence[Trial]) -> list[page.SpatiotemporalRow]:
                 if not len(pooled)
                 else (
                     float(pooled.mean()),
+                    # A single cycle has no SD.
                     float(pooled.std(ddof=1)) if len(pooled) > 1 else np.nan,
                 )
             )
@@ -293,7 +285,7 @@ def spatiotemporal_rows(walks: Sequence[Trial]) -> list[page.SpatiotemporalRow]:
     return rows
 
 
-def _changes(walk: Trial) -> list[page.ConsistencyChange]:
+def _changes(walk: WalkingTrial) -> list[page.ConsistencyChange]:
     consistent = walk.consistent
     if consistent is None:
         return []

@@ -19,12 +19,12 @@ from gaitval.gait.cycles import (
     require,
     spatiotemporal,
 )
-from gaitval.gait.doubts import Doubt
 from gaitval.gait.event_checks import StoredEvents, stored_events
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
 from gaitval.gait.plate_offset import zero_plates
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
@@ -38,14 +38,14 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_sets import MarkerSet
-from gaitval.session.doubts import trial_doubts
-from gaitval.session.read import Session, about_file, marker_columns
+from gaitval.session.quality_flags import trial_doubts
+from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
 
 
 @dataclass(frozen=True)
-class Trial:
+class WalkingTrial:
     """One walking trial, worked out; T marker frames.
 
     Attributes
@@ -67,7 +67,7 @@ class Trial:
     gait : spatiotemporal parameters of each side.
     findings : about forces and plates.
     stored_events : the events of the file, beside `events`.
-    doubts : what physics or everybody's walking contradicts.
+    doubts : warnings: what physics or everybody's walking contradicts.
     """
 
     name: str
@@ -86,7 +86,7 @@ class Trial:
     gait: Mapping[Side, SpatioTemporal]
     findings: tuple[Finding, ...]
     stored_events: tuple[StoredEvents, ...]
-    doubts: tuple[Doubt, ...]
+    doubts: tuple[QualityFlag, ...]
 
     @property
     def moments(self) -> InverseDynamics | None:
@@ -102,13 +102,17 @@ class Trial:
 def work_out_trial(
     request: Request,
     processing: ProcessingSettings,
-    session: Session,
+    session: SessionRecordings,
     body: FittedBody,
     name: str,
     recording: Recording,
     tell: Tell = silent,
-) -> Trial:
-    """Kinematics, forces, dynamics and cycles of one walking trial."""
+) -> WalkingTrial:
+    """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
+    scaled `body`, by the options of `request` and the filters of `processing`.
+
+    `recording` is cleaned, in the project's axes; `tell` is called with each decision.
+    """
     landmarks = session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
@@ -117,11 +121,12 @@ def work_out_trial(
     _tell_motion(tell, name, anchoring)
     model, placement = body.paired
     placed = [marker for marker in placement.markers if marker.name in recording.names]
+    # The same trial on the body scaled by marker pairs, for the comparison on the page.
     compared = inverse_kinematics(model, placed, motion.measured)
 
     forces = loads = dynamics = consistent = measured = None
     findings: tuple[Finding, ...] = ()
-    if recording.plates and not request.without_forces:
+    if recording.plates and not request.kinematics_only:
         carried = trial_loads(recording, processing, landmarks, shown)
         recording, forces, loads = carried.recording, carried.forces, carried.loads
         findings = carried.findings
@@ -147,8 +152,8 @@ def work_out_trial(
         tell("events", f"{name}: {compared_events}")
     doubts = trial_doubts(request, recording, landmarks, events, stored, findings, measured)
     for doubt in doubts:
-        tell("doubts", f"{name}: {doubt}")
-    return Trial(
+        tell("warnings", f"{name}: {doubt}")
+    return WalkingTrial(
         name=name,
         recording=recording,
         kinematics=kinematics,
@@ -196,12 +201,11 @@ def trial_motion(
     recording: Recording,
     processing: ProcessingSettings,
 ) -> TrialMotion:
-    """The motion of a trial: inverse kinematics, feet anchored, low-passed, trunk upright.
+    """The motion of a trial: inverse kinematics, feet anchored, low-passed by `processing`, trunk
+    upright.
 
-    Parameters
-    ----------
-    markers : on the model; those that the trial lacks are left out.
-    recording : cleaned, in the project's axes.
+    `markers` are on `model`; those that `recording` (cleaned, in the project's axes) lacks are left
+    out.
     """
     found = tuple(marker for marker in markers if marker.name in recording.names)
     measured = marker_columns(recording, [marker.name for marker in found], recording.markers)
@@ -270,11 +274,13 @@ def trial_loads(
 
     Parameters
     ----------
-    recording : cleaned, in the project's axes, with force plates.
+    recording : cleaned, in the project's axes, with force plates; `landmarks` names its markers.
+    processing : its two cut-offs of forces.
     shown : (T,) whether the markers show each leg, see `leg_shown`.
     """
     recording, zeroing = zero_plates(recording, landmarks=landmarks)
     forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+    # Different cut-offs of motion and force make impact artefacts (`ProcessingSettings`).
     slow, _ = assign_forces(
         recording, processing, landmarks=landmarks, cutoff_hz=processing.moment_force_cutoff_hz
     )
@@ -305,12 +311,9 @@ def _cycles(
     }
 
 
-def require_cycles(trials: Sequence[Trial]) -> None:
-    """Refuse trials that together show no whole cycle of either side.
-
-    Raises
-    ------
-    RecordError : it gives the reason of every cycle that does not count.
+def require_cycles(trials: Sequence[WalkingTrial]) -> None:
+    """Raise RecordError, with the reason of every cycle that does not count, if `trials` together
+    show no whole cycle of either side.
     """
     if any(valid_cycles(walk, side, kinetics=False) for walk in trials for side in SIDES):
         return
@@ -325,11 +328,11 @@ def require_cycles(trials: Sequence[Trial]) -> None:
 def leg_shown(
     kinematics: InverseKinematics, side: Side, recording: Recording, marker_set: MarkerSet
 ) -> Flags:
-    """(T,) whether the markers show the pelvis and a leg, as far as they do at all.
+    """(T,) whether the markers show the pelvis and the leg of a `side`, as far as they do at all,
+    from what `kinematics` of `recording` determines.
 
-    Raises
-    ------
-    RecordError : an angle of hip, knee or ankle is never shown.
+    Raises RecordError, which names the missing markers of `marker_set`, if an angle of hip, knee or
+    ankle is never shown.
     """
     names = [*ROOT, *(f"{name}_{side[0]}" for name in RECORDED_ANGLES)]
     seen = kinematics.determined[:, [COORDINATES.index(name) for name in names]]
@@ -352,13 +355,16 @@ def leg_shown(
 
 
 def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingSettings) -> Array:
-    """The motion (T, 31) low-passed at the markers' cut-off, the pelvis through its Cardan angles.
+    """The motion (T, 31) of `kinematics` at `rate` Hz, low-passed at the markers' cut-off of
+    `processing`, the pelvis through its Cardan angles.
 
     A coordinate is filtered separately before and after each gap in which its markers do not show
     it: where they come into view it jumps from the held value, and the filter would smear that jump
     into the motion that was seen.
     """
     coordinates = cardan_coordinates(kinematics.positions)
+    # Cardan angles are smooth where a rotation vector jumps; inverse kinematics holds the last
+    # value in a gap, which is put back after filtering.
     held = coordinates.copy()
     longest = processing.largest_gap_s * rate
     for column in np.flatnonzero(kinematics.determined.any(axis=0)):
@@ -378,10 +384,11 @@ def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingS
 
 
 def completed(kinematics: InverseKinematics, positions: Array) -> Array:
-    """The motion with a trunk that stays upright where no marker shows it.
+    """The motion `positions` (T, 31) with a trunk that stays upright where no marker shows it
+    (`kinematics`).
 
-    A trunk that were fixed to the pelvis would turn with it; people keep it upright. The arms
-    hang and the toes are straight, as inverse kinematics left them.
+    A trunk that were fixed to the pelvis would turn with it; people keep it upright. The arms hang
+    and the toes are straight, as inverse kinematics left them.
     """
     lumbar = [COORDINATES.index(f"lumbar_{name}") for name in ("extension", "bending", "rotation")]
     if kinematics.determined[..., lumbar].any():
@@ -391,8 +398,8 @@ def completed(kinematics: InverseKinematics, positions: Array) -> Array:
     return positions
 
 
-def valid_cycles(walk: Trial, side: Side, *, kinetics: bool) -> tuple[GaitCycle, ...]:
-    """The cycles of a walk that count for kinematics or for kinetics."""
+def valid_cycles(walk: WalkingTrial, side: Side, *, kinetics: bool) -> tuple[GaitCycle, ...]:
+    """Cycles of a `side` of `walk` that count for kinematics or, with `kinetics`, for kinetics."""
     return tuple(
         cycle
         for cycle in walk.cycles[side]

@@ -42,7 +42,7 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
-from gaitval.session.trial import Trial
+from gaitval.session.trial import WalkingTrial
 
 FOLDER: Final = "recording"
 """Folder, beside `subject.toml`, for everything else."""
@@ -53,17 +53,13 @@ REFUSED: Final = "refused"
 
 
 def refusal_files(target: Path) -> tuple[Path, ...]:
-    """The page that a refused import leaves."""
+    """The page that a refused import leaves in `target`."""
     return tuple(target / f"{REFUSED}.{ending}" for ending in ("html", "pdf"))
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse an unusable output folder before any work is done.
-
-    Raises
-    ------
-    ArtefactError : it is a file or lies below one, may not be written to, or contains a subject
-        that no import wrote.
+    """Refuse an unusable output `folder` before any work is done: raises ArtefactError if it is a
+    file or lies below one, may not be written to, or contains a subject that no import wrote.
     """
     for wanted in (Path(folder), Path(folder) / FOLDER):
         nearest = wanted
@@ -85,7 +81,7 @@ def check_folder(folder: Path) -> None:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Say which folder could not be written to, and what to do."""
+    """Raise ArtefactError for an OSError: which file or `folder` is not written, and what to do."""
     try:
         yield
     except OSError as error:
@@ -96,14 +92,14 @@ def writing(folder: Path) -> Iterator[None]:
 
 
 def write_subject(folder: Path, subject: Subject) -> Path:
-    """Write `subject.toml`, after all other files; returns its path."""
+    """Write `subject` to `subject.toml` in `folder`, after all other files; returns its path."""
     with writing(folder):
         write_text(Path(folder) / SUBJECT, subject.to_toml())
     return Path(folder) / SUBJECT
 
 
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
-    """Write everything but the subject below `folder`/recording; returns the files.
+    """Write everything of `found` but the subject below `folder`/recording; returns the files.
 
     OpenSim's files of a trial belong together: its inverse dynamics finds the written moments from
     the written motion and ground reaction. So the ground reaction is the one that inverse dynamics
@@ -111,11 +107,8 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
 
     Each file is written whole or not at all. The `subject.toml` and `import.json` of an earlier
     import are removed first, and `import.json` is written last: if it exists, so do all others,
-    from the same import.
-
-    Raises
-    ------
-    ArtefactError : the folder cannot be written to.
+    from the same import. `configuration` gives contact and paper. Raises ArtefactError if the
+    folder cannot be written to.
     """
     with writing(folder):
         return _write_import(Path(folder), found, configuration)
@@ -158,7 +151,7 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
 
 
 def write_body(target: Path, body: FittedBody, marker_set: str) -> list[Path]:
-    """Write the scaled model, its table and the markers on it; returns the files."""
+    """Write model, table and markers (of `marker_set`) of `body` to `target`; returns the files."""
     write_urdf(body.model, target / "model.urdf")
     save_markers(target / MARKERS, body.markers, marker_set)
     table = write_table(target / "scaling.csv", body.scaled.frame())
@@ -172,8 +165,8 @@ def write_table(path: Path, table: pd.DataFrame) -> Path:
     return path
 
 
-def write_trial(target: Path, number: int, walk: Trial) -> list[Path]:
-    """Write OpenSim's files of one trial; returns them."""
+def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
+    """Write OpenSim's files of a trial `walk` to `target`, with `number` in their names."""
     files = {
         name: target / f"trial{number}_{name}"
         for name in ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
@@ -188,8 +181,8 @@ def write_trial(target: Path, number: int, walk: Trial) -> list[Path]:
     return list(files.values())
 
 
-def cycle_table(trials: Sequence[Trial]) -> pd.DataFrame:
-    """Every cycle of every trial, and why it does not count."""
+def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
+    """Every cycle of every trial of `trials`, and why it does not count."""
     rows = []
     for walk in trials:
         for side in SIDES:
@@ -238,14 +231,14 @@ def _record(found: Import) -> dict[str, Any]:
         "walking_speed_m_s": speed(found),
         "verdicts": [
             {
-                "id": verdict.tolerance.id,
+                "id": verdict.id,
                 "target": verdict.target,
                 "value": verdict.value,
-                "limit": verdict.tolerance.value,
-                "unit": verdict.tolerance.unit,
+                "limit": verdict.tolerance,
+                "unit": verdict.unit,
                 "passed": verdict.passed,
                 "verdict": state_of(
-                    verdict.tolerance.id,
+                    verdict.id,
                     verdict.passed,
                     reduced=verdict.target.endswith(CONSISTENT),
                 ),
@@ -265,7 +258,7 @@ def _record(found: Import) -> dict[str, Any]:
 _OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")
 
 
-def _trial_record(walk: Trial) -> dict[str, Any]:
+def _trial_record(walk: WalkingTrial) -> dict[str, Any]:
     record: dict[str, Any] = {
         "trial": walk.name,
         "belt_speed_m_s": walk.belt,

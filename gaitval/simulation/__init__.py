@@ -1,1 +1,1 @@
-"""Ground contact, physics engines and the walking body."""
+"""Physics engines and the walking body."""

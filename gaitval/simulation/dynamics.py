@@ -20,6 +20,7 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
 from gaitval.constants import GRAVITY
 from gaitval.model.tree import (
+    COORDINATE_COUNT,
     DOF_COUNT,
     FIRST_DOF,
     PARENT,
@@ -56,15 +57,15 @@ class DynamicsWorkspace(NamedTuple):
 
 @njit
 def dynamics_workspace() -> DynamicsWorkspace:
-    """Arrays to be filled."""
+    """Arrays to be filled by `accelerations`."""
     return DynamicsWorkspace(
-        np.empty((14, 6)),
-        np.empty((14, 21)),
-        np.empty((14, 6)),
-        np.empty((31, 6)),
-        np.empty((31, 6)),
-        np.empty(31),
-        np.empty(31),
+        np.empty((SEGMENT_COUNT, 6)),
+        np.empty((SEGMENT_COUNT, 21)),
+        np.empty((SEGMENT_COUNT, 6)),
+        np.empty((COORDINATE_COUNT, 6)),
+        np.empty((COORDINATE_COUNT, 6)),
+        np.empty(COORDINATE_COUNT),
+        np.empty(COORDINATE_COUNT),
     )
 
 
@@ -109,6 +110,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
     for s in range(SEGMENT_COUNT):
         w0, w1, w2 = angular[s, 0], angular[s, 1], angular[s, 2]
         if s == 0:
+            # Instead of pulling on every segment, gravity is a pelvis that accelerates upwards.
             b0, b1, b2, a0, a1, a2 = 0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY
         else:
             p = PARENT[s]
@@ -118,11 +120,14 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
             z = origin[s, 2] - origin[p, 2]
             o0, o1, o2 = angular[p, 0], angular[p, 1], angular[p, 2]
             t0, t1, t2 = o1 * z - o2 * y, o2 * x - o0 * z, o0 * y - o1 * x
+            # a + α × r + ω × (ω × r), at the segment's joint.
             a0 = acceleration[p, 3] + b1 * z - b2 * y + o1 * t2 - o2 * t1
             a1 = acceleration[p, 4] + b2 * x - b0 * z + o2 * t0 - o0 * t2
             a2 = acceleration[p, 5] + b0 * y - b1 * x + o0 * t1 - o1 * t0
             for d in range(FIRST_DOF[s], FIRST_DOF[s] + DOF_COUNT[s]):
                 u0, u1, u2 = axes[d, 0] * qd[d], axes[d, 1] * qd[d], axes[d, 2] * qd[d]
+                # The rate of an axis that turns with ω is ω × axis; each axis turns with those
+                # before it.
                 b0 += o1 * u2 - o2 * u1
                 b1 += o2 * u0 - o0 * u2
                 b2 += o0 * u1 - o1 * u0
@@ -138,7 +143,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         c2 = r[2, 0] * k0 + r[2, 1] * k1 + r[2, 2] * k2
         j00, j01, j02, j11, j12, j22 = _turned(r, tree.inertia[s])
 
-        # Force through the centre of mass, moment about it.
+        # Newton: m (a + α × c + ω × (ω × c)). Euler, about the centre of mass: J α + ω × J ω.
         t0, t1, t2 = w1 * c2 - w2 * c1, w2 * c0 - w0 * c2, w0 * c1 - w1 * c0
         f0 = m * (a0 + b1 * c2 - b2 * c1 + w1 * t2 - w2 * t1)
         f1 = m * (a1 + b2 * c0 - b0 * c2 + w2 * t0 - w0 * t2)
@@ -150,7 +155,8 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         n1 = j01 * b0 + j11 * b1 + j12 * b2 + w2 * l0 - w0 * l2
         n2 = j02 * b0 + j12 * b1 + j22 * b2 + w0 * l1 - w1 * l0
 
-        # Both about the pelvis' origin.
+        # Both about the pelvis' origin. The spatial inertia is [[J + m (c² 1 - c cᵀ), m [c]×],
+        # [-m [c]×, m 1]], its lower triangle row by row: element (i, j) at i (i + 1) / 2 + j.
         x = c0 + origin[s, 0] - origin[0, 0]
         y = c1 + origin[s, 1] - origin[0, 1]
         z = c2 + origin[s, 2] - origin[0, 2]
@@ -159,6 +165,7 @@ def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace
         force[1] = n1 + z * f0 - x * f2
         force[2] = n2 + x * f1 - y * f0
         force[3], force[4], force[5] = f0, f1, f2
+        # 0 m, not 0: in lanes it has eight values.
         x2, y2, z2, none = m * x * x, m * y * y, m * z * z, 0.0 * m
         whole = work.inertia[s]
         whole[0] = j00 + (y2 + z2)
@@ -182,6 +189,7 @@ def _solve_root(inertia: Array, right: Array) -> None:
             right[i] -= share * right[k]
             for j in range(k + 1, i + 1):
                 inertia[row + j] -= share * inertia[j * (j + 1) // 2 + k]
+        # The diagonal keeps 1 / D: one division a column.
         inertia[kk] = inverse
     for k in range(5, -1, -1):
         for i in range(k + 1, 6):
@@ -193,6 +201,7 @@ def _solve_root(inertia: Array, right: Array) -> None:
 def _react(body: Array, axis: Array, u: Array) -> Any:
     """u (6,) = body (21,) axis (6,); returns axis · u."""
     e0, e1, e2, e3, e4, e5 = axis[0], axis[1], axis[2], axis[3], axis[4], axis[5]
+    # Only the lower triangle of the symmetric matrix is stored: element (j, i) stands for (i, j).
     b1, b3, b4, b6, b7, b8 = body[1], body[3], body[4], body[6], body[7], body[8]
     b10, b11, b12, b13 = body[10], body[11], body[12], body[13]
     b15, b16, b17, b18, b19 = body[15], body[16], body[17], body[18], body[19]
@@ -254,17 +263,20 @@ def accelerations(
 
     Parameters
     ----------
-    frames : of all segments at `state`.
+    tree, frames : the body, and the poses and velocities of all segments at `state`.
     state : (2, 31) positions and velocities.
     forces : (31,) generalised, without those of springs, dampers and gravity.
     stiffness, damping : (25,) Nm/rad, Nms/rad, of springs about zero and dampers in the joints.
     step : s, h.
+    work : overwritten.
     out : (31,) rad/s² and m/s².
     """
     q, qd = state[0], state[1]
     _rigid_bodies(tree, frames, qd, work)
     origin, axes = frames.origin, frames.axes
     inertia, force, reaction = work.inertia, work.force, work.reaction
+    # Towards the pelvis. Children come after their parents in `SEGMENTS`, so a segment's
+    # articulated inertia and bias force are complete when the loop reaches it.
     for s in range(SEGMENT_COUNT - 1, 0, -1):
         p = PARENT[s]
         x = origin[s, 0] - origin[0, 0]
@@ -273,9 +285,12 @@ def accelerations(
         body, load = inertia[s], force[s]
         for d in range(FIRST_DOF[s] + DOF_COUNT[s] - 1, FIRST_DOF[s] - 1, -1):
             e0, e1, e2 = axes[d, 0], axes[d, 1], axes[d, 2]
+            # A joint that turns about e at r moves the pelvis' origin with r × e.
             e3, e4, e5 = y * e2 - z * e1, z * e0 - x * e2, x * e1 - y * e0
             axis = work.axis[d]
             axis[0], axis[1], axis[2], axis[3], axis[4], axis[5] = e0, e1, e2, e3, e4, e5
+            # U = I S, D = Sᵀ U + h c + h² k (the implicit damper and spring), and the drive is what
+            # remains of the joint's force after the bias force Sᵀ p.
             u, k, c = reaction[d], stiffness[d - 6], damping[d - 6]
             resistance = _react(body, axis, u) + (step * c + step * step * k)
             drive = forces[d] - c * qd[d] - k * (q[d] + step * qd[d]) - (
@@ -284,6 +299,7 @@ def accelerations(
             )  # fmt: skip
             compliance = 1.0 / resistance
             work.compliance[d], work.drive[d] = compliance, drive
+            # The joint gives way along S: I ← I - U Uᵀ / D, p ← p + U drive / D.
             _release(body, u, compliance)
             push = compliance * drive
             for i in range(6):
@@ -294,10 +310,12 @@ def accelerations(
             inertia[p, i] += body[i]
     acceleration = work.acceleration
     for i in range(6):
+        # The free joint: root forces pair with the same spatial coordinates, so no axes are needed.
         acceleration[0, i] = forces[i] - force[0, i]
     _solve_root(inertia[0], acceleration[0])
     for i in range(6):
         out[i] = acceleration[0, i]
+    # Back from the pelvis: q̈ = (drive - Uᵀ a) / D, then a ← a + S q̈.
     for s in range(1, SEGMENT_COUNT):
         a, b = acceleration[s], acceleration[PARENT[s]]
         for i in range(6):
@@ -322,10 +340,12 @@ def integrate(state: Array, acceleration: Array, step: float) -> None:
     ----------
     state : (2, 31) in and out.
     acceleration : (31,) as from `accelerations`.
+    step : s.
     """
     q, qd = state[0], state[1]
-    for d in range(31):
+    for d in range(COORDINATE_COUNT):
         qd[d] += step * acceleration[d]
+    # The pelvis' rotation vector is no integral of its angular velocity: R⁺ = exp(h ω⁺) R.
     turned_vector(q, qd, step)
-    for d in range(3, 31):
+    for d in range(3, COORDINATE_COUNT):
         q[d] += step * qd[d]

@@ -1,8 +1,8 @@
 """The body model in MuJoCo: a second physics engine, fed from the same segments and joints.
 
-It is the witness that a walk does not depend on the engine it was learned in: another mass matrix,
-other Coriolis forces, another integrator, with a quarter of the step. Only the contact law, which
-MuJoCo does not have, is the same code.
+It is the second-engine check: a walk should not depend on the engine it was learned in. Mass
+matrix, Coriolis forces and integrator are MuJoCo's own, with a quarter of the step; only the
+contact law, which MuJoCo does not have, is the same code.
 """
 
 from typing import Any
@@ -15,6 +15,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import AXES, COORDINATES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, BodyModel, Segment
+from gaitval.model.tree import COORDINATE_COUNT
 
 
 def _numbers(values: Any) -> str:
@@ -22,17 +23,14 @@ def _numbers(values: Any) -> str:
 
 
 def mjcf(model: BodyModel, *, option: str = "", floor: bool = False) -> str:
-    """The model in MuJoCo's own format: several hinges of one body turn in their order, the
-    first one outermost. Inertia as xx yy zz xy xz yz.
-
-    Parameters
-    ----------
-    option : attributes of MuJoCo's <option>.
-    floor : with the ground and the feet's spheres, which touch it alone.
+    """`model` in MuJoCo's own format: several hinges of one body turn in their order, the first one
+    outermost. `option` has attributes of MuJoCo's <option>; `floor` adds the ground and the feet's
+    spheres, which touch it alone.
     """
 
     def body(segment: Segment) -> str:
         inertia = segment.inertia
+        # MuJoCo's order: xx yy zz xy xz yz.
         full = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
         joints = "".join(
             f'<joint name="{name}" type="hinge" axis="{_numbers(AXES[name])}"/>'
@@ -40,6 +38,8 @@ def mjcf(model: BodyModel, *, option: str = "", floor: bool = False) -> str:
         )
         spheres = "".join(
             f'<geom type="sphere" size="{sphere.radius!r}" pos="{_numbers(sphere.position)}" '
+            # A pair touches if one's contype meets the other's conaffinity: spheres the ground,
+            # never each other.
             'contype="0" conaffinity="1"/>'
             for sphere in model.spheres
             if floor and sphere.segment == segment.name
@@ -101,7 +101,7 @@ class MujocoBody:
 
     def state(self) -> tuple[Array, Array]:
         """Positions and velocities (31,)."""
-        q, qd = np.empty(31), np.empty(31)
+        q, qd = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
         # The velocity that turns the body in a second from the world's axes to its own.
         mujoco.mju_quat2Vel(q[:3], self.data.qpos[3:7], 1.0)
         q[3:6] = self.data.qpos[0:3]
@@ -127,8 +127,8 @@ class MujocoBody:
 
     def mass_matrix(self) -> Array:
         """(31, 31), after `accelerations`."""
-        full = np.zeros((31, 31))  # symmetric
-        for row, unit in zip(full, np.eye(31), strict=True):
+        full = np.zeros((COORDINATE_COUNT, COORDINATE_COUNT))  # symmetric
+        for row, unit in zip(full, np.eye(COORDINATE_COUNT), strict=True):
             mujoco.mj_mulM(self.model, self.data, row, unit)
         transform = self._transform()
         return np.asarray(transform.T @ full @ transform)
@@ -140,14 +140,15 @@ class MujocoBody:
         return matrix.reshape(3, 3)
 
     def _transform(self) -> Array:
-        transform = np.zeros((31, 31))
+        transform = np.zeros((COORDINATE_COUNT, COORDINATE_COUNT))
         transform[0:3, 3:6] = np.eye(3)
         transform[3:6, 0:3] = self._rotation().T
-        transform[self.rates, np.arange(6, 31)] = 1.0
+        transform[self.rates, np.arange(6, COORDINATE_COUNT)] = 1.0
         return transform
 
     def _apply(self, forces: Array) -> None:
         applied = self.data.qfrc_applied
+        # f_mujoco = T⁻ᵀ f; T is orthogonal, so its blocks are only exchanged and turned.
         applied[0:3] = forces[3:6]
         applied[3:6] = self._rotation().T @ forces[:3]
         applied[self.rates] = forces[6:]

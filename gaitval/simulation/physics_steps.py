@@ -7,9 +7,18 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.model.contact import ContactWorkspace, contact_forces, contact_workspace
-from gaitval.model.contact_law import ContactLaw
-from gaitval.model.tree import Frames, Tree, empty_frames, forward, velocities
+from gaitval.contact.forces import ContactWorkspace, contact_forces, contact_workspace
+from gaitval.contact.law import ContactLaw
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    COORDINATE_COUNT,
+    SEGMENT_COUNT,
+    Frames,
+    Tree,
+    empty_frames,
+    forward,
+    velocities,
+)
 from gaitval.simulation.dynamics import (
     DynamicsWorkspace,
     accelerations,
@@ -27,7 +36,7 @@ class WalkerBody(NamedTuple):
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as in `model.contact.contact_forces`.
+    lag : (2,) as in `contact.forces.contact_forces`.
     physics_step : s.
     phase_step : fraction of a gait cycle in a physics step.
     """
@@ -84,16 +93,16 @@ class Account(NamedTuple):
 
 
 def empty_account(count: int) -> Account:
-    """Account of this many steps, to be filled."""
+    """Account of `count` physics steps, to be filled."""
     return Account(
         np.zeros(count),
-        np.zeros((count, 31)),
-        np.zeros((count, 31)),
-        np.zeros((count, 25)),
+        np.zeros((count, COORDINATE_COUNT)),
+        np.zeros((count, COORDINATE_COUNT)),
+        np.zeros((count, ACTUATED_COUNT)),
         np.zeros((count, 2, 6)),
         np.zeros((2, 3)),
-        np.zeros(25),
-        np.zeros(25),
+        np.zeros(ACTUATED_COUNT),
+        np.zeros(ACTUATED_COUNT),
     )
 
 
@@ -115,16 +124,16 @@ class Workspace(NamedTuple):
 
 @njit
 def workspace(spheres: int) -> Workspace:
-    """Arrays to be filled, for a body with this many contact spheres."""
+    """Arrays to be filled, for a body with this many contact spheres (`spheres`)."""
     return Workspace(
         empty_frames(),
         contact_workspace(spheres),
         dynamics_workspace(),
-        np.empty(31),
-        np.empty((3, 25)),
-        np.empty(25),
+        np.empty(COORDINATE_COUNT),
+        np.empty((3, ACTUATED_COUNT)),
+        np.empty(ACTUATED_COUNT),
         np.empty((2, 6)),
-        np.empty(31),
+        np.empty(COORDINATE_COUNT),
     )
 
 
@@ -143,9 +152,11 @@ def forces(
 
     Parameters
     ----------
-    pace : rate of the phase over that of the reference.
+    body, state : what steps, and its positions and velocities (2, 31).
+    phase, pace : of the gait cycle, and its rate over that of the reference.
     offset : (25,) rad, of the joint targets.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
+    memory : (K, 3) N, in and out, as `contact.forces.contact_forces`.
     work : its frames, forces, command (the servos' share, Nm) and feet are filled.
     """
     tree, tables, frames = body.tree, body.tables, work.frames
@@ -154,7 +165,9 @@ def forces(
     read_table(tables.positions, phase, asked[0])
     read_table(tables.velocities, phase, asked[1])
     read_table(tables.moments, phase, asked[2])
-    for i in range(25):
+    for i in range(ACTUATED_COUNT):
+        # Only what does not depend on the state: k (q̂ + a) + d p q̂̇ + τ_ff. The integrator adds
+        # -k q - (d + β) q̇ implicitly (`walker`).
         target, rate, moment = asked[0, i], asked[1, i], asked[2, i]
         command[i] = (
             body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
@@ -162,8 +175,10 @@ def forces(
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
-    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
-    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    forward(
+        tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT
+    )
+    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, SEGMENT_COUNT)
     contact_forces(tree, body.law, frames, body.lag, memory, forces, work.feet, work.contact)
 
 
@@ -171,17 +186,19 @@ def forces(
 def enter(
     body: WalkerBody, state: Array, phase: float, row: int, account: Account, work: Workspace
 ) -> None:
-    """Enter the step that led to `state` and `phase` in row `row` of the account."""
+    """Write the step of a `body` that led to `state` and `phase`, with its forces in `work`, in row
+    `row` of the account.
+    """
     command, feet = work.command, work.feet
     share = 1.0 / account.phase.shape[0]
     if row == 0:
         for side in range(2):
             for i in range(3):
                 account.mean_ground_reaction[side, i] = 0.0
-        for i in range(25):
+        for i in range(ACTUATED_COUNT):
             account.mean_moments[i] = account.mean_square_moments[i] = 0.0
     account.phase[row] = phase
-    for i in range(31):
+    for i in range(COORDINATE_COUNT):
         account.positions[row, i] = state[0, i]
         account.velocities[row, i] = state[1, i]
     for side in range(2):
@@ -189,7 +206,9 @@ def enter(
             account.feet[row, side, i] = feet[side, i]
         for i in range(3):
             account.mean_ground_reaction[side, i] += share * feet[side, i]
-    for i in range(25):
+    for i in range(ACTUATED_COUNT):
+        # The torque that acted is known exactly, because spring and dampers were implicit in the
+        # state after the step.
         moment = (
             command[i]
             - body.stiffness[i] * state[0, 6 + i]
@@ -213,11 +232,17 @@ def steps(
     account: Account,
     work: Workspace,
 ) -> float:
-    """`advance`, with the change `slope` (25,) rad of the targets from step to step; of one walker,
-    or of eight in lanes.
+    """`advance`, of one walker, or of eight in lanes; returns the phase after the last step.
+
+    Parameters
+    ----------
+    body, state, phase, pace, root_force, memory, account : as in `advance` and `Action`.
+    target : (25,) rad, in and out: offset of the joint targets before the first step.
+    slope : (25,) rad, change of the targets from step to step.
+    work : overwritten.
     """
     for row in range(account.phase.shape[0]):
-        for i in range(25):
+        for i in range(ACTUATED_COUNT):
             target[i] += slope[i]
         forces(body, state, phase, pace, target, root_force, memory, work)
         accelerations(
@@ -250,8 +275,10 @@ def advance(
 
     Parameters
     ----------
+    body, phase : what walks, and the phase of the right gait cycle before the action.
     state : (2, 31) in and out.
-    memory : (K, 3) in and out, as `model.contact.contact_forces`.
+    action : what is asked for.
+    memory : (K, 3) in and out, as `contact.forces.contact_forces`.
     account : filled; its length is the number of steps.
     """
     pace, offset, next_offset, root_force = action
@@ -276,7 +303,8 @@ def outside_steps(
     work: Workspace,
 ) -> Iterator[int]:
     """`steps` of one walker with another engine's dynamics and integrator: it stops before each of
-    the engine's steps, for the caller to make it under `work.forces` and to change `state`.
+    the engine's steps, for the caller to make it under `work.forces` and to change `state`. Yields
+    the row of the account that the engine's step belongs to.
 
     A generator is handed its arguments once. To hand a body to two compiled functions in every
     physics step took longer than DART needs for it.
@@ -284,14 +312,11 @@ def outside_steps(
     Parameters
     ----------
     substeps : the engine's steps in a physics step; `slope` is the change of the targets in one.
-
-    Yields
-    ------
-    The row of the account that the engine's step belongs to.
+    body, state, phase, pace, target, root_force, memory, account, work : as in `steps`.
     """
     for row in range(account.phase.shape[0]):
         for _ in range(substeps):
-            for i in range(25):
+            for i in range(ACTUATED_COUNT):
                 target[i] += slope[i]
             forces(body, state, phase, pace, target, root_force, memory, work)
             yield row

@@ -2,11 +2,16 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.display import Saved, angle_curves, curve_frame, moment_curves
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -75,3 +80,30 @@ class Rollout(Travel):
         names = tuple(f.name for f in fields(cls))
         arrays = read_arrays(path, names)
         return cls(**{name: np.asarray(arrays[name], dtype=float) for name in names})
+
+
+@dataclass(frozen=True, repr=False)
+class SimulatedWalk(Saved, Rollout):
+    """A rollout, and who walked; `save` keeps double precision.
+
+    Attributes
+    ----------
+    walker : name of the subject.
+    mass_kg : of the body that walked.
+    """
+
+    KIND: ClassVar[str] = "Rollout"
+
+    walker: str
+    mass_kg: float
+
+    def title(self) -> str:
+        """Who walked, how far."""
+        ended = "fell" if self.fell[0] else "did not fall"
+        distance = self.centre_of_mass[-1, 0] - self.centre_of_mass[0, 0]
+        return f"Walk of {self.walker}: {self.time[-1]:.2f} s, {distance:.2f} m, {ended}"
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint angles (deg) and joint moments (Nm) by time (s)."""
+        curves = [*angle_curves(self.positions), *moment_curves(self.moments)]
+        return curve_frame(curves, axis="time", at=self.time)

@@ -25,7 +25,9 @@ _SERVO_OF = {
 
 
 def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
-    """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg."""
+    """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg, from the gains `servo` of
+    a body of `REFERENCE_MASS`.
+    """
     gains = [getattr(servo, _SERVO_OF[name.split("_")[0]]) for name in ACTUATED]
     return np.array(gains, dtype=float) * mass / REFERENCE_MASS
 
@@ -41,7 +43,7 @@ class ReferenceTables(NamedTuple):
 
 
 def closed_cycle(values: Array) -> Array:
-    """Samples (N, …) of one cycle with the first repeated at the end, contiguous."""
+    """`values` (N, …) of one cycle with the first repeated at the end, contiguous."""
     return np.ascontiguousarray(np.concatenate([values, values[:1]]))
 
 

@@ -11,9 +11,12 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
-from gaitval.lanes import in_lanes, with_lanes
-from gaitval.model.contact_law import ContactLaw
-from gaitval.model.tree import Tree
+from gaitval.contact.law import ContactLaw
+from gaitval.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    Tree,
+)
 from gaitval.simulation.physics_steps import (
     Account,
     WalkerBody,
@@ -33,12 +36,12 @@ class LaneBodies(NamedTuple):
 
     Attributes
     ----------
-    law : (7, 8), the numbers of `ContactLaw`.
+    law : of the same type for all, with arrays (8,) for numbers.
     phase_step : (1, 8).
     """
 
     tree: Tree
-    law: Array
+    law: ContactLaw
     tables: ReferenceTables
     stiffness: Array
     damping: Array
@@ -73,22 +76,30 @@ class LaneArrays(NamedTuple):
 def advance_lanes(
     bodies: LaneBodies, arrays: LaneArrays, account: Account, work: Workspace
 ) -> None:
-    """All physics steps of an action of eight walkers; see `physics_steps.advance`."""
+    """All physics steps of an action of eight walkers; see `physics_steps.advance`.
+
+    Parameters
+    ----------
+    bodies, arrays : of the walkers; the phases and states in `arrays` change.
+    account : filled, with a last axis of eight; its length is the number of steps.
+    work : overwritten.
+    """
+    # The same memory, seen as arrays whose elements are vectors of eight numbers (`lanes`).
     lanes = in_lanes(arrays)
     walkers = lanes.walkers
     count = account.phase.shape[0]
-    for i in range(25):
+    for i in range(ACTUATED_COUNT):
         lanes.target[i] = walkers.offset[i]
         lanes.slope[i] = (lanes.next_offset[i] - walkers.offset[i]) / float(count)
-    law = in_lanes(bodies.law)
     body = WalkerBody(
         in_lanes(bodies.tree),
-        ContactLaw(law[0], law[1], law[2], law[3], law[4], law[5], law[6]),
+        numbers_in_lanes(bodies.law),
         bodies.tables,
         in_lanes(bodies.stiffness),
         in_lanes(bodies.damping),
         in_lanes(bodies.total_damping),
         in_lanes(bodies.lag),
+        # Common to all, so not in lanes.
         bodies.physics_step,
         in_lanes(bodies.phase_step)[0],
     )
@@ -109,6 +120,8 @@ def advance_lanes(
 def _tables_of(walkers: Sequence[Walker]) -> Any:
     """What the servos of each walker follow; walkers of one task share it."""
     kinds = list({id(walker.task): walker.tables for walker in walkers}.items())
+    # A table once for each task, and for each lane its number: the tables are large, and eight
+    # copies of one would not stay in the processor's cache.
     order = [key for key, _ in kinds]
     which = np.array([order.index(id(walker.task)) for walker in walkers])
     stacks = [np.array(tables) for tables in zip(*(tables for _, tables in kinds), strict=True)]
@@ -134,9 +147,11 @@ class SideBySide:
         first = walkers[0]
         body, spheres = first.body, len(first.task.model.spheres)
         one = np.zeros(1)
-        law = np.zeros(len(ContactLaw._fields))
-        tree, law, stiffness, damping, total, lag, phase_step = (
-            with_lanes(arrays) for arrays in (body.tree, law, *body[3:6], body.lag, one)
+        kind: Any = type(first.law)
+        assert all(type(walker.law) is kind for walker in walkers), "one contact law for all"
+        law = kind(*(np.zeros(WIDTH) for _ in kind._fields))
+        tree, stiffness, damping, total, lag, phase_step = (
+            with_lanes(arrays) for arrays in (body.tree, *body[3:6], body.lag, one)
         )
         self.bodies = LaneBodies(
             tree, law, _tables_of(walkers), stiffness, damping, total, lag,
@@ -148,7 +163,7 @@ class SideBySide:
             moments=self.account.mean_moments,
             squares=self.account.mean_square_moments,
         )
-        joints, force = np.zeros(25), np.zeros(6)
+        joints, force = np.zeros(ACTUATED_COUNT), np.zeros(6)
         members = (with_lanes(array) for array in (one, one, joints, force, joints, joints))
         self.arrays = LaneArrays(arrays, *members)
         self.work = with_lanes(workspace(spheres))
@@ -159,9 +174,13 @@ class SideBySide:
         """The walker of a lane has other parameters."""
         bodies, body = self.bodies, walker.body
         for name in Tree._fields:
+            # Which segment a sphere is on is common to all bodies: an index, not in lanes.
             if name != "sphere_segment":
                 getattr(bodies.tree, name)[..., lane] = getattr(body.tree, name)
-        for name in ("law", "stiffness", "damping", "total_damping", "lag"):
+        law: Any = body.law  # a named tuple of numbers
+        for name in law._fields:
+            getattr(bodies.law, name)[lane] = getattr(law, name)
+        for name in ("stiffness", "damping", "total_damping", "lag"):
             getattr(bodies, name)[:, lane] = getattr(body, name)
         bodies.phase_step[0, lane] = body.phase_step
 

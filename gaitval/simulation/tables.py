@@ -27,6 +27,7 @@ class LaneTables(NamedTuple):
 @njit_borrowing
 def read_row(table: Array, phase: float, out: Array) -> None:
     """Row of a table (N + 1, K) over one cycle at a phase, linearly interpolated, into `out`."""
+    # The last row repeats the first, so row + 1 exists for every phase.
     count = table.shape[0] - 1
     place = (phase - np.floor(phase)) * count
     row = int(place)
@@ -39,6 +40,7 @@ def read_row(table: Array, phase: float, out: Array) -> None:
 def _read_rows(tables: LaneTables, phase: Any, out: Array) -> None:
     values, numbers = tables.values, in_numbers(out)
     count = values.shape[1] - 1
+    # Each lane reads at a place of its own: numbers again, lane by lane.
     for k in range(WIDTH):
         table, at = values[tables.which[k]], lane(phase, k)
         place = (at - np.floor(at)) * count
@@ -59,6 +61,7 @@ read_table: Any = _read_table
 
 @overload(read_table)
 def _reader(table, phase, out):  # type: ignore[no-untyped-def]  # numba compares signatures
+    # Chosen when it is compiled, by the type of the table.
     def one(table, phase, out):  # type: ignore[no-untyped-def]
         read_row(table, phase, out)
 

@@ -8,8 +8,8 @@ enter as forces, so the torque that acted is known exactly: τ = command − k q
 the state after the step.
 
 Two engines advance the body in the same way: `compiled` (`simulation/dynamics.py`), which runs
-all physics steps of an action in one compiled call, and DART. A third, MuJoCo, is a witness: it has
-its own integrator and a shorter step, so its walks are others of the same kind.
+all physics steps of an action in one compiled call, and DART. A third, MuJoCo, is a second-engine
+check: with its own integrator and a shorter step its walks are similar, not equal.
 """
 
 from dataclasses import dataclass
@@ -20,15 +20,19 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
+from gaitval.contact.forces import (
+    ground_forces,
+)
+from gaitval.contact.law import contact_law
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
-from gaitval.model.contact import (
-    ground_forces,
-)
-from gaitval.model.contact_law import contact_law
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.tree import tree_arrays
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    COORDINATE_COUNT,
+    tree_arrays,
+)
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.physics_steps import (
@@ -88,8 +92,8 @@ class WalkingTask:
         *,
         mu: Array | None = None,
     ) -> "WalkingTask":
-        """The task with the reference motion of a record, as accurate as told, on a model, which
-        has the parameters mu (14,).
+        """The task of walking like `record` on `model`, given the parameters `mu` (14,) if not
+        None. How accurate the record is (`accuracy`) weights the fit of its reference motion.
         """
         body = model if mu is None else apply_parameters(model, mu)
         reference = consistent_reference(record, body, configuration.contact, accuracy)
@@ -123,13 +127,11 @@ def _advance_outside(
     account: Account,
     work: Workspace,
 ) -> float:
-    """`advance` with another engine's dynamics and integrator, which is at `state`.
-
-    Parameters
-    ----------
-    substeps : the engine's steps in a physics step.
+    """`advance` with another engine's dynamics and integrator, which is at `state` and takes
+    `substeps` in a physics step.
     """
     pace, offset, next_offset, root_force = action
+    # `lag` is proportional to the step, and the contact acts in every one of the engine's steps.
     body = body._replace(lag=body.lag / substeps)
     slope = (next_offset - offset) / (len(account.phase) * substeps)
     target = offset.copy()
@@ -208,8 +210,9 @@ class WalkerArrays(NamedTuple):
 
 
 def walker_arrays(spheres: int, *many: int) -> WalkerArrays:
-    """Arrays of a walker, or (many, …) of several, all zero."""
-    shapes = (2, 31), (spheres, 3), (25,), (2, 3), (25,), (25,)
+    """Arrays of a walker with `spheres` contact spheres, or (many, …) of several, all zero."""
+    joints = (ACTUATED_COUNT,)
+    shapes = (2, COORDINATE_COUNT), (spheres, 3), joints, (2, 3), joints, joints
     return WalkerArrays(*(np.zeros((*many, *shape)) for shape in shapes))
 
 
@@ -225,7 +228,7 @@ class Walker:
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
     tree, law, lag : the body and its contact with the parameters `mu` (14,), see
-        `model.contact.contact_forces`.
+        `contact.forces.contact_forces`.
     body, tables : these and the servos, as the compiled functions take them, and what the servos
         follow.
     state : (2, 31) positions and velocities after the last physics step.
@@ -265,8 +268,8 @@ class Walker:
             mean_square_moments=arrays.squares,
         )
         # A foot's contact moves the foot, its toes and about as much of the shank.
-        moved_mass = 2.0 * (task.model["foot_r"].mass + task.model["toes_r"].mass)
-        self.lag = np.full(2, self.physics_step / moved_mass)
+        moved = [2.0 * (task.model[f"foot_{s}"].mass + task.model[f"toes_{s}"].mass) for s in "rl"]
+        self.lag = self.physics_step / np.array(moved)
         self.set_parameters(nominal_parameters())
 
     def set_parameters(self, mu: Array) -> None:
@@ -303,7 +306,7 @@ class Walker:
         # The feet carry the body from the first step on, as if it had been walking.
         ground_forces(
             self.tree, self.law, self.state[0], self.state[1],
-            np.zeros(2), self._memory, np.zeros(31), np.zeros((2, 6)),
+            np.zeros(2), self._memory, np.zeros(COORDINATE_COUNT), np.zeros((2, 6)),
         )  # fmt: skip
         self.mean_ground_reaction[:] = 0.0
         self.mean_moments[:] = 0.0

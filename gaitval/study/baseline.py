@@ -8,13 +8,13 @@ import time
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gaitval.artefacts import file_hash, read_json, value_hash, write_json
+from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value_hash, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.folder_lock import held
-from gaitval.study.inputs import GAIN, POLICY_FILES, copy_files, start_kind
+from gaitval.study.inputs import GAIN, METRICS, POLICY_FILES, start_kind
 from gaitval.study.seal import changes, check_seal, read_seal, seal
 from gaitval.study.sources import code_of
 from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
@@ -29,7 +29,9 @@ from gaitval.study.stages import (
     validate_stage,
 )
 
-METRICS = "metrics.json"
+if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
+
 TEMPORARY = "gaitval-check-"
 """How the names of folders begin in which a check walks."""
 
@@ -56,10 +58,9 @@ _ABANDONED = 60.0
 
 
 def store_baseline(folder: Path, target: Path) -> None:
-    """Store the policy, mu and metrics of a finished run, for `check` and to start trainings from,
-    and seal them.
-
-    Its wall times go into `TIMES`, beside those of runs with another start.
+    """Store policy, mu and metrics of the finished run in `folder` as the sealed baseline `target`,
+    for `check` and to start trainings from. Its wall times are added to `TIMES`, beside those of
+    runs with another start. Raises ArtefactError if the run is not finished or was edited.
     """
     missing = [name for name in STORED_FILES if not (folder / name).is_file()]
     if missing:
@@ -87,19 +88,17 @@ def _check_unchanged(folder: Path, records: Mapping[str, Any]) -> None:
         if name in written and file_hash(folder / name) != written[name]:
             raise ArtefactError(
                 f"{folder / name}: not as the run wrote it. Run `gaitval subject` for it again, "
-                "which mends what was changed."
+                "which restores what was changed."
             )
 
 
 def seal_again(baseline: Path) -> None:
-    """Seal a stored baseline that was changed on purpose, or that an earlier gaitval wrote.
-
-    Raises
-    ------
-    ArtefactError : it cannot be believed even then: incomplete, or in contradiction to itself.
+    """Seal a stored `baseline` that was changed on purpose, or that an earlier gaitval wrote.
+    Raises ArtefactError if it is still incomplete or contradicts itself.
     """
     believed(baseline / METRICS)
     try:
+        # a new seal does not change by which code the stored walk was made
         code = read_seal(baseline).code
     except ArtefactError:
         code = None
@@ -107,7 +106,7 @@ def seal_again(baseline: Path) -> None:
 
 
 def by_folder(codes: Iterable[Mapping[str, str]]) -> dict[str, str]:
-    """One hash for each folder of the package, from the hashes of files (`sources.code_of`)."""
+    """One hash for each folder of the package, from the file hashes `codes` (`sources.code_of`)."""
     folders: dict[str, dict[str, list[str]]] = {}
     for code in codes:  # of a file with several stages each uses its part
         for name, found in code.items():
@@ -130,7 +129,7 @@ def installed_code() -> dict[str, str]:
 
 
 def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
-    """The stages from a stored policy to its walks."""
+    """The stages of `run` from a stored policy to its walks, with a second engine if `witness`."""
     return (
         scale_stage(run),
         reference_stage(run),
@@ -148,6 +147,7 @@ def _times(folder: Path) -> dict[str, Any]:
     stages = {
         name: times["seconds"]
         for name, times in read_json(folder / "provenance.json")["stages"].items()
+        # `train-3` is of round 3: rounds left by an earlier run do not count
         if int(name.partition("-")[2] or 1) <= rounds
     }
     return {
@@ -160,28 +160,24 @@ def _times(folder: Path) -> dict[str, Any]:
 def processors() -> int:
     """Processors that this process may use; all of the machine's if that is not known."""
     if hasattr(os, "sched_getaffinity"):
+        # containers and job schedulers often give fewer than the machine has
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def stored_metrics(file: Path, *, fewer: bool = False) -> dict[str, Any]:
-    """The metrics of a stored baseline, if they can be believed and are as they were stored.
-
-    Parameters
-    ----------
-    fewer : measures may be missing that the installed gaitval has.
-
-    Raises
-    ------
-    ArtefactError : see `believed`, `seal.check_seal`.
+def stored_metrics(file: Path, *, fewer: bool = False) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted and are as stored;
+    with `fewer`, they may lack measures of the installed gaitval. Raises ArtefactError (see
+    `believed`, `seal.check_seal`).
     """
     metrics = believed(file, fewer=fewer)
     check_seal(file.parent)
     return metrics
 
 
-def believed(file: Path, *, fewer: bool = False) -> dict[str, Any]:
-    """The metrics of a stored baseline, if they can be believed.
+def believed(file: Path, *, fewer: bool = False) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted; `fewer` as in
+    `stored_metrics`.
 
     Raises
     ------
@@ -190,29 +186,32 @@ def believed(file: Path, *, fewer: bool = False) -> dict[str, Any]:
     PolicyError : the policy cannot be used.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.metrics.results import identification_from
+    from gaitval.metrics.results import identification_from, read_metrics
     from gaitval.metrics.stored import MEND, believe
     from gaitval.metrics.validation import provenance_of
     from gaitval.policy.storage import load_policy
     from gaitval.reference.adjustment import Adjustment
 
-    metrics: dict[str, Any] = read_json(file)
+    metrics = read_metrics(file)
     believe(metrics, str(file), fewer=fewer)
     folder = file.parent
     check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")
-    subject = load_subject(str(folder / "subject.toml"))
+    load_subject(folder / "subject.toml")  # refuses one that cannot be used
+    # loaded for their checks only: a damaged file is refused before a walk takes its time
     load_policy(folder / "policy", environment=configuration.environment)
     mu, correction = folder / "identification.json", folder / "correction.json"
     identification_from(read_json(mu), str(mu))
     Adjustment.from_dict(read_json(correction), str(correction))
-    beside = provenance_of(subject, configuration, metrics["record"])
+    subject = (folder / "subject.toml").read_text(encoding="utf-8")
+    settings = read_toml(folder / "configuration.toml", ArtefactError)
+    beside = provenance_of(subject, settings, metrics.record)
     for name, what in (
         ("configuration", "configuration.toml has other settings than"),
         ("subject", "subject.toml is another than that of"),
         ("record", "the record in it is not that of"),
     ):
-        if beside[name] != metrics["provenance"][name]:
+        if getattr(beside, name) != getattr(metrics.provenance, name):
             raise ArtefactError(
                 f"{file}: {what} the walk that was measured: the hash in `provenance` differs. A "
                 f"comparison would not be of like with like. {MEND}"
@@ -230,14 +229,13 @@ def check_complete(baseline: Path) -> None:
         )
 
 
-def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> dict[str, Any]:
-    """Metrics of a stored policy, simulated and validated again with the installed code.
+def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "Metrics":
+    """Metrics of the policy of a stored `baseline`, walked and validated again with the installed
+    code.
 
-    Parameters
-    ----------
-    quick : only the rollouts that are compared with the record, which takes seconds. How far the
-        policy walks and which pushes it survives are then not measured
-        (`regression.LONG_MEASURES`).
+    `observer` sees the stages. `quick` walks only what is compared with the record, which takes
+    seconds; how far the policy walks and which pushes it survives is then not measured
+    (`regression.LONG_MEASURES`).
     """
     from gaitval.datasets.subject_file import load_subject
 
@@ -266,17 +264,17 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> di
             raise type(error)(told).with_way_on(*error.goes_on) from None
 
 
-def changed_inputs(baseline: Path, now: Mapping[str, Any]) -> list[str]:
-    """What a new walk of a stored policy depends on and has changed since, a phrase each.
+def changed_inputs(baseline: Path, now: "Metrics") -> list[str]:
+    """Dependencies of `baseline` that differ in the new walk with metrics `now`, a phrase each."""
+    from gaitval.metrics.results import read_metrics
 
-    Parameters
-    ----------
-    now : metrics of the new walk.
-    """
-    return changes(read_seal(baseline), read_json(baseline / METRICS), now, installed_code())
+    return changes(read_seal(baseline), read_metrics(baseline), now, installed_code())
 
 
-def _walked(run: Run, baseline: Path, *, quick: bool) -> dict[str, Any]:
+def _walked(run: Run, baseline: Path, *, quick: bool) -> "Metrics":
+    from gaitval.metrics.results import read_metrics
+
+    # `open_run` has written subject and configuration, and the metrics are to be found anew
     copy_files(baseline, run.folder, STORED_FILES[2:-1])
     for stage in walking_stages(run, witness=not quick):
         run_stage(stage, run.folder, observer=run.observer)
@@ -284,15 +282,15 @@ def _walked(run: Run, baseline: Path, *, quick: bool) -> dict[str, Any]:
         return metrics_of(run, pushes=None)
     for stage in (repeat_stage(run), push_stage(run), validate_stage(run)):
         run_stage(stage, run.folder, observer=run.observer)
-    metrics: dict[str, Any] = read_json(run.folder / METRICS)
-    return metrics
+    return read_metrics(run.folder)
 
 
 def remove_abandoned(folder: Path | None = None) -> None:
-    """Remove what killed checks have left among the temporary files of this user.
+    """Remove what killed checks of this user have left in `folder`, by default that of temporary
+    files.
 
-    A running check holds the lock of its folder, also where several containers share one folder
-    for temporary files and the number of a process says nothing.
+    A running check holds the lock of its folder. The lock is valid even where several containers
+    share the folder, and process numbers mean nothing.
     """
     where = Path(tempfile.gettempdir()) if folder is None else folder
     user = os.getuid() if hasattr(os, "getuid") else None

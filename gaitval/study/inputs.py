@@ -1,47 +1,35 @@
 """What stages read from a run folder."""
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import (
-    read_json,
-    replacing,
-)
+from gaitval.artefacts import read_json
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
+    from gaitval.metrics.typed import Result
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
 from gaitval.study.stage import Run
 
+R = TypeVar("R", bound="Result")
+
+METRICS = "metrics.json"
 POLICY_FILES = ("policy.safetensors", "policy.json")
 """A stored policy: its weights, and everything else about it."""
 
 
 def start_kind(folder: Path) -> "Start":
-    """What the first training of a run starts from."""
+    """What the first training of the run in `folder` starts from."""
     about = folder / "start" / POLICY_FILES[1]
     if not about.exists():
         return "scratch"
     return "general" if read_json(about).get("general") else "policy"
-
-
-def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
-    """Copy files from one folder to another, each whole or not at all."""
-    for name in names:
-        copy_file(source / name, target / name)
-
-
-def copy_file(source: Path, target: Path) -> None:
-    """Copy a file, whole or not at all."""
-    with replacing(target) as temporary:
-        shutil.copyfile(source, temporary)
 
 
 ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identified.npz"}
@@ -60,8 +48,14 @@ WALKS = "rollouts/walks.json"
 """How far the rollout from each start phase went."""
 
 
+def stored(run: Run, name: str, kind: "type[R]") -> "R":
+    """The result of a `kind` in the file `name` of the folder of `run`. Raises ArtefactError."""
+    path = run.folder / name
+    return kind.read(read_json(path), str(path), file=name, mend="run `gaitval subject` again")
+
+
 def stored_policy(run: Run, folder: Path) -> "Policy":
-    """The policy in `folder`, refused if it is not for the body and settings of this run."""
+    """The policy in `folder`; refused unless it is for the body and settings of `run`."""
     from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_policy
 
@@ -73,7 +67,7 @@ def stored_policy(run: Run, folder: Path) -> "Policy":
 
 
 def start_policy(run: Run, folder: Path) -> "Policy":
-    """The policy in `folder` to train from: a general one, or one for the body of this run."""
+    """The policy in `folder` to train from: a general one, or one for the body of `run`."""
     from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_start
 
@@ -87,7 +81,7 @@ def start_policy(run: Run, folder: Path) -> "Policy":
 
 
 def walking_task(run: Run) -> "WalkingTask":
-    """The walking task that training, identification and correction share."""
+    """The walking task of `run` that training, identification and correction share."""
     from gaitval.model.urdf import read_urdf
     from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
@@ -101,7 +95,7 @@ def walking_task(run: Run) -> "WalkingTask":
 
 
 def range_task(run: Run, reference: str) -> "WalkingTask":
-    """The walking task with another reference motion of the run folder."""
+    """The walking task of `run` with another `reference`, a file of its folder."""
     from gaitval.model.urdf import read_urdf
     from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
@@ -115,40 +109,43 @@ def range_task(run: Run, reference: str) -> "WalkingTask":
     )
 
 
-def corrected_task(run: Run) -> "WalkingTask":
-    """The task with the corrected reference, for the rollouts that are validated."""
+def validated_task(run: Run) -> "tuple[WalkingTask, NDArray[np.float64]]":
+    """The task of the validated rollouts of `run`, with the corrected reference, and mu (14,)."""
+    mu = body_parameters(run.folder / "identification.json")
+    return _corrected(run, identified_task(run, mu)), mu
+
+
+def predicted_task(run: Run) -> "tuple[WalkingTask, NDArray[np.float64]]":
+    """As `validated_task`, for a prediction `run`: the body as scaled, and another share of the
+    policy's action bias removed.
+    """
+    from gaitval.metrics.action_bias import with_centring
+    from gaitval.model.parameters import nominal_parameters
+
+    share = read_json(run.folder / "centring.json")["centring"]
+    return with_centring(_corrected(run, walking_task(run)), share), nominal_parameters()
+
+
+def _corrected(run: Run, task: "WalkingTask") -> "WalkingTask":
     from gaitval.reference.adjustment import Adjustment, adjusted
 
-    mu = body_parameters(run.folder / "identification.json") if _identified(run) else None
-    task, path = identified_task(run, mu), run.folder / "correction.json"
+    path = run.folder / "correction.json"
     correction = Adjustment.from_dict(read_json(path), str(path))
     return replace(task, reference=adjusted(task.reference, task.reference_body, correction))
 
 
-def _identified(run: Run) -> bool:
-    """Whether a body was identified; a prediction walks with the body as scaled."""
-    return (run.folder / IDENTIFIED).is_file()
-
-
-def identified_task(run: Run, mu: NDArray[np.float64] | None, folder: str = ".") -> "WalkingTask":
-    """The task with the reference that was made for the identified body.
-
-    Parameters
-    ----------
-    mu : (14,) of that body; None for the body as scaled.
-    folder : with its reference, inside the run's.
+def identified_task(run: Run, mu: NDArray[np.float64], folder: str = ".") -> "WalkingTask":
+    """The task of `run` with the reference in its sub-`folder` that was made for the identified
+    body, whose parameters are `mu` (14,).
     """
     from gaitval.reference.motion import ReferenceMotion
 
-    task = walking_task(run)
-    if mu is None:
-        return task
     reference = ReferenceMotion.load(run.folder / folder / IDENTIFIED)
-    return replace(task, reference=reference, reference_mu=mu)
+    return replace(walking_task(run), reference=reference, reference_mu=mu)
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:
-    """Mu, (14,), from an identification's file; `which` is "nominal" or "identified"."""
+    """Mu (14,) in the file of an `identification`; `which` is "nominal" or "identified"."""
     from gaitval.metrics.results import identification_from
 
     found = identification_from(read_json(identification), str(identification))

@@ -1,4 +1,4 @@
-"""How the pages of a run folder look: as was last asked for, until something else is."""
+"""Language and paper of the pages of a run folder: kept until others are asked for."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,13 +16,11 @@ STORED = "configuration.toml"
 def with_last_looks(
     configuration: "Configuration", folder: Path, say: Callable[[str], None]
 ) -> "Configuration":
-    """The configuration with language and paper as the run folder was last asked for, where neither
-    a file nor an option of this command sets them. No number depends on them, so that settings
-    which cannot be read are not worth a refusal: they are written anew.
+    """`configuration` with language and paper as last used in the run `folder`, where neither a
+    file nor an option sets them now. `say` gets a message about what is kept, if it is not the
+    default.
 
-    Parameters
-    ----------
-    say : is told what is kept, if that is not what a new folder would have.
+    No number depends on them, so unreadable settings are replaced without an error.
     """
     from gaitval.configuration import ReportSettings
 
@@ -32,6 +30,7 @@ def with_last_looks(
         last = ReportSettings.model_validate(stored)
     except (ConfigurationError, ValueError):  # none yet, damaged, or of another gaitval
         return configuration
+    # what is asked for now takes precedence, and a default needs no keeping
     kept = {
         name: getattr(last, name)
         for name, field in ReportSettings.model_fields.items()

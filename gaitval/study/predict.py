@@ -1,8 +1,8 @@
-"""A person at a speed that was not recorded: one policy for the range, and a walk at each speed.
+"""A person at an unrecorded speed: one policy for the range, and a walk at each speed.
 
 The range's run folder holds a policy that learned to walk at several speeds, whose references are
-predicted from the trials that are told. Every prediction is a run folder inside it, with that
-policy: it costs a reference and a few walks, and no training.
+predicted from the given trials. Every prediction is a run folder inside it that uses this policy:
+it takes a reference and a few walks, but no training.
 """
 
 from collections.abc import Sequence
@@ -11,18 +11,18 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.artefacts import read_json, write_json
+from gaitval.artefacts import copy_files, write_json
 from gaitval.errors import ConfigurationError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
     GAIN,
+    METRICS,
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
     UNFINISHED,
     WALKS,
-    copy_files,
-    corrected_task,
+    predicted_task,
     range_task,
     start_policy,
     stored_policy,
@@ -33,12 +33,11 @@ from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
     LEARNING_SECTIONS,
     SIMULATION_SECTIONS,
-    hand_on,
-    hand_on_values,
+    hand_on_stage,
+    metrics_of,
     reference_stage,
-    repeat_values,
+    repeat_stage,
     scale_stage,
-    walk_again,
 )
 from gaitval.study.unread import say_unread
 
@@ -46,21 +45,18 @@ SPEEDS: Final = 6
 """Speeds that the policy of a range learns at."""
 
 WIDEST: Final = 0.4
-"""They reach this share below the slowest and above the fastest trial that is told."""
+"""They reach this share below the slowest and above the fastest given trial."""
 
 
 def range_speeds(told: Sequence[float]) -> list[float]:
-    """The speeds that a policy learns at, m/s, if these were walked."""
+    """The speeds that a policy learns at, m/s, from those of the given trials (`told`), m/s."""
     ends = (1.0 - WIDEST) * min(told), (1.0 + WIDEST) * max(told)
+    # a geometric series: neighbouring speeds differ by the same percentage
     return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
 
 
-def _references(speeds: Sequence[float]) -> tuple[str, ...]:
-    return tuple(f"range/{index}.npz" for index in range(len(speeds)))
-
-
 def range_stage(run: Run) -> Stage:
-    """Told trials → reference motions at all speeds of the range."""
+    """Given trials of `run` → reference motions at all speeds of the range."""
     speeds = _speeds(run)
 
     def build() -> None:
@@ -68,7 +64,7 @@ def range_stage(run: Run) -> Stage:
         from gaitval.reference.dynamic_fit import consistent_reference
 
         model = read_urdf(run.folder / "model.urdf")
-        for done, (speed, name) in enumerate(zip(speeds, _references(speeds), strict=True)):
+        for done, (name, speed) in enumerate(speeds.items()):
             run.observer.progress({"samples": done, "total": len(speeds)})
             told = run.told(speed=speed)
             consistent_reference(told.record, model, run.configuration.contact, told.accuracy).save(
@@ -79,20 +75,22 @@ def range_stage(run: Run) -> Stage:
         "range",
         build,
         inputs=("subject.toml", "model.urdf"),
-        outputs=_references(speeds),
-        values={**run.sections("contact", "record"), "speeds": speeds},
+        outputs=tuple(speeds),
+        values={**run.sections("contact", "record"), "speeds": list(speeds.values())},
     )
 
 
-def _speeds(run: Run) -> list[float]:
+def _speeds(run: Run) -> dict[str, float]:
+    """The speeds that the policy learns at, m/s, by the file of the reference."""
     from gaitval.prediction.speed import trials_told
 
     holdout = run.configuration.record.holdout or None
-    return range_speeds([t.walking_speed_m_s for t in trials_told(run.subject, holdout)])
+    speeds = range_speeds([t.walking_speed_m_s for t in trials_told(run.subject, holdout)])
+    return {f"range/{index}.npz": speed for index, speed in enumerate(speeds)}
 
 
 def train_range_stage(run: Run) -> Stage:
-    """References of the range → one policy for all of them, from the general policy."""
+    """References of the range of `run` → one policy for all of them, from the general policy."""
     speeds = _speeds(run)
     start = run.folder / "start"
     earlier = [f"start/{name}" for name in POLICY_FILES] if start.exists() else []
@@ -102,7 +100,7 @@ def train_range_stage(run: Run) -> Stage:
         from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
 
-        first, *rest = [range_task(run, name) for name in _references(speeds)]
+        first, *rest = [range_task(run, name) for name in speeds]
         policy = train(
             first,
             run.folder / "trained",
@@ -117,53 +115,28 @@ def train_range_stage(run: Run) -> Stage:
     return Stage(
         "train-range",
         train,
-        inputs=("model.urdf", *_references(speeds), *earlier),
+        inputs=("model.urdf", *speeds, *earlier),
         outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
         values=run.sections(*LEARNING_SECTIONS, "training"),
         workspace="trained",
     )
 
 
-def hand_on_range_stage(run: Run) -> Stage:
-    """Start and trained policy of the range → the better one, and what the training gave."""
-    speeds = _speeds(run)
-    start = run.folder / "start"
-    earlier = [f"start/{name}" for name in POLICY_FILES] if start.exists() else []
-
-    def decide() -> None:
-        tasks = [range_task(run, name) for name in _references(speeds)]
-        hand_on(run, tasks, start_policy(run, start) if earlier else None, "trained", "policy")
-        copy_files(run.folder / "trained", run.folder / "policy", ("training.csv",))
-
-    return Stage(
-        "keep-range",
-        decide,
-        inputs=(
-            "subject.toml",
-            "model.urdf",
-            *_references(speeds),
-            *earlier,
-            *(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
-        ),
-        outputs=tuple(f"policy/{name}" for name in (*POLICY_FILES, "training.csv", GAIN)),
-        values={**hand_on_values(run), **run.sections("record"), "speeds": speeds},
-    )
-
-
 def run_range(run: Run, *, force: bool = False) -> None:
-    """The policy of a person's range."""
+    """Make the policy of the range of the person of `run`; with `force`, every stage runs again."""
     stages = (reference_stage(run), train_range_stage(run), predicted_correction_stage(run))
     walks = (predicted_walk_stage(run), compare_stage(run))
     say_unread(run, (*stages, *walks), "general", ("correction.rounds",))
     run_stage(scale_stage(run), run.folder, force=force, observer=run.observer)
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
+    # the stage is made again below, because its inputs depend on whether there is a start
     choose_start(run, train_range_stage(run))
     run_stage(train_range_stage(run), run.folder, force=force, observer=run.observer)
-    run_stage(hand_on_range_stage(run), run.folder, force=force, observer=run.observer)
+    run_stage(hand_on_stage(run, 1, _speeds(run)), run.folder, force=force, observer=run.observer)
 
 
 def adopt_stage(run: Run, source: Path) -> Stage:
-    """The policy of the range, for a prediction's folder."""
+    """The policy of the range in the folder `source`, for a prediction `run`."""
     names = (*POLICY_FILES, "training.csv", GAIN)
 
     def adopt() -> None:
@@ -176,24 +149,25 @@ def adopt_stage(run: Run, source: Path) -> Stage:
         adopt,
         inputs=(),
         outputs=tuple(f"policy/{name}" for name in names),
+        # the files are outside this run folder, so they count as values, not inputs
         values={"policy": [file_hash(source / "policy" / name) for name in names]},
     )
 
 
 def predicted_correction_stage(run: Run) -> Stage:
-    """Reference and policy → how much of the policy's habit to take away, and the change of the
-    reference with which it walks most like it. Neither reads a record.
+    """Reference and policy of `run` → the share of the policy's action bias to remove, and the
+    change of the reference with which the walk is nearest to it. Neither reads a record.
     """
 
     def correct_walk() -> None:
         from gaitval.learning_control.correct import correct
-        from gaitval.metrics.habit import centred, with_centring
+        from gaitval.metrics.action_bias import centred, with_centring
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()
         share = centred(task, policy, mu)
-        run.observer.say(f"{share:g} of the policy's habit is taken away at this speed.")
+        run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
         task = with_centring(task, share)
         rounds = run.configuration.correction.range_rounds
         result = correct(
@@ -205,7 +179,7 @@ def predicted_correction_stage(run: Run) -> Stage:
             on_progress=run.observer.progress,
         )
         write_json(run.folder / "centring.json", {"centring": share})
-        write_json(run.folder / "correction.json", result.as_dict())
+        write_json(run.folder / "correction.json", result.result().as_dict())
 
     return Stage(
         "correct",
@@ -224,20 +198,18 @@ def predicted_correction_stage(run: Run) -> Stage:
 
 
 def predicted_walk_stage(run: Run) -> Stage:
-    """Reference, correction and policy → walks from every start phase."""
+    """Reference, correction and policy of `run` → walks from every start phase."""
     validation = run.configuration.validation
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.habit import with_centring
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.model.parameters import nominal_parameters
+        from gaitval.metrics.walk_results import StoredWalks
         from gaitval.policy.rollouts import RolloutPool
 
-        share = read_json(run.folder / "centring.json")["centring"]
-        task = with_centring(corrected_task(run), share)
-        policy, mu = stored_policy(run, run.folder / "policy"), nominal_parameters()
+        task, mu = predicted_task(run)
+        policy = stored_policy(run, run.folder / "policy")
         workers = min(run.configuration.training.workers, len(validation.start_phases))
         with RolloutPool(task, workers=workers, engine="dart") as pool:
             walks = roll_out_from(
@@ -250,14 +222,12 @@ def predicted_walk_stage(run: Run) -> Stage:
             )
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
-        write_json(
-            run.folder / WALKS,
-            {
-                "centring": share,
-                "nominal": [went.as_dict() for went in walks.starts],
-                "torque_shares": torque_shares(walks.compared, found, task),
-            },
+        stored = StoredWalks(
+            centring=task.configuration.environment.centring,
+            nominal=list(walks.starts),
+            torque_shares=torque_shares(walks.compared, found, task),
         )
+        write_json(run.folder / WALKS, stored.as_dict())
 
     return Stage(
         "simulate",
@@ -279,73 +249,14 @@ def predicted_walk_stage(run: Run) -> Stage:
     )
 
 
-def predicted_repeat_stage(run: Run) -> Stage:
-    """Reference, correction and policy → what is measured of walks with noise."""
-
-    def repeat() -> None:
-        from gaitval.metrics.habit import with_centring
-        from gaitval.model.parameters import nominal_parameters
-
-        share = read_json(run.folder / "centring.json")["centring"]
-        walk_again(run, with_centring(corrected_task(run), share), nominal_parameters())
-
-    return Stage(
-        "repeat",
-        repeat,
-        inputs=(
-            "subject.toml",
-            "model.urdf",
-            "reference.npz",
-            "centring.json",
-            "correction.json",
-            *(f"policy/{name}" for name in POLICY_FILES),
-        ),
-        outputs=(REPEATS,),
-        values=repeat_values(run),
-    )
-
-
 def compare_stage(run: Run) -> Stage:
-    """Predicted walks against the record that the run was not told → metrics.json. Where there is
-    no record, the distance from the prediction, and how wrong predictions of held-out trials are.
+    """Predicted walks of `run` against the held-out record → metrics.json. Without a record, the
+    distance from the prediction, and the errors of predictions of held-out trials.
     """
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def compare() -> None:
-        from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.metrics.held_out import prediction_errors
-        from gaitval.metrics.rollouts import Endurance, Rollouts
-        from gaitval.metrics.validation import validate
-        from gaitval.model.urdf import read_urdf
-        from gaitval.prediction.told import is_unrecorded
-        from gaitval.simulation.rollout import Rollout
-
-        went = read_json(run.folder / WALKS)
-        subject, record = run.compared()
-        settings, people = run.configuration.record, builtin_subjects()
-        walks = Rollouts(
-            Rollout.load(run.folder / ROLLOUTS["nominal"]),
-            tuple(Endurance.from_dict(each) for each in went["nominal"]),
-        )
-        model = read_urdf(run.folder / "model.urdf")
-        metrics = validate(
-            subject,
-            record,
-            model,
-            walks,
-            None,
-            run.configuration,
-            others=people,
-            torque_shares=went["torque_shares"],
-            prediction_errors=prediction_errors(run.subject, settings, people)
-            if is_unrecorded(settings)
-            else None,
-            correction=read_json(run.folder / "correction.json"),
-            centring=went["centring"],
-            repeats=read_json(run.folder / REPEATS),
-            training=read_json(run.folder / f"policy/{GAIN}"),
-        )
-        write_json(run.folder / "metrics.json", metrics)
+        write_json(run.folder / METRICS, metrics_of(run, pushes=None).as_dict())
 
     return Stage(
         "validate",
@@ -368,7 +279,7 @@ def compare_stage(run: Run) -> Stage:
 
 
 def predicted_report_stage(run: Run) -> Stage:
-    """Everything in the prediction's folder → report.html and report.pdf."""
+    """Everything in the prediction folder of `run` → report.html and report.pdf."""
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -393,7 +304,9 @@ def predicted_report_stage(run: Run) -> Stage:
 
 
 def run_prediction(run: Run, range_folder: Path, *, force: bool = False) -> None:
-    """The walk at one speed with the policy of `range_folder`."""
+    """The walk of `run` at one speed with the policy of `range_folder`; with `force`, every stage
+    again. Raises ConfigurationError without that policy.
+    """
     if not (range_folder / "policy" / POLICY_FILES[0]).is_file():
         raise ConfigurationError(f"{range_folder}: there is no policy of a range yet.")
     for stage in (
@@ -402,7 +315,7 @@ def run_prediction(run: Run, range_folder: Path, *, force: bool = False) -> None
         adopt_stage(run, range_folder),
         predicted_correction_stage(run),
         predicted_walk_stage(run),
-        predicted_repeat_stage(run),
+        repeat_stage(run, predicted=True),
         compare_stage(run),
         predicted_report_stage(run),
     ):

@@ -16,10 +16,11 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from gaitval.artefacts import copy_files
 from gaitval.configuration import EnvironmentSettings, Start
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import beside, keeping_workers, ready_to_start
-from gaitval.study.inputs import POLICY_FILES, copy_files, start_policy
+from gaitval.study.inputs import POLICY_FILES, start_policy
 from gaitval.study.stage import (
     INTERRUPTED,
     Run,
@@ -40,8 +41,7 @@ from gaitval.study.stages import (
     reference_stage,
     repeat_stage,
     report_stage,
-    round_epsilon,
-    round_floor,
+    round_errors,
     round_gained,
     scale_stage,
     simulate_stage,
@@ -81,7 +81,9 @@ FOLLOWING = ("keep", "evaluate", "choose", "repeat")
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:
-    """Stored policy, mu and metrics for a run folder: its own, the checkout's, the package's."""
+    """Stored policy, mu and metrics for a run `folder` of the subject `identifier`: its own, the
+    checkout's, else the package's.
+    """
     package = Path(__file__).parents[1]
     for candidate in (
         folder / "baseline",
@@ -94,7 +96,7 @@ def stored_baseline(folder: Path, identifier: str) -> Path | None:
 
 
 def general_policy() -> Path | None:
-    """The stored policy of several people, which anybody's training may start from."""
+    """The stored policy of several people, from which any training may start."""
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
@@ -103,12 +105,7 @@ def general_policy() -> Path | None:
 
 
 def general_walker(environment: EnvironmentSettings) -> "Policy":
-    """The general policy, to walk with.
-
-    Raises
-    ------
-    ConfigurationError : there is none.
-    """
+    """The general policy for an `environment`. Raises ConfigurationError if there is none."""
     from gaitval.policy.storage import load_start
 
     folder = general_policy()
@@ -121,15 +118,11 @@ def general_walker(environment: EnvironmentSettings) -> "Policy":
 
 
 def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
-    """Put the general policy, which any training starts from, into `start/`; nothing with
-    `scratch`, or where the general policy has another observation or size.
+    """Put the general policy, from which the training `stage` of `run` starts, into `start/`;
+    nothing with `scratch`, or if its observation or size is another.
 
     A training that is finished or under way keeps its start, so that a later call resumes or skips
     it.
-
-    Parameters
-    ----------
-    stage : the training.
     """
     start = run.folder / "start"
     if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
@@ -153,11 +146,9 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
 
 
 def start_from(run: Run, policy: Path) -> None:
-    """Put the policy of a folder into `start/`; a training from it that has begun goes on.
-
-    Raises
-    ------
-    PolicyError : it is for another body or observation, or there is none.
+    """Put the policy in the folder `policy` into `start/` of `run`; a training that has started
+    from it continues. Raises PolicyError if it is for another body or observation, or there is
+    none.
     """
     start_policy(run, policy)
     start = run.folder / "start"
@@ -172,7 +163,7 @@ def start_from(run: Run, policy: Path) -> None:
 
 
 def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
-    """All stages in order, with this number of rounds of Algorithm 1."""
+    """All stages of `run` in order, with this number of `rounds` of Algorithm 1."""
     pairs = [
         stage(run, number)
         for number in range(1, rounds + 1)
@@ -193,7 +184,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
 
 
 def finished_rounds(run: Run) -> int:
-    """Number of rounds whose training and identification are up to date."""
+    """Number of rounds of `run` whose training and identification are up to date."""
     count = 0
     while (run.folder / f"rounds/{count + 1}").exists() and not any(
         why_run(stage(run, count + 1), run.folder) for stage in (train_stage, identify_stage)
@@ -205,7 +196,7 @@ def finished_rounds(run: Run) -> int:
 def run_one(
     run: Run, name: str, *, round_number: int = 1, scratch: bool = False, force: bool = False
 ) -> None:
-    """Run one stage; those before it must be up to date.
+    """Run one stage of `run`; those before it must be up to date.
 
     Parameters
     ----------
@@ -222,10 +213,12 @@ def run_one(
     repeated = name in ("train", "identify")
     wanted = f"{name}-{round_number}" if repeated else name
     reached = False
+    # stages before the wanted one must be up to date; after it, only its short followers run
     for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
         if stage.name == wanted:
             if wanted == "train-1":
                 choose_start(run, stage, scratch=scratch)
+                # made again: its inputs depend on whether there is a start now
                 stage = train_stage(run, 1)
             run_stage(stage, run.folder, force=force, observer=run.observer)
             reached = True
@@ -256,18 +249,12 @@ def run_subject(
     start: Path | None = None,
     force: bool = False,
 ) -> None:
-    """The main job: every stage that is not up to date, with the loop of Algorithm 1.
+    """The main job: every stage of `run` that is not up to date (all with `force`), with the loop
+    of Algorithm 1.
 
-    Parameters
-    ----------
-    scratch : train from nothing, and not from the general policy.
-    start : folder of the policy to train from instead.
-    force : run every stage, up to date or not.
-
-    Raises
-    ------
-    ConfigurationError : both `scratch` and `start` are given.
-    PolicyError : `start` cannot be used.
+    Training starts from the general policy, from nothing (`scratch`), or from the policy in the
+    folder `start`. Raises ConfigurationError if both are given, PolicyError if `start` cannot be
+    used.
     """
     if scratch and start is not None:
         raise ConfigurationError(
@@ -310,8 +297,8 @@ def run_subject(
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
-    """The stages `train` and `identify` of a round. No policy has a part in identification, so in
-    the first round a process of its own works it out meanwhile, if the run may have several.
+    """The stages `train` and `identify` of a round. Identification uses no policy, so in the first
+    round it runs in its own process beside the training, if the run may have several.
     """
     train, identify = train_stage(run, round_number), identify_stage(run, round_number)
     both = force or (why_run(train, run.folder) and why_run(identify, run.folder))
@@ -325,6 +312,7 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         run.observer.say(f"{identify.name}: runs beside the training ({begun.reason})")
         run_stage(train, run.folder, force=force, observer=run.observer)
         run.observer.started(identify.name, BESIDE)
+        # the other process reports nothing, so its progress is read from the file of its state
         state = run.folder / f"rounds/{round_number}/identification" / STATE
         with generations_shown(run.observer, state, run.configuration.identification.generations):
             seconds = identified()
@@ -340,13 +328,14 @@ def _identify(folder: Path, subject: "Subject", configuration: "Configuration") 
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
-    """Whether no more rounds are needed after this many, and why in words.
+    """Whether Algorithm 1 needs no more than the first `rounds` of `run`, and why in words.
 
-    It ends when the walker is near enough to what it was asked to do, when another round gains no
-    more than walks from different start phases differ, or after `identification.rounds`.
+    It ends when the walker is near enough to its reference, when another round gains no more than
+    the scatter over start phases, or after `identification.rounds`.
     """
     settings = run.configuration.identification
-    epsilon, floor = round_epsilon(run, rounds), round_floor(run, rounds)
+    errors = round_errors(run, rounds)
+    epsilon, floor = errors.total, errors.floor
     if epsilon == float("inf"):
         shown = "the walk fell early"
     else:

@@ -1,19 +1,22 @@
 """The seal of a stored baseline: a hash of each part, so that an edited one is noticed.
 
-Metrics are JSON that anybody may edit, and a margin that was made ten times as wide lets every walk
-pass. The seal says of each part whether it is as it was stored, and of the margins that decide over
-a walk whether they are those of then. It shows accidents and edits, not forgery: whoever edits a
-part may seal it again, which a review then sees.
+Metrics are JSON that anybody may edit, and a margin made ten times as wide lets every walk pass.
+The seal shows whether each part is as it was stored, and whether the margins that judge a walk are
+still the same. It detects accidents and edits, not forgery: whoever edits a part may seal it again,
+which a review then sees.
 """
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from gaitval.artefacts import file_hash, read_json, read_toml, value_hash, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Result, Sha256
+
+if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
 
 SEAL: Final = "seal.json"
 VERSION: Final = 1
@@ -39,8 +42,8 @@ class Seal(Result):
     ----------
     parts : hash by part: of the contents, not of the layout of a file.
     margins : those of `tolerances.toml`, by measure.
-    code : hash by folder of the package of what walks and measures; None if it was not recorded.
-    seal : hash of all else.
+    code : hash by folder of the package of the code that walks and measures; None if not recorded.
+    seal : hash of everything else.
     """
 
     version: int
@@ -51,7 +54,7 @@ class Seal(Result):
 
 
 def parts_of(baseline: Path) -> dict[str, str]:
-    """Hash of each part of a stored baseline."""
+    """Hash of each part of a stored `baseline`."""
     metrics = read_json(baseline / "metrics.json")
     settings = read_toml(baseline / "configuration.toml", ArtefactError)
     weights, about = (baseline / "policy" / f"policy.{end}" for end in ("safetensors", "json"))
@@ -71,37 +74,27 @@ def parts_of(baseline: Path) -> dict[str, str]:
     return {name: value_hash(value) for name, value in values.items()}
 
 
-def installed_margins() -> dict[str, dict[str, Any]]:
+def installed_margins() -> dict[str, SealedMargin]:
     """The margins of the installed gaitval, by measure."""
     return {
-        margin.measure: {"value": margin.value, "unit": margin.unit, "better": margin.better}
+        margin.measure: SealedMargin(value=margin.value, unit=margin.unit, better=margin.better)
         for margin in load_registry().margin
     }
 
 
 def seal(baseline: Path, *, code: Mapping[str, str] | None) -> None:
-    """Seal a stored baseline as it is.
-
-    Parameters
-    ----------
-    code : see `Seal`.
-    """
-    values: dict[str, Any] = {
+    """Seal a stored `baseline` as it is, with the hashes of its `code` (see `Seal`)."""
+    values = {
         "version": VERSION,
         "parts": parts_of(baseline),
-        "margins": installed_margins(),
+        "margins": {name: margin.as_dict() for name, margin in installed_margins().items()},
         "code": None if code is None else dict(code),
     }
     write_json(baseline / SEAL, {**values, "seal": value_hash(values)})
 
 
 def read_seal(baseline: Path) -> Seal:
-    """The seal of a baseline.
-
-    Raises
-    ------
-    ArtefactError : there is none, or it was edited.
-    """
+    """The seal of `baseline`. Raises ArtefactError if there is none, or it was edited."""
     path = baseline / SEAL
     if not path.is_file():
         raise ArtefactError(
@@ -118,11 +111,8 @@ def read_seal(baseline: Path) -> Seal:
 
 
 def check_parts(baseline: Path) -> Seal:
-    """The seal of a baseline whose parts are as they were stored.
-
-    Raises
-    ------
-    ArtefactError : there is no seal, or something has changed; the message says what.
+    """The seal of a `baseline` whose parts are as they were stored. Raises ArtefactError if there
+    is no seal or a part has changed, which the message names.
     """
     found = read_seal(baseline)
     now = parts_of(baseline)
@@ -136,11 +126,8 @@ def check_parts(baseline: Path) -> Seal:
 
 
 def check_seal(baseline: Path) -> Seal:
-    """The seal of a baseline whose parts and margins are as they were stored.
-
-    Raises
-    ------
-    ArtefactError : see `check_parts`, or the margins of this gaitval are others.
+    """The seal of a `baseline` whose parts and margins are as they were stored. Raises
+    ArtefactError as `check_parts`, and if the margins of this gaitval are others.
     """
     found = check_parts(baseline)
     moved = _moved_margins(found)
@@ -153,8 +140,7 @@ def check_seal(baseline: Path) -> Seal:
 
 
 def _moved_margins(found: Seal) -> list[str]:
-    installed = installed_margins()
-    then = {name: margin.as_dict() for name, margin in found.margins.items()}
+    then, installed = found.margins, installed_margins()
     return [
         f"{name} {_margin(then.get(name))}, now {_margin(installed.get(name))}"
         for name in sorted({*then, *installed})
@@ -162,37 +148,31 @@ def _moved_margins(found: Seal) -> list[str]:
     ]
 
 
-def _margin(values: Mapping[str, Any] | None) -> str:
-    if values is None:
+def _margin(margin: SealedMargin | None) -> str:
+    if margin is None:
         return "none"
-    return f"{values['value']:g} {values['unit']} ({values['better']} is better)"
+    return f"{margin.value:g} {margin.unit} ({margin.better} is better)"
 
 
 def mend(baseline: Path) -> str:
-    """What to do about a baseline that is not as it was stored."""
+    """How to repair a `baseline` that is not as it was stored."""
     return (
         "Restore the folder, for instance with `git checkout`, or, if the change is intended, "
         f"seal it as it is: `gaitval baseline SUBJECT --to {baseline} --seal`."
     )
 
 
-def changes(
-    found: Seal, before: Mapping[str, Any], now: Mapping[str, Any], code: Mapping[str, str]
-) -> list[str]:
-    """What a walk depends on and has changed since a baseline was stored, a phrase each.
-
-    Parameters
-    ----------
-    before, now : contents of the baseline's and the new walk's `metrics.json`.
-    code : of the installed gaitval, as in `Seal`.
+def changes(found: Seal, before: "Metrics", now: "Metrics", code: Mapping[str, str]) -> list[str]:
+    """Dependencies of a walk that have changed since its baseline was sealed (`found`), one phrase
+    each, by the metrics `before` and `now` and the installed `code` (see `Seal`).
     """
-    then, here = (each["provenance"]["versions"] for each in (before, now))
+    then, here = (each.provenance.versions for each in (before, now))
     told = [
         f"{name} {then.get(name, 'not there')}, now {here.get(name, 'not there')}"
         for name in sorted({*then, *here})
         if then.get(name) != here.get(name)
     ]
-    if before["provenance"]["record"] != now["provenance"]["record"]:
+    if before.provenance.record != now.provenance.record:
         told.append("the record as it is read now")
     if found.code is None:
         told.append(UNKNOWN_CODE)
@@ -202,7 +182,7 @@ def changes(
 
 
 def inputs_in_words(changed: Sequence[str]) -> str:
-    """One sentence on what `changes` found. Code that nobody noted is not a change."""
+    """One sentence on what `changes` returned (`changed`). Unrecorded code is no change."""
     known = [each for each in changed if each != UNKNOWN_CODE]
     if known:
         return f"changed: {'; '.join(changed)}"

@@ -17,7 +17,6 @@ from typing import Final, NamedTuple
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
-    "gaitval.judging.moments": ("judging/schwartz2008.csv",),
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.walk_statistics": ("metrics/*_bands.csv",),
@@ -31,6 +30,10 @@ DATA: Final = {
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""
 
 
+Packages = tuple[Path, ...]
+"""Folders of packages."""
+
+
 class _Place(NamedTuple):
     """A definition, by its module's dotted name and its own; the whole module if `name` is None."""
 
@@ -38,45 +41,49 @@ class _Place(NamedTuple):
     name: str | None
 
 
-def code_of(function: Callable[..., object], package: Path = PACKAGE) -> dict[str, str]:
+def code_of(function: Callable[..., object], *packages: Path) -> dict[str, str]:
     """Hash of every source and data file that a stage's function uses.
 
     Parameters
     ----------
     function : of a module of the package; a function inside another counts as the outer one. A
         function from elsewhere has no sources here.
-    package : folder of the package.
+    packages : folders of the packages whose sources count; this one if none is given.
 
     Returns
     -------
-    SHA-256 by file, relative to the folder that contains the package, such as
+    SHA-256 by file, relative to the folder that contains its package, such as
     `gaitval/scaling/scaling.py`.
     """
+    among = packages or (PACKAGE,)
     start = _Place(function.__module__, function.__qualname__.partition(".")[0])
-    return dict(_code(start, package)) if _file(start.module, package) else {}
+    return dict(_code(start, among)) if _file(start.module, among) else {}
 
 
 @cache
-def _code(start: _Place, package: Path) -> dict[str, str]:
+def _code(start: _Place, packages: Packages) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     left, seen = [start], {start}
+    # every definition reachable by name, each once
     while left:
         place = left.pop()
-        tree = _tree(place.module, package)
+        tree = _tree(place.module, packages)
         parts = tree.body if place.name is None else _definitions(tree, place.name)
         if place.name is None or parts:
             found.setdefault(place.module, []).extend(map(_text, parts))
-        for reached in _reached(place, parts, package):
+        for reached in _reached(place, parts, packages):
             if reached not in seen:
                 seen.add(reached)
                 left.append(reached)
     hashes = {}
     for module, texts in found.items():
-        path = _file(module, package)
+        path = _file(module, packages)
         assert path is not None
+        (package,) = (each for each in packages if path.is_relative_to(each))
         hashes[_name(path, package)] = _hash("\n".join(sorted(texts)).encode())
         for pattern in DATA.get(module, ()):
             for data in package.glob(pattern) if ".." not in pattern else _beside(package, pattern):
+                # the same hash where git checks out files with Windows line ends
                 hashes[_name(data, package)] = _hash(data.read_bytes().replace(b"\r\n", b"\n"))
     return hashes
 
@@ -85,17 +92,17 @@ def _beside(package: Path, pattern: str) -> Iterator[Path]:
     return package.parent.glob(pattern.removeprefix("../"))
 
 
-def _reached(place: _Place, parts: list[ast.stmt], package: Path) -> Iterator[_Place]:
+def _reached(place: _Place, parts: list[ast.stmt], packages: Packages) -> Iterator[_Place]:
     """What some statements of a module use from the package."""
     if place.name is None:
-        yield from _imported_by(place.module, package)
+        yield from _imported_by(place.module, packages)
         return
     bound = {
         name: target
-        for statement in _tree(place.module, package).body
+        for statement in _tree(place.module, packages).body
         # An import for type checkers names the class of an argument.
         for each in (statement.body if isinstance(statement, ast.If) else [statement])
-        for name, target in _imports(each, package)
+        for name, target in _imports(each, packages)
     }
     for part in parts:
         for node in ast.walk(part):
@@ -103,15 +110,15 @@ def _reached(place: _Place, parts: list[ast.stmt], package: Path) -> Iterator[_P
                 yield bound.get(node.id, _Place(place.module, node.id))
             elif isinstance(node, ast.Constant) and node.value in bound:
                 yield bound[node.value]  # an annotation in quotes
-            for _, target in _imports(node, package):
+            for _, target in _imports(node, packages):
                 yield target
 
 
 @cache
-def _imported_by(module: str, package: Path) -> tuple[_Place, ...]:
+def _imported_by(module: str, packages: Packages) -> tuple[_Place, ...]:
     """What a module imports from the package, anywhere in it."""
-    tree = _tree(module, package)
-    return tuple({target for node in _nodes(tree) for _, target in _imports(node, package)})
+    tree = _tree(module, packages)
+    return tuple({target for node in _nodes(tree) for _, target in _imports(node, packages)})
 
 
 def _nodes(part: ast.AST) -> Iterator[ast.AST]:
@@ -123,23 +130,24 @@ def _nodes(part: ast.AST) -> Iterator[ast.AST]:
         yield from _nodes(child)
 
 
-def _imports(node: ast.AST, package: Path) -> Iterator[tuple[str, _Place]]:
-    """The name that an import binds, and what it refers to in the package.
+def _imports(node: ast.AST, packages: Packages) -> Iterator[tuple[str, _Place]]:
+    """Each name that an import binds, and what it refers to in the package.
 
-    `gaitval` itself contains the version, which is an input of every stage, and the names of the
-    Python interface, which no stage uses.
+    A package itself does not count: `gaitval` contains the version, which is an input of every
+    stage, and the names of the Python interface, which no stage uses.
     """
     if isinstance(node, ast.Import):
         for alias in node.names:
-            if alias.name != package.name and _file(alias.name, package):
+            if "." in alias.name and _file(alias.name, packages):
                 yield alias.asname or alias.name, _Place(alias.name, None)
     elif isinstance(node, ast.ImportFrom) and node.module:
         for alias in node.names:
             whole = f"{node.module}.{alias.name}"
-            if _file(whole, package):
+            if _file(whole, packages):
                 yield alias.asname or alias.name, _Place(whole, None)
-            elif node.module != package.name and _file(node.module, package):
-                fine = node.module.startswith(f"{package.name}.study.")
+            elif "." in node.module and _file(node.module, packages):
+                # by definition within `study/`, elsewhere the whole module (see above)
+                fine = node.module.split(".")[1:2] == ["study"] and node.module.count(".") > 1
                 yield alias.asname or alias.name, _Place(node.module, alias.name if fine else None)
 
 
@@ -162,12 +170,13 @@ def _definitions(tree: ast.Module, name: str) -> list[ast.stmt]:
 
 
 @cache
-def _file(module: str, package: Path) -> Path | None:
+def _file(module: str, packages: Packages) -> Path | None:
     """The file of a module, by its dotted name; None if it is of another package."""
     first, *rest = module.split(".")
-    if first != package.name:
+    found = [package for package in packages if package.name == first]
+    if not found:
         return None
-    path = package.joinpath(*rest)
+    path = found[0].joinpath(*rest)
     for candidate in (path.with_suffix(".py"), path / "__init__.py"):
         if candidate.is_file():
             return candidate
@@ -175,8 +184,8 @@ def _file(module: str, package: Path) -> Path | None:
 
 
 @cache
-def _tree(module: str, package: Path) -> ast.Module:
-    path = _file(module, package)
+def _tree(module: str, packages: Packages) -> ast.Module:
+    path = _file(module, packages)
     assert path is not None
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):

@@ -20,10 +20,10 @@ from gaitval.artefacts import (
     write_json,
     write_text,
 )
+from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
-from gaitval.origin import source_commit
 from gaitval.study.looks import with_last_looks
 from gaitval.study.sources import code_of
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
     from gaitval.gait.record import GaitRecord
-    from gaitval.prediction.told import Told
+    from gaitval.prediction.known import Told
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
@@ -41,7 +41,7 @@ INTERRUPTED = "was interrupted"
 
 
 class Observer:
-    """Receives what the pipeline reports. This one ignores it; the command line's prints it."""
+    """Receives what the stages report. This one ignores it; the command line's prints it."""
 
     def say(self, message: str) -> None:
         """One line for the user."""
@@ -101,29 +101,31 @@ class Run:
     observer: Observer = field(default_factory=Observer)
 
     def told(self, *, speed: float | None = None) -> "Told":
-        """What the run may know of the record; `speed` m/s instead of the configured one."""
+        """What the run may know of the record; at `speed` m/s instead of the configured one."""
         from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.prediction.told import told
+        from gaitval.prediction.known import told
 
         settings = self.configuration.record
         return told(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
 
     def compared(self) -> "tuple[Subject, GaitRecord]":
-        """The person on the trial that the walk is compared with, and its record. At a speed that
-        was never recorded it is the predicted one. Kinetics that were not recorded are those to
-        expect, and are not judged.
+        """The person on the trial that the walk is compared with, and its record; at an unrecorded
+        speed, the predicted one. Kinetics that were not recorded are expected ones, which judge
+        nothing.
         """
-        from gaitval.prediction.told import is_unrecorded, with_expected_kinetics
+        from gaitval.prediction.known import is_unrecorded, with_expected_kinetics
 
         settings = self.configuration.record
         if is_unrecorded(settings):
             record = self.told().record
-            at: dict[str, Any] = {"walking_speed_m_s": settings.speed, "plates": None}
-            source = f"{self.subject.person} predicted"
-            trials = (self.subject.as_trial(), *self.subject.trials)
-            return self.subject.model_copy(
-                update={**at, "source": source, "trials": trials}
-            ), record
+            at: dict[str, Any] = {
+                "walking_speed_m_s": settings.speed,
+                "plates": None,
+                "trial": "predicted",
+                "source": f"{self.subject.person} predicted",
+                "trials": (self.subject.as_trial(), *self.subject.trials),
+            }
+            return self.subject.model_copy(update=at), record
         from gaitval.datasets.subject_file import builtin_subjects
 
         person = self.subject.on_trial(settings.holdout) if settings.holdout else self.subject
@@ -136,7 +138,9 @@ class Run:
 
 
 def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
-    """Hash of everything that a stage depends on, by name."""
+    """Hash of everything in a run `folder` that `stage` depends on, by name. Raises ArtefactError
+    if an input is missing.
+    """
     hashes = {"gaitval": value_hash(__version__)}
     hashes |= {name: value_hash(value) for name, value in stage.values.items()}
     for name in stage.inputs:
@@ -151,7 +155,7 @@ def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
 
 
 def why_run(stage: Stage, folder: Path) -> str | None:
-    """Why a stage has to run; None if its files are as it wrote them from these inputs."""
+    """Why `stage` has to run in `folder`; None if its files are as written from these inputs."""
     record = _records(folder).get(stage.name)
     if record is None:
         return "not run yet"
@@ -180,7 +184,7 @@ def _differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]
 
 @dataclass(frozen=True)
 class Begun:
-    """A stage that runs, as its records have it.
+    """A running stage, as in its records.
 
     Attributes
     ----------
@@ -197,8 +201,8 @@ class Begun:
 
 
 def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | None:
-    """Note that a stage runs, and empty its workspace if it must not resume; None if it is up to
-    date.
+    """Record that `stage` runs in `folder`, and empty its workspace if it must not resume; None if
+    it is up to date and not run by `force`.
     """
     reason = "asked for" if force else why_run(stage, folder)
     if reason is None:
@@ -209,16 +213,17 @@ def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | N
     same = before.get("inputs") == inputs and before.get("code") == code
     if stage.workspace and (force or not same):
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
+    # a kill from here on leaves a record without outputs, which `why_run` calls interrupted
     records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
     write_json(folder / RECORDS, records)
     return Begun(stage, folder, reason, inputs, code, datetime.now(UTC))
 
 
 def end_stage(begun: Begun, seconds: float) -> None:
-    """Note that a stage has run, and for how long."""
+    """Record that the stage `begun` has run, and for how many `seconds`."""
     stage, folder = begun.stage, begun.folder
     outputs = {name: file_hash(folder / name) for name in stage.outputs}
-    records = _records(folder)  # another stage may have begun or ended meanwhile
+    records = _records(folder)  # another stage may have started or ended meanwhile
     records[stage.name] = {"inputs": begun.inputs, "code": begun.code, "outputs": outputs}
     write_json(folder / RECORDS, records)
     _add_provenance(
@@ -238,9 +243,9 @@ def end_stage(begun: Begun, seconds: float) -> None:
 
 
 def perform(stage: Stage) -> None:
-    """The work of a stage, with one thread of linear algebra: with several, sums are rounded
-    otherwise, so that a reference would depend on the machine's processors by 1e-8 rad, and all
-    that follows from it with them.
+    """The work of `stage`, with one thread of linear algebra. Several threads round sums
+    differently: a reference, and all that follows from it, would depend on the number of processors
+    by 1e-8 rad.
     """
     import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
     from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -252,10 +257,11 @@ def perform(stage: Stage) -> None:
 def run_stage(
     stage: Stage, folder: Path, *, force: bool = False, observer: Observer | None = None
 ) -> bool:
-    """Run a stage unless it is up to date; True if it ran.
+    """Run `stage` in `folder` unless it is up to date, or by `force`; True if it ran. `observer`
+    sees it.
 
-    After a kill at any moment the next call finds either the finished stage or an unfinished
-    one, which resumes from its workspace where its inputs are still the same.
+    After a kill at any moment the next call finds either the finished stage or an unfinished one,
+    which resumes from its workspace where its inputs are still the same.
     """
     observer = observer or Observer()
     begun = begin_stage(stage, folder, force=force)
@@ -301,6 +307,7 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
     path = folder / "provenance.json"
     provenance = read_json(path)
     provenance |= {"versions": versions(), "commit": source_commit()}
+    # times are kept here and nowhere else, so that all other files of equal runs are equal
     provenance["stages"][stage] = times
     write_json(path, provenance)
 
@@ -309,8 +316,8 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
-    """A run folder, locked for this process, with the subject and configuration stored. Its pages
-    look as was last asked for, where that is not asked anew.
+    """The run `folder`, locked for this process, with `subject` and `configuration` stored in it;
+    `observer` sees its stages. Its pages keep language and paper unless others are asked for.
     """
     with held(folder):
         configuration = with_last_looks(configuration, folder, observer.say)
@@ -319,6 +326,7 @@ def open_run(
             folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
         )
         path = folder / "provenance.json"
+        # read before the file is replaced: the times of earlier stages are kept
         stages = _stages(path)
         write_json(
             path,

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gaitval.artefacts import read_json, replacing, write_json
+from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
     GAIN,
     IDENTIFIED,
+    METRICS,
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
@@ -24,19 +24,22 @@ from gaitval.study.inputs import (
     WALKS,
     WITNESS,
     body_parameters,
-    copy_file,
-    copy_files,
-    corrected_task,
     identified_task,
+    predicted_task,
+    range_task,
     start_kind,
     start_policy,
+    stored,
     stored_policy,
+    validated_task,
     walking_task,
 )
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
-    from gaitval.policy.storage import Policy
+    from gaitval.metrics.results import Metrics
+    from gaitval.metrics.round_errors import RoundErrors
+    from gaitval.metrics.walk_results import PushRecovery
     from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
@@ -44,25 +47,37 @@ LEARNING_SECTIONS = (*SIMULATION_SECTIONS, "reward", "randomisation")
 
 
 def scale_stage(run: Run) -> Stage:
-    """Subject → body model."""
+    """Subject of `run` → body model."""
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
         from gaitval.prediction.unusual import remarks_on_body
         from gaitval.scaling.scaling import scale_subject
 
+        if run.subject.guessed:
+            run.observer.say(
+                f"{run.subject.identifier}: who it is was not given; assumed: "
+                f"{run.subject.guessed}. Subjects with both in common count as one person: say "
+                "who it is with person and laboratory in the subject's file."
+            )
         for remark in remarks_on_body(run.subject):
             run.observer.say(remark)
-        body = scale_subject(run.subject)
+        body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
         with replacing(run.folder / "scaling.csv") as temporary:
             body.frame().to_csv(temporary, index=False)
 
-    return Stage("scale", scale, inputs=("subject.toml",), outputs=("model.urdf", "scaling.csv"))
+    return Stage(
+        "scale",
+        scale,
+        inputs=("subject.toml",),
+        outputs=("model.urdf", "scaling.csv"),
+        values=run.sections("scaling"),
+    )
 
 
 def reference_stage(run: Run) -> Stage:
-    """Recorded gait and body model → reference motion."""
+    """Recorded gait and body model of `run` → reference motion."""
 
     def build() -> None:
         from gaitval.datasets.subject_file import builtin_subjects
@@ -108,14 +123,14 @@ def _before_training(run: Run, round_number: int) -> list[str]:
 def _trained_task(run: Run, round_number: int) -> "WalkingTask":
     """Later rounds train for the identified body, if the record supports it."""
     before = f"rounds/{round_number - 1}"
-    if round_number == 1 or not supported(read_json(run.folder / before / "epsilon.json")):
+    if round_number == 1 or not round_errors(run, round_number - 1).supported:
         return walking_task(run)
     found = read_json(run.folder / f"{before}/identification/identification.json")
     return identified_task(run, np.array(found["identified"]), f"{before}/identification")
 
 
 def train_stage(run: Run, round_number: int) -> Stage:
-    """One training of Algorithm 1; round 1 starts from `start/` or nothing."""
+    """The training of `round_number` in `run`; round 1 starts from `start/` or nothing."""
     training = run.configuration.training
     here = f"rounds/{round_number}/trained"
     start = _start_of(run, round_number)
@@ -145,71 +160,58 @@ def train_stage(run: Run, round_number: int) -> Stage:
     )
 
 
-def hand_on_stage(run: Run, round_number: int) -> Stage:
-    """Start and trained policy of a round → the better one, and what the training gave."""
-    here = f"rounds/{round_number}"
+def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | None = None) -> Stage:
+    """Start and trained policy of the round `round_number` of `run`, or of a range → the better
+    one, and what the training gained. A range has `speeds`, m/s, by the file of the reference.
+    """
+    here = "" if speeds else f"rounds/{round_number}/"
+    log = ("training.csv",) if speeds else ()
     start = _start_of(run, round_number)
 
     def decide() -> None:
-        before = None if start is None else start_policy(run, run.folder / start)
-        hand_on(
-            run, [_trained_task(run, round_number)], before, f"{here}/trained", f"{here}/policy"
-        )
+        from gaitval.metrics.policy_comparison import handed_on, learning_gain
+        from gaitval.model.parameters import nominal_parameters
+        from gaitval.policy.storage import save_policy
 
+        tasks = [range_task(run, name) for name in speeds or ()]
+        tasks = tasks or [_trained_task(run, round_number)]
+        trained_in, target = run.folder / f"{here}trained", run.folder / f"{here}policy"
+        before = None if start is None else start_policy(run, run.folder / start)
+        trained = stored_policy(run, trained_in)
+        found = tasks[0].reference_mu
+        mu = nominal_parameters() if found is None else found
+        gain = learning_gain(tasks, before, trained, mu, samples=int(trained.about["samples"]))
+        run.observer.say(gain.in_words())
+        write_json(target / GAIN, gain.as_dict())
+        save_policy(handed_on(gain, before, trained), target)
+        copy_files(trained_in, target, log)
+
+    validation, pushes = run.configuration.validation, run.configuration.pushes
+    of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
     return Stage(
-        f"keep-{round_number}",
+        "keep-range" if speeds else f"keep-{round_number}",
         decide,
         inputs=(
             "subject.toml",
             "model.urdf",
-            "reference.npz",
+            *(speeds or ("reference.npz",)),
             *_before_training(run, round_number),
-            *(f"{here}/trained/{name}" for name in POLICY_FILES),
+            *(f"{here}trained/{name}" for name in (*POLICY_FILES, *log)),
         ),
-        outputs=tuple(f"{here}/policy/{name}" for name in (*POLICY_FILES, GAIN)),
-        values=hand_on_values(run),
+        outputs=tuple(f"{here}policy/{name}" for name in (*POLICY_FILES, *log, GAIN)),
+        values={
+            **run.sections(*SIMULATION_SECTIONS),
+            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+            "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
+            **of_range,
+        },
     )
 
 
-def hand_on_values(run: Run) -> dict[str, Any]:
-    """The settings of the walks on which start and trained policy are compared."""
-    validation = run.configuration.validation
-    return {
-        **run.sections(*SIMULATION_SECTIONS),
-        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
-        "pushes": run.configuration.pushes.model_dump(
-            mode="json", include={"phases", "force", "cycles"}
-        ),
-    }
-
-
-def hand_on(
-    run: Run, tasks: "Sequence[WalkingTask]", start: "Policy | None", trained_in: str, target: str
-) -> None:
-    """Store the better of start and trained policy, and what the training gave.
-
-    Parameters
-    ----------
-    trained_in, target : folders of the trained policy and for the one that is handed on.
-    """
-    from gaitval.metrics.policy_comparison import handed_on, learning_gain
-    from gaitval.model.parameters import nominal_parameters
-    from gaitval.policy.storage import save_policy
-
-    trained = stored_policy(run, run.folder / trained_in)
-    found = tasks[0].reference_mu
-    mu = nominal_parameters() if found is None else found
-    samples = int(trained.about["samples"])
-    gain = learning_gain(tasks, start, trained, mu, samples=samples)
-    run.observer.say(gain.in_words())
-    write_json(run.folder / target / GAIN, gain.as_dict())
-    save_policy(handed_on(gain, start, trained), run.folder / target)
-
-
 def identify_stage(run: Run, round_number: int) -> Stage:
-    """Record and scaled body → posterior of mu, and the reference of the identified body.
+    """Record and scaled body of `run` → posterior of mu, and the reference of the identified body.
 
-    No policy has a part in it, so later rounds of Algorithm 1 take over what the first one found.
+    It uses no policy, so every later `round_number` of Algorithm 1 copies the result of the first.
     """
     here = f"rounds/{round_number}/identification"
     before = f"rounds/{round_number - 1}/identification"
@@ -222,9 +224,8 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     def identify() -> None:
         from gaitval.identification.identify import identify
         from gaitval.identification.prior import prior_sd
-        from gaitval.metrics.results import FoundParameters
         from gaitval.model.urdf import read_urdf
-        from gaitval.prediction.told import quantities_told
+        from gaitval.prediction.known import quantities_told
 
         if round_number > 1:
             copy_files(run.folder / before, run.folder / here, names)
@@ -239,8 +240,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
             kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
             on_progress=run.observer.progress,
         )
-        result = FoundParameters(**found.as_dict())
-        write_json(run.folder / here / "identification.json", result.as_dict())
+        write_json(run.folder / here / "identification.json", found.as_dict())
         save_identified_reference(run, run.folder / here)
 
     return Stage(
@@ -259,7 +259,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
 
 def save_identified_reference(run: Run, folder: Path) -> None:
-    """Write the reference of the body in a folder's `identification.json` beside it."""
+    """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters, nominal_parameters
     from gaitval.model.urdf import read_urdf
     from gaitval.reference.dynamic_fit import consistent_reference
@@ -275,7 +275,7 @@ def save_identified_reference(run: Run, folder: Path) -> None:
 
 
 def identified_reference_stage(run: Run) -> Stage:
-    """The reference of the identified body of a stored run, which does not contain it."""
+    """The reference of the identified body of a stored `run`, which does not contain it."""
     return Stage(
         "identified",
         lambda: save_identified_reference(run, run.folder),
@@ -286,8 +286,8 @@ def identified_reference_stage(run: Run) -> Stage:
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:
-    """Epsilon of a round's policy with the nominal and the identified body, means over the start
-    phases; its scatter over them; and its floor, which is the reference's own.
+    """Epsilon of the policy of a `round_number` of `run` with the nominal and the identified body,
+    means over the start phases; its scatter over them; and its floor, which is the reference's own.
     """
     here = f"rounds/{round_number}"
     identification = f"{here}/identification/identification.json"
@@ -297,8 +297,10 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
+        from gaitval.metrics.action_bias import floor_of
         from gaitval.metrics.epsilon import Walks, epsilons, mean_of
-        from gaitval.metrics.habit import floor_of
+        from gaitval.metrics.round_errors import RoundErrors
+        from gaitval.metrics.typed import array
         from gaitval.policy.rollouts import RolloutPool, in_groups
 
         task = walking_task(run)
@@ -314,15 +316,18 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             for which, each in tasks.items():
                 mu = body_parameters(run.folder / identification, which)
                 walks = [Walks(policy, mu, phases) for phases in groups]
+                # both bodies are given to the workers before the results of either are awaited
                 begun[which] = pool.with_task(each).each_together(epsilons, walks)
-            errors: dict[str, Any] = {"floor": floor_of(task), "scatter": None}
-            for which, parts in begun.items():
-                each_walk = list(chain.from_iterable(parts))
-                error = mean_of(each_walk)
-                errors[which] = None if error is None else error.as_dict()
-                if which == "identified" and error is not None:
-                    errors["scatter"] = float(np.std([e.total for e in each_walk if e is not None]))
-        write_json(run.folder / here / "epsilon.json", errors)
+            walked = {which: list(chain.from_iterable(parts)) for which, parts in begun.items()}
+        error = mean_of(walked["identified"])
+        totals = array([each.total for each in walked["identified"] if each is not None])
+        found_errors = RoundErrors(
+            nominal=mean_of(walked["nominal"]),
+            identified=error,
+            scatter=None if error is None else float(np.std(totals)),
+            floor=floor_of(task),
+        )
+        write_json(run.folder / here / "epsilon.json", found_errors.as_dict())
 
     return Stage(
         f"evaluate-{round_number}",
@@ -341,14 +346,14 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
 
 
 def choose_stage(run: Run, rounds: int) -> Stage:
-    """The round with the smallest epsilon, copied to where later stages read it."""
+    """The best of the `rounds` of `run` by epsilon, copied to where later stages read it."""
     numbers = range(1, rounds + 1)
 
     def choose() -> None:
-        from gaitval.metrics.results import IdentificationResult
+        from gaitval.metrics.results import IdentificationResult, Round
 
-        errors = [read_json(run.folder / f"rounds/{number}/epsilon.json") for number in numbers]
-        best = min(numbers, key=lambda number: round_epsilon(run, number))
+        errors = [round_errors(run, number) for number in numbers]
+        best = min(numbers, key=lambda number: errors[number - 1].total)
         source = run.folder / f"rounds/{best}"
         copy_files(source / "policy", run.folder / "policy", (*POLICY_FILES, GAIN))
         _join_logs(
@@ -357,23 +362,24 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         )
         searched = read_json(source / "identification" / "identification.json")
         reference = source / "identification" / IDENTIFIED
-        if not supported(errors[best - 1]):
+        # the found body brings the walk no nearer to the record: it is reported, and not used
+        if not errors[best - 1].supported:
             searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
             reference = run.folder / "reference.npz"
         copy_file(reference, run.folder / IDENTIFIED)
         found = IdentificationResult(
             **searched,
             chosen_round=best,
-            epsilon_nominal=errors[best - 1]["nominal"],
-            epsilon_identified=errors[best - 1]["identified"],
+            epsilon_nominal=errors[best - 1].nominal,
+            epsilon_identified=errors[best - 1].identified,
             rounds=[
-                {
-                    "round": number,
-                    "epsilon": error["identified"],
-                    "epsilon_nominal": error["nominal"],
-                    "scatter": error["scatter"],
-                    "floor": error["floor"],
-                }
+                Round(
+                    round=number,
+                    epsilon=error.identified,
+                    epsilon_nominal=error.nominal,
+                    scatter=error.scatter,
+                    floor=error.floor,
+                )
                 for number, error in zip(numbers, errors, strict=True)
             ],
         )
@@ -404,16 +410,6 @@ def choose_stage(run: Run, rounds: int) -> Stage:
     )
 
 
-def supported(errors: Mapping[str, Any]) -> bool:
-    """Whether the walk with the body that the search found is nearer to the record, by epsilon,
-    than with the nominal body, for which the reference was made. Else the body stays nominal.
-    """
-    nominal, identified = errors["nominal"], errors["identified"]
-    if identified is None:
-        return nominal is None
-    return nominal is None or bool(identified["total"] < nominal["total"])
-
-
 def _join_logs(logs: Sequence[Path], target: Path) -> None:
     """Join the logs of trainings that each continued the one before."""
     import pandas as pd
@@ -421,39 +417,29 @@ def _join_logs(logs: Sequence[Path], target: Path) -> None:
     parts = [pd.read_csv(log) for log in logs]
     for before, part in pairwise(parts):
         for name in ("samples", "wall_seconds"):
+            # each log counts from 0, and the one before is shifted already
             part[name] += before[name].iloc[-1]
     with replacing(target) as temporary:
         pd.concat(parts).to_csv(temporary, index=False)
 
 
-def round_epsilon(run: Run, round_number: int) -> float:
-    """Normalised error epsilon at mu* of a finished round; infinite if the walker fell early."""
-    error = _round(run, round_number)["identified"]
-    return float("inf") if error is None else float(error["total"])
+def round_errors(run: Run, round_number: int) -> "RoundErrors":
+    """Epsilon of the finished round `round_number` of `run`."""
+    from gaitval.metrics.round_errors import read_round
 
-
-def round_floor(run: Run, round_number: int) -> float:
-    """Epsilon of the reference itself."""
-    return float(_round(run, round_number)["floor"])
+    return read_round(run.folder / f"rounds/{round_number}")
 
 
 def round_gained(run: Run, round_number: int) -> bool:
-    """Whether a later round's epsilon is lower than the one's before by more than their scatter
-    over start phases.
-    """
-    before, after = _round(run, round_number - 1), _round(run, round_number)
-    if before["identified"] is None or after["identified"] is None:
-        return before["identified"] is None
-    scatter = max(before["scatter"], after["scatter"])
-    return bool(after["identified"]["total"] < before["identified"]["total"] - scatter)
-
-
-def _round(run: Run, round_number: int) -> dict[str, Any]:
-    return dict(read_json(run.folder / f"rounds/{round_number}/epsilon.json"))
+    """Whether `round_number` of `run` lowered epsilon by more than its scatter over starts."""
+    before, after = round_errors(run, round_number - 1), round_errors(run, round_number)
+    if before.identified is None or after.identified is None:
+        return before.identified is None
+    return after.total < before.total - max(before.scatter or 0.0, after.scatter or 0.0)
 
 
 def correct_stage(run: Run) -> Stage:
-    """Policy and mu → the change of the reference with which the walk is most like it."""
+    """Policy and mu of `run` → the change of the reference with which the walk is most like it."""
 
     def correct() -> None:
         from gaitval.learning_control.correct import correct
@@ -466,7 +452,7 @@ def correct_stage(run: Run) -> Stage:
             journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
-        write_json(run.folder / "correction.json", result.as_dict())
+        write_json(run.folder / "correction.json", result.result().as_dict())
 
     validation = run.configuration.validation
     return Stage(
@@ -492,15 +478,11 @@ def correct_stage(run: Run) -> Stage:
 
 
 def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
-    """Policy, mu and correction → rollouts of the deterministic policy without pushes.
+    """Policy, mu and correction of `run` → rollouts of the deterministic policy without pushes.
 
-    The identified body with the corrected reference walks from every start phase. For comparison
-    the nominal body with the uncorrected reference walks from the first phase, for the cycles that
-    are compared; and the identified body does in MuJoCo.
-
-    Parameters
-    ----------
-    witness : walk in MuJoCo too.
+    The identified body with the corrected reference walks from every start phase. For comparison,
+    the nominal body with the uncorrected reference walks from the first phase, for the compared
+    cycles only. With `witness`, so does the identified body in MuJoCo.
     """
     validation = run.configuration.validation
 
@@ -508,16 +490,14 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import begun_walk, roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
+        from gaitval.metrics.walk_results import Endurance, StoredWalks
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
-        nominal, mu = (
-            body_parameters(run.folder / "identification.json", which)
-            for which in ("nominal", "identified")
-        )
-        task, phases = corrected_task(run), validation.start_phases
+        nominal = body_parameters(run.folder / "identification.json", "nominal")
+        (task, mu), phases = validated_task(run), validation.start_phases
         compared = validation.settling_cycles + validation.cycles + 2
-        starts: dict[str, Any] = {"witness": None}
+        second: Endurance | None = None
         workers = run.configuration.training.workers
         with RolloutPool(task, workers=workers, engine="dart") as pool:
             begin = partial(begun_walk, policy=policy, phase=phases[0], cycles=compared)
@@ -533,17 +513,19 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
                 workspace=run.folder / UNFINISHED["simulate"],
             )
             if in_mujoco is not None:
-                went, rollout = in_mujoco()
+                second, rollout = in_mujoco()
                 rollout.save(run.folder / WITNESS)
-                starts["witness"] = went.as_dict()
             went, rollout = before()
         rollout.save(run.folder / ROLLOUTS["nominal"])
         walks.compared.save(run.folder / ROLLOUTS["identified"])
-        starts["nominal"] = [went.as_dict()]
-        starts["identified"] = [each.as_dict() for each in walks.starts]
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
-        starts["torque_shares"] = torque_shares(walks.compared, found, task)
-        write_json(run.folder / WALKS, starts)
+        stored = StoredWalks(
+            nominal=[went],
+            identified=list(walks.starts),
+            witness=second,
+            torque_shares=torque_shares(walks.compared, found, task),
+        )
+        write_json(run.folder / WALKS, stored.as_dict())
 
     return Stage(
         "simulate",
@@ -566,30 +548,25 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
     )
 
 
-def walk_again(run: Run, task: "WalkingTask", mu: NDArray[np.float64]) -> None:
-    """Repeat the compared walk from every start phase with noise, and write what is measured."""
-    from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval.metrics.repeats import Compared, repeated_walks
-    from gaitval.metrics.validation import compared_with
-    from gaitval.model.urdf import read_urdf
-
-    subject, record = run.compared()
-    compared = Compared(
-        record,
-        *compared_with(subject, record, builtin_subjects(), run.configuration),
-        read_urdf(run.folder / "model.urdf"),
-        subject.leg_length_m,
-    )
-    policy = stored_policy(run, run.folder / "policy")
-    write_json(run.folder / REPEATS, repeated_walks(task, policy, mu, compared))
-
-
-def repeat_stage(run: Run) -> Stage:
-    """Policy, mu and correction → what is measured of walks from every start phase with noise."""
+def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
+    """Policy and body of `run` → measures of walks from every start phase with noise. A run that is
+    `predicted` has the body as scaled and its own share of action bias removed.
+    """
 
     def repeat() -> None:
-        walk_again(run, corrected_task(run), body_parameters(run.folder / "identification.json"))
+        from gaitval.datasets.subject_file import builtin_subjects
+        from gaitval.metrics.repeats import repeated_walks
+        from gaitval.metrics.validation import compared_with
+        from gaitval.model.urdf import read_urdf
 
+        task, mu = predicted_task(run) if predicted else validated_task(run)
+        subject, record = run.compared()
+        model = read_urdf(run.folder / "model.urdf")
+        of = compared_with(subject, record, builtin_subjects(), model, run.configuration)
+        walks = repeated_walks(task, stored_policy(run, run.folder / "policy"), mu, of)
+        write_json(run.folder / REPEATS, [each.as_dict() for each in walks])
+
+    validation = run.configuration.validation
     return Stage(
         "repeat",
         repeat,
@@ -597,43 +574,36 @@ def repeat_stage(run: Run) -> Stage:
             "subject.toml",
             "model.urdf",
             "reference.npz",
-            IDENTIFIED,
-            "identification.json",
+            *(("centring.json",) if predicted else (IDENTIFIED, "identification.json")),
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(REPEATS,),
-        values=repeat_values(run),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "record"),
+            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        },
     )
 
 
-def repeat_values(run: Run) -> dict[str, Any]:
-    """The settings that repeated walks depend on."""
-    validation = run.configuration.validation
-    return {
-        **run.sections(*SIMULATION_SECTIONS, "record"),
-        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
-    }
-
-
 def push_stage(run: Run) -> Stage:
-    """Policy and mu → which pushes the identified body survives."""
+    """Policy and mu of `run` → which pushes the identified body survives."""
     validation = run.configuration.validation
 
     def push() -> None:
         from gaitval.metrics.push_recovery import push_recovery
+        from gaitval.metrics.walk_results import StoredPushes
 
+        task, mu = validated_task(run)
         recovery, traces = push_recovery(
-            corrected_task(run),
+            task,
             stored_policy(run, run.folder / "policy"),
-            body_parameters(run.folder / "identification.json"),
+            mu,
             journal=Journal(run.folder / UNFINISHED["push"] / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
-        write_json(
-            run.folder / "push.json",
-            {"recovery": recovery.as_dict(), "traces": [trace.as_dict() for trace in traces]},
-        )
+        found = StoredPushes(recovery=recovery, traces=[each.stored() for each in traces])
+        write_json(run.folder / "push.json", found.as_dict())
 
     return Stage(
         "push",
@@ -656,46 +626,59 @@ def push_stage(run: Run) -> Stage:
     )
 
 
-def metrics_of(run: Run, *, pushes: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The walks of the run folder against the record and the tolerances."""
+def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
+    """The walks in the folder of `run`, and its `pushes`, against record and tolerances."""
     from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval.metrics.rollouts import Endurance, Rollouts
+    from gaitval.metrics.held_out import prediction_errors
+    from gaitval.metrics.learning_gain import LearningGain
+    from gaitval.metrics.results import CorrectionResult, IdentificationResult
+    from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import validate
+    from gaitval.metrics.walk_results import Endurance, Repeat, StoredWalks
     from gaitval.model.urdf import read_urdf
+    from gaitval.prediction.known import is_unrecorded
     from gaitval.simulation.rollout import Rollout
 
-    starts = read_json(run.folder / WALKS)
+    def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
+        return Rollouts(Rollout.load(run.folder / name), tuple(went)) if went else None
 
-    def rollouts(name: str, went: Any) -> Rollouts:
-        return Rollouts(
-            Rollout.load(run.folder / name), tuple(Endurance.from_dict(each) for each in went)
-        )
-
-    nominal, identified = (rollouts(name, starts[which]) for which, name in ROLLOUTS.items())
+    walks = stored(run, WALKS, StoredWalks)
+    nominal = rollouts(ROLLOUTS["nominal"], walks.nominal)
+    assert nominal is not None
+    repeats = read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else []
+    settings, people = run.configuration.record, builtin_subjects()
     return validate(
         *run.compared(),
         read_urdf(run.folder / "model.urdf"),
         nominal,
-        identified,
+        rollouts(ROLLOUTS["identified"], walks.identified),
         run.configuration,
-        identification=read_json(run.folder / "identification.json"),
-        correction=read_json(run.folder / "correction.json"),
+        identification=stored(run, "identification.json", IdentificationResult)
+        if walks.identified
+        else None,
+        correction=stored(run, "correction.json", CorrectionResult),
         pushes=pushes,
-        others=builtin_subjects(),
-        torque_shares=starts["torque_shares"],
-        witness=rollouts(WITNESS, [starts["witness"]]) if starts["witness"] else None,
-        repeats=read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else (),
-        training=read_json(run.folder / f"policy/{GAIN}"),
+        others=people,
+        torque_shares=walks.torque_shares,
+        witness=rollouts(WITNESS, None if walks.witness is None else [walks.witness]),
+        repeats=[Repeat.model_validate(each) for each in repeats],
+        centring=walks.centring,
+        prediction_errors=prediction_errors(run.subject, settings, people)
+        if is_unrecorded(settings)
+        else None,
+        training=stored(run, f"policy/{GAIN}", LearningGain),
     )
 
 
 def validate_stage(run: Run) -> Stage:
-    """Rollouts and pushes, compared with the record and the tolerances → metrics.json."""
+    """Rollouts and pushes of `run`, compared with the record and the tolerances → metrics.json."""
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
-        pushes = read_json(run.folder / "push.json")["recovery"]
-        write_json(run.folder / "metrics.json", metrics_of(run, pushes=pushes))
+        from gaitval.metrics.walk_results import StoredPushes
+
+        pushes = stored(run, "push.json", StoredPushes)
+        write_json(run.folder / METRICS, metrics_of(run, pushes=pushes.recovery).as_dict())
 
     return Stage(
         "validate",
@@ -712,7 +695,7 @@ def validate_stage(run: Run) -> Stage:
             "push.json",
             f"policy/{GAIN}",
         ),
-        outputs=("metrics.json",),
+        outputs=(METRICS,),
         values={
             **run.sections("seed", "record", "contact", "validation"),
             # metrics of an earlier version cannot be read, so they are written again
@@ -722,9 +705,7 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the run folder → report.html and report.pdf, and evidence.toml, which they
-    cite.
-    """
+    """Everything in the folder of `run` → report.html, report.pdf and the cited evidence.toml."""
 
     def report() -> None:
         from gaitval.reporting.report import write_report

@@ -1,4 +1,4 @@
-"""Find a stored baseline by what a user calls it: a folder, a file in it, or a subject."""
+"""Find a stored baseline by what a user names: a folder, a file in it, or a subject."""
 
 import re
 from pathlib import Path
@@ -14,7 +14,7 @@ _USUAL: Final = re.compile(r"(?:\./)?reports/(S\d\d)/baseline(?:/metrics\.json)?
 
 
 def installed_baselines() -> dict[str, Path]:
-    """The baselines that come with gaitval, by subject: the checkout's, or those in the package."""
+    """The baselines that come with gaitval, by subject: the checkout's, else the package's."""
     found = {}
     for identifier in BUILTIN:
         for folder in (
@@ -28,7 +28,7 @@ def installed_baselines() -> dict[str, Path]:
 
 
 def is_installed(baseline: Path) -> bool:
-    """Whether a baseline lies in the installed package, and so is not a user's own."""
+    """Whether `baseline` is in the installed package, and so is not a user's own."""
     return baseline.resolve().is_relative_to((_PACKAGE / "baselines").resolve())
 
 
@@ -44,7 +44,7 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
 
     Raises
     ------
-    ArtefactError : there is none; the message says where it was looked for, and which there are.
+    ArtefactError : there is none; the message lists where it was looked for, and what exists.
     """
     base = Path() if root is None else root
     path = base / wanted
@@ -71,14 +71,15 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
 
 def _builtin(wanted: str) -> str | None:
     """The built-in subject that this names, or whose baseline is usually here; None for others."""
+    # a path as on Windows means the same
     if usual := _USUAL.fullmatch(wanted.replace("\\", "/")):
         return usual[1] if usual[1] in BUILTIN else None
     if number := re.fullmatch(r"[Ss]?0*([1-9]\d*)", wanted):
         identifier = f"S{int(number[1]):02d}"
         return identifier if identifier in BUILTIN else None
     if person := re.fullmatch(r"WBDS0*([1-9]\d*)", wanted.upper()):
-        name = f"WBDS{int(person[1]):02d} "
-        return next((key for key, source in BUILTIN.items() if source.startswith(name)), None)
+        name = f"WBDS{int(person[1]):02d}"
+        return next((key for key, (each, _) in BUILTIN.items() if each == name), None)
     return None
 
 

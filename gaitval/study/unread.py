@@ -1,4 +1,4 @@
-"""Settings that were given to a run and that nothing in it reads."""
+"""Settings given to a run that no stage of it reads."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
@@ -23,7 +23,7 @@ FROM_A_POLICY: Final = ("warm_learning_rate_factor",)
 
 
 def given(configuration: Configuration) -> list[tuple[str, str]]:
-    """Section and key of every setting that was given and is not what it is by default."""
+    """Section and key of every setting in `configuration` that was given and is not the default."""
     default = Configuration()
     return [
         (section, key)
@@ -33,20 +33,25 @@ def given(configuration: Configuration) -> list[tuple[str, str]]:
     ]
 
 
+def _of_other_laws(law: str) -> set[str]:
+    """Settings of `contact` that only other laws read."""
+    from gaitval.contact.law import LAWS
+
+    others = {key for each in LAWS.values() for key in each.settings}
+    return others - set(LAWS[law].settings)
+
+
 def unread(
     configuration: Configuration, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
 ) -> Iterator[str]:
-    """What to say of each setting that was given and that none of the stages reads, with the
-    reason.
-
-    Parameters
-    ----------
-    start : what the training starts from.
-    besides : names, as `section.key`, that these stages depend on but do not read.
+    """A message, with the reason, for each setting given in `configuration` that none of `stages`
+    reads. `start` is what the training starts from; `besides` are names, as `section.key`, that the
+    stages depend on but do not read.
     """
     read: dict[str, set[str]] = {BY_THE_REPORT: set(type(configuration.report).model_fields)}
     for stage in stages:
         for name, values in stage.values.items():
+            # other values are versions, speeds and hashes, not settings
             if isinstance(values, Mapping):
                 section = PARTS.get(name, name)
                 read.setdefault(section, set()).update(values, BY_THE_RUN.get(section, ()))
@@ -57,6 +62,8 @@ def unread(
             why = "only a training from nothing does (--scratch)"
         elif section == "training" and key in FROM_A_POLICY and start == "scratch":
             why = "only a training that starts from a policy does"
+        elif section == "contact" and key in _of_other_laws(configuration.contact.law):
+            why = "it is of another contact law"
         elif name in besides or key not in read.get(section, ()):
             why = "it is for other commands"
         else:
@@ -67,6 +74,6 @@ def unread(
 def say_unread(
     run: Run, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
 ) -> None:
-    """Name the settings without effect, at the start of a run."""
+    """Report settings of `run` that `stages` do not read; `start`, `besides`: see `unread`."""
     for line in unread(run.configuration, stages, start, besides):
         run.observer.say(line)

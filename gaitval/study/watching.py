@@ -1,4 +1,4 @@
-"""How far a stage is that another process works on."""
+"""Progress of a stage that another process works on."""
 
 import threading
 from collections.abc import Iterator
@@ -21,12 +21,8 @@ EVERY: Final = 2.0
 def generations_shown(
     observer: Observer, state: Path, total: int, every: float = EVERY
 ) -> Iterator[None]:
-    """Within the block, report the generations that an identification in another process has done.
-
-    Parameters
-    ----------
-    state : its file, which holds the values of every generation.
-    total : the most generations that it may take.
+    """Within the block, report the generations of an identification in another process to
+    `observer`: those in its `state` file, of at most `total`, looked up `every` so many seconds.
     """
     ended = threading.Event()
 
@@ -36,7 +32,7 @@ def generations_shown(
             try:
                 values = read_json(state)["values"]
             except (ArtefactError, LookupError, TypeError):
-                continue  # not begun, or ended: then it is removed
+                continue  # not started yet, or ended, which removes the file
             if len(values) > seen:
                 seen = len(values)
                 done = {"generation": seen, "total": total, "value": float(min(values[-1]))}

@@ -1,7 +1,7 @@
 """A virtual person: a body drawn from the prior, walked, measured with a laboratory's errors.
 
 The body is that of a built-in subject as scaled, changed by parameters mu that are drawn from the
-prior of how it was measured; so the subject's own scaling is wrong by as much as scaling is. It
+prior of how it was measured; so the subject's own scaling has the errors that scaling has. It
 walks with the general policy, which was trained on other bodies and has not seen this one, near a
 reference made for it. The mean curves of the walk get errors of markers, joint centres and plates
 as in `configuration.NoiseSettings`, and become an ordinary subject, which knows nothing of mu.
@@ -20,18 +20,13 @@ from gaitval.datasets.curve_files import MeanCurves, gait_values
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.accuracy import RecordAccuracy
+from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES
 from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
-from gaitval.metrics.comparison import (
-    FORCES,
-    JOINT_MOMENTS,
-    PELVIS_ANGLES,
-    Curves,
-    curves_of,
-)
+from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import roll_out
@@ -45,12 +40,13 @@ from gaitval.simulation.walker import WalkingTask
 WIDEST: Final = 2.5
 """SDs at which draws are cut off."""
 STATURE_SD: Final = 0.04
-"""SD of a factor on all lengths: stature of adults of one sex, 39 mm a metre (ANSUR II, Gordon et
+"""SD of a factor on all lengths: stature of adults of one sex, 39 mm per metre (ANSUR II, Gordon et
 al. 2014)."""
 BUILD_SD: Final = 0.1
 """SD of a factor on the mass at a given stature."""
 _LOADED: Final = 0.2
 """Body weights from which on the error of a force is whole."""
+# Cycles of the walk that are averaged.
 _CYCLES: Final = 20
 _OWN_KINETICS: Final = RecordAccuracy(
     moment=0.15, adduction_moment=0.2, forward_force=0.02, sideways_force=0.015, vertical_force=0.05
@@ -58,7 +54,8 @@ _OWN_KINETICS: Final = RecordAccuracy(
 """Moments and forces are those that this body needs for its motion, within the scatter between
 people: a body that is made to walk with another's moments shows nothing of its own."""
 _HELD: Final = 1e-4
-"""rad, of the lean of the trunk: a person's habit, not what would suit the moments."""
+"""rad, SD of the lean of the trunk about the drawn one: it is a trait of the person and must not
+give way to the moments."""
 _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
 
@@ -81,10 +78,17 @@ class VirtualPerson:
 
 
 def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
-    """Mu (14,) from the prior, cut off at `WIDEST`; damping and friction stay positive."""
+    """Mu (14,) drawn from the prior, cut off at `WIDEST`; damping and friction stay positive.
+
+    Parameters
+    ----------
+    sd : (14,) standard deviations about the nominal parameters, see `identification.prior`.
+    random : generator to draw from.
+    """
     while True:
         z = random.standard_normal(len(sd))
         mu = nominal_parameters() + sd * z
+        # All are drawn again if one is rejected, so that the accepted ones stay independent.
         if np.abs(z).max() <= WIDEST and mu[0] >= 0.0 and mu[1] >= 0.4:
             return np.asarray(mu)
 
@@ -98,10 +102,12 @@ def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
     Parameters
     ----------
     person : their further trials are left out.
+    random : generator to draw size and build from.
     """
     z = np.clip(random.standard_normal(2), -WIDEST, WIDEST)
     size = float(1.0 + STATURE_SD * z[0])
     lengths, speeds = {"height_m": size, "leg_length_m": size}, size**0.5
+    # At equal body mass index the mass grows with the square of the stature.
     mass = {"mass_kg": size**2 * float(1.0 + BUILD_SD * z[1])}
     factors = lengths | mass | {"walking_speed_m_s": speeds, "stride_time_s": speeds}
     values = {name: getattr(person, name) * factor for name, factor in factors.items()}
@@ -115,8 +121,10 @@ def virtual_person(
 
     Parameters
     ----------
+    number, seed : together the seed of all random numbers.
     person : whose scaled body and record it is drawn around.
     policy : that walks it, `reports/general`.
+    configuration : settings of contact, simulation, cycles and noise.
 
     Raises
     ------
@@ -140,13 +148,26 @@ def walked(
     configuration: Configuration,
     random: np.random.Generator,
 ) -> tuple[WalkingTask, Rollout]:
-    """The walk of a body that is `truth` (14,) away from a person's, near a reference made for it.
+    """The walk of a body that is `truth` away from a person's, near a reference made for it.
+
+    Parameters
+    ----------
+    number, seed : of the virtual person, for the message of an error.
+    person : whose scaled body is changed and whose record is walked.
+    truth : (14,) mu of the body.
+    policy : that walks it.
+    configuration : settings of contact, simulation and validation.
+    random : generator, from which the lean of the trunk is drawn.
+
+    Returns
+    -------
+    The task, and `_CYCLES` cycles and more of walking with the compiled engine.
 
     Raises
     ------
     VirtualError : it falls.
     """
-    scaled = scale_subject(person).model
+    scaled = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     body = apply_parameters(scaled, truth)
     record, contact = person.record(), configuration.contact
     accuracy = Accuracy(
@@ -157,6 +178,7 @@ def walked(
     reference = fitted(build_reference(record, body, contact), record, body, contact, accuracy)
     task = WalkingTask(body, record, reference, configuration)
     walking = nominal_parameters()
+    # Lengths and joints are in `body` already; damping and friction act in the simulation.
     walking[:2] = truth[:2]
     settling = configuration.validation.settling_cycles
     walk = roll_out(
@@ -183,6 +205,7 @@ def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dic
     )
     step = float(walk.time[1] - walk.time[0])
     starts = {side: cycles.starts[side] for side in SIDES}
+    # Starts and ends are numbers of physics steps.
     stride = float(np.mean(cycles.ends["right"] - starts["right"])) * step
     left = np.array(
         [starts["left"][starts["left"] > first][0] - first for first in starts["right"][:-1]]
@@ -208,11 +231,18 @@ def with_errors(
     noise: NoiseSettings,
     random: np.random.Generator,
 ) -> Curves:
-    """The curves (101,) as a laboratory would measure them.
+    """The curves as a laboratory would measure them.
 
     Right and left curves of the pelvis are of one pelvis, and so is its error. A plate that is out
     of place and a joint centre that is in the wrong place change moments by the vertical force
     times that distance.
+
+    Parameters
+    ----------
+    curves : (101,) each, true: angles rad, moments Nm/kg, forces body weights.
+    left_phase : phase of left heel strike in the right cycle.
+    noise : standard deviations of the errors.
+    random : generator to draw from; errors are drawn per curve, plate and joint centre.
     """
     sd = angle_sd(noise)
     harmonics = (len(sd) - 1) // 2
@@ -227,6 +257,8 @@ def with_errors(
             found.angles[key] = curves.angles[key] + angle_error()(_PERCENT)
     for name in PELVIS_ANGLES:
         error = angle_error()
+        # Seen from the left, list and rotation have the other sign, and the cycle starts at left
+        # heel strike.
         sign = 1.0 if name == "pelvis_tilt" else -1.0
         found.angles[f"{name}_r"] = curves.angles[f"{name}_r"] + error(_PERCENT)
         left = sign * error(_PERCENT + left_phase)
@@ -250,6 +282,7 @@ def with_errors(
             size = noise.adduction_moment if name == "hip_adduction" else noise.moment
             centre = noise.joint_centre * random.standard_normal()
             away = SHIFT_SIGNS.get(name, 0.0) * plate + SHIFT_SIGNS.get(name, 1.0) * centre
+            # m x body weights x g is Nm/kg.
             wrong = away * vertical * GRAVITY + wave_error(size)
             found.moments[key] = curves.moments[key] + wrong
         for name in FORCES:
@@ -265,6 +298,7 @@ def _subject(
     forces = {}
     for side in SIDES:
         forward, medial, up = (curves.forces[f"{name}_{side[0]}"] for name in FORCES)
+        # Curves count towards the midline, a record to the left.
         left = medial if side == "right" else -medial
         forces[side] = np.column_stack([forward, left, up])
     mean = MeanCurves(angles=curves.angles, moments=curves.moments, forces=forces, seam=())
@@ -275,6 +309,9 @@ def _subject(
     own = {name: getattr(person, name) for name in kept}
     about = {
         "identifier": f"V{seed}_{number:03d}",
+        "person": f"V{seed}_{number:03d}",
+        "trial": "T01",
+        "laboratory": "virtual",
         "source": f"V{seed}-{number:03d} T01",
         "citation": f"A virtual person of gaitval, around {person.source}: {person.citation}",
         "licence": person.licence,

@@ -14,17 +14,17 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
+from gaitval.contact.forces import ground_forces
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.datasets.subject import Subject
+from gaitval.gait.cycle_curves import PELVIS_ANGLES
 from gaitval.identification.prior import prior_sd
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
-from gaitval.metrics.comparison import PELVIS_ANGLES
 from gaitval.metrics.cycles import find_cycles
 from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.contact import ground_forces
 from gaitval.model.markers import ModelMarker
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames
@@ -53,11 +53,11 @@ MOMENT_NOISE: Final = 0.3
 BELT: Final = (2.0, 0.6)
 """Length and width of a belt, m."""
 _TRUE: Final = ("pelvis_r", "hip_", "knee_", "ankle_", "subtalar_")
-"""How the names of coordinates begin whose truth is written; others depend on how arms and trunk
-are defined."""
+"""Prefixes of the coordinates whose truth is written; the others depend on how arms and trunk are
+defined."""
 _LENGTHS: Final = slice(PARAMETERS.index("foot_length"), PARAMETERS.index("thigh_length") + 1)
 _TO_LABORATORY: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""To axes that many laboratories have: x to the right, y forward, z up."""
+"""Rotation to axes that are common in laboratories: x to the right, y forward, z up."""
 _TRACKING: Final = {
     "RICR": (0.03, -0.14, 0.09),
     "LICR": (0.03, 0.14, 0.09),
@@ -130,8 +130,10 @@ def recorded_person(
 
     Parameters
     ----------
+    number, seed : together the seed of all random numbers.
     person : whose scaled body and record it is drawn around.
     policy : that walks it, `reports/general`.
+    configuration : settings of contact, simulation and validation.
 
     Raises
     ------
@@ -141,8 +143,9 @@ def recorded_person(
     drawn, mu = drawn_parameters(prior_sd(person), random), nominal_parameters()
     mu[:2], mu[_LENGTHS] = drawn[:2], drawn[_LENGTHS]
     task, walk = walked(number, seed, person, mu, policy, configuration, random)
-    body = apply_parameters(scale_subject(person).model, mu)
-    measured = _measured(person, mu)
+    symmetric = configuration.scaling.symmetric
+    body = apply_parameters(scale_subject(person, symmetric=symmetric).model, mu)
+    measured = _measured(person, mu, symmetric=symmetric)
     marker_set = load_marker_set(MARKER_SET)
     standing, worn = _standing(body, measured, marker_set, random)
     rows = _part(walk, task)
@@ -176,19 +179,21 @@ def _in_laboratory(recording: Recording) -> Recording:
     return replace(recording.turned(_TO_LABORATORY), axes="laboratory")
 
 
-def _measured(person: Subject, mu: Array) -> Measurements:
-    """The lengths of the body, both legs alike as in the model; what mu stretches is stretched."""
-    own = measurements_of(person)
+def _measured(person: Subject, mu: Array, *, symmetric: bool) -> Measurements:
+    """The lengths of the body, both legs as in the model; what mu stretches is stretched."""
+    own = replace(measurements_of(person), symmetric=symmetric)
     foot = np.array([mu[PARAMETERS.index("foot_length")], 1.0, 1.0])
-    legs = (own.right, own.left)
-    leg = replace(
-        own.right,
-        ankle_height=float(np.mean([each.ankle_height for each in legs])),
-        heel=np.mean([each.heel for each in legs], axis=0) * foot,
-        metatarsals=np.mean([each.metatarsals for each in legs], axis=0) * foot,
+    right, left = (
+        replace(
+            limbs,
+            heel=limbs.heel * foot,
+            metatarsals=limbs.metatarsals * foot,
+            foot=None,
+            forearm=limbs.forearm or mean_length(person.sex, "forearm", person.height_m),
+        )
+        for limbs in own.modelled.values()
     )
-    forearm = mean_length(person.sex, "forearm", person.height_m)
-    return replace(own, right=leg, left=leg, forearm=own.forearm or (forearm, forearm))
+    return replace(own, right=right, left=left)
 
 
 def _standing(
@@ -209,6 +214,7 @@ def _standing(
         else:
             places[name] = frame[:3, 3] + frame[:3, :3] @ np.array(_TRACKING[name])
         if not marker.static_only:
+            # A row vector times R is Rᵀ times the vector: from world axes to the segment's.
             local = (places[name] - frame[:3, 3]) @ frame[:3, :3]
             worn.append(ModelMarker(name, marker.segment, local))
     markers = np.tile(np.array(list(places.values())), (STANDING_FRAMES, 1, 1))
@@ -229,6 +235,8 @@ def _on_belts(walk: Rollout, task: WalkingTask, rows: slice) -> tuple[tuple[Plat
     """
     time = walk.time[rows] - walk.time[rows.start]
     positions = walk.positions[rows].copy()
+    # A straight line through the pelvis's position, so that the person neither drifts nor starts
+    # off the middle of the treadmill.
     speed, start = np.polyfit(time, positions[:, 3], 1)
     away = np.zeros((len(time), 3))
     away[:, 0], away[:, 1] = start + speed * time, positions[:, 4].mean()
@@ -241,6 +249,8 @@ def _on_belts(walk: Rollout, task: WalkingTask, rows: slice) -> tuple[tuple[Plat
         corners = _belt(side)
         axes, middle = plate_axes(corners), corners.mean(axis=0)
         force = wrenches[:, side, :3]
+        # From the world's origin to the middle of the plate, which is where the treadmill has moved
+        # to: M_P = M_O - (P - O) x F.
         moment = wrenches[:, side, 3:] - np.cross(away + middle, force)
         plate = make_plate(str(side + 1), corners, force @ axes, moment @ axes)
         off = np.abs((plate.centre_of_pressure - middle)[:, :2]) > np.array(BELT) / 2.0
@@ -255,14 +265,27 @@ def _belt(side: int) -> Array:
     length, width = BELT
     outer = -width if side == 0 else width
     right, left = min(outer, 0.0), max(outer, 0.0)
+    # Counted clockwise from above, so that the third axis of the plate points down, as plates have
+    # it.
     front, back = length / 2.0, -length / 2.0
     return np.array([[front, right, 0], [back, right, 0], [back, left, 0], [front, left, 0]])
 
 
 def ground_wrenches(walk: Rollout, task: WalkingTask) -> Array:
-    """(T, 2, 6) force N of the ground on the right and left foot and its moment Nm about the
-    world's origin. A rollout keeps the force and the centre of pressure but not the free moment, so
-    the contact law is worked out again at its states.
+    """Force and moment of the ground on both feet.
+
+    A rollout keeps the force and the centre of pressure but not the free moment, so the contact law
+    is computed again at its states.
+
+    Parameters
+    ----------
+    walk : T physics steps.
+    task : of the walk, whose body and contact it has.
+
+    Returns
+    -------
+    (T, 2, 6) force N on the right and left foot and its moment Nm about the world's origin; zero in
+        the first row.
     """
     walker = Walker(task)
     walker.set_parameters(walk.mu)
@@ -280,6 +303,7 @@ def _with_noise(plate: Plate, random: np.random.Generator) -> Plate:
     axes, middle = plate_axes(plate.corners), plate.corners.mean(axis=0)
     assert plate.moment is not None
     force = plate.force + FORCE_NOISE * random.standard_normal(plate.force.shape)
+    # Noise is that of the plate's own channels, which measure about its middle.
     moment = plate.moment - np.cross(middle, plate.force)
     moment = moment + MOMENT_NOISE * random.standard_normal(moment.shape)
     return make_plate(plate.name, plate.corners, force @ axes, moment @ axes)

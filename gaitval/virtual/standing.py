@@ -1,4 +1,4 @@
-"""A body that stands still, and where the landmarks of a person with this body are."""
+"""The standing pose of a body, and the landmarks of a person with this body."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -15,7 +15,7 @@ from gaitval.scaling.joint_centres import (
     MARKER_OFFSET,
     hip_joint_centre,
 )
-from gaitval.scaling.measurements import Leg, Measurements
+from gaitval.scaling.measurements import Limbs, Measurements
 
 KNEE_WIDTH: Final = 0.102
 ANKLE_WIDTH: Final = 0.068
@@ -46,6 +46,7 @@ def standing_pose(
 
     Parameters
     ----------
+    model : the scaled body.
     ankle_height : m, of the ankle joint above the floor.
     tilt : degrees, forward tilt of the pelvis, see `Measurements.pelvic_tilt`.
     heading : degrees to the left of x.
@@ -73,8 +74,11 @@ def standing_pose(
             pose[COORDINATES.index(f"arm_add_{side}")] = -np.radians(raised)
     a, b = np.radians(tilt), np.radians(heading)
     cz, sz, cy, sy = np.cos(b), np.sin(b), np.cos(a), np.sin(a)
+    # Heading about z after tilt about y: the pelvis tilts in its own sagittal plane.
     turn = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ [[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]
     pose[:3] = rotation_vector(turn)
+    # Any place on the floor: nothing may depend on where a person stands. The height is set so that
+    # the ankle is where it was measured.
     pose[3:6] = 0.4, -0.3, 0.0
     ankle = segment_frames(model, pose[None])[0, SEGMENTS.index("foot_r"), 2, 3]
     pose[5] = ankle_height - ankle
@@ -104,6 +108,8 @@ def landmarks_on(
     width = (measured.hip_half_width - 0.0073) / 0.33  # `hip_joint_centre`, inverted
     x, _, z = -hip_joint_centre(width, PELVIC_DEPTH)
     shoulders = [at(f"upper_arm_{s}", np.zeros(3)) + girdles[s] for s in "rl"]
+    # The acromion marker is above the shoulder joint by a share of the distance between the
+    # shoulders.
     above = ACROMION_TO_SHOULDER * np.linalg.norm(shoulders[1] - shoulders[0]) * UP
     points = {"Sacrum": at("pelvis", (x - PELVIC_DEPTH, 0.0, z))}
     skin = MARKER_OFFSET
@@ -111,13 +117,15 @@ def landmarks_on(
         s = side.lower()
         out = np.array([0.0, sign, 0.0])
         mirror = np.array([1.0, -sign, 1.0])
-        leg = measured.right
+        leg = measured.modelled["right" if s == "r" else "left"]
         girdle = girdles[s]
         points |= {
             f"{side}.ASIS": at("pelvis", (x, sign * width / 2, z)),
             f"{side}.PSIS": at("pelvis", (x - PELVIC_DEPTH, sign * 0.045, z)),
             f"{side}.Thigh": at(f"thigh_{s}", (0.0, sign * 0.085, -0.21)),
             f"{side}.Shank": at(f"shank_{s}", (0.0, sign * 0.06, -0.20)),
+            # Markers lie on the skin, `MARKER_OFFSET` outside the bone, on both sides of the
+            # joint's axis.
             f"{side}.Knee": at(f"shank_{s}", (KNEE_WIDTH / 2 + skin) * out),
             f"{side}.Knee.Medial": at(f"shank_{s}", -(KNEE_WIDTH / 2 + skin) * out),
             f"{side}.Heel": at(f"foot_{s}", mirror * (leg.heel - [skin, 0.0, 0.0])),
@@ -129,12 +137,13 @@ def landmarks_on(
             f"{side}.Elbow": at(f"forearm_{s}", (ELBOW_WIDTH / 2 + skin) * out) + girdle,
             f"{side}.Elbow.Medial": at(f"forearm_{s}", -(ELBOW_WIDTH / 2 + skin) * out) + girdle,
         }
-        if measured.forearm is not None:
-            down = -measured.forearm[0]
+        if leg.forearm is not None:
+            down = -leg.forearm
             points |= {
                 f"{side}.Wrist{name}": at(f"forearm_{s}", (forward, 0.0, down)) + girdle
                 for name, forward in (("", 0.0), (".Radial", 0.03), (".Ulnar", -0.03))
             }
+        # The malleoli belong to the shank, so they do not turn with the foot's axes.
         shank = frames[SEGMENTS.index(f"shank_{s}"), :3, :3]
         ankle = at(f"foot_{s}", np.zeros(3))
         points[f"{side}.Ankle"] = ankle + shank @ ((ANKLE_WIDTH / 2 + skin) * out)
@@ -142,14 +151,24 @@ def landmarks_on(
     return points
 
 
-def second_head(leg: Leg) -> Array:
-    """Where a foot of mean shape (`FOOT_SHAPE`) with these first and fifth metatarsal heads has the
-    second, in the foot's frame, (3,) m.
+def second_head(leg: Limbs) -> Array:
+    """Where a foot of mean shape (`FOOT_SHAPE`) has the second metatarsal head.
+
+    Parameters
+    ----------
+    leg : its heel and its first and fifth metatarsal heads are used.
+
+    Returns
+    -------
+    (3,) m in the foot's frame.
     """
     heel = leg.heel - [MARKER_OFFSET, 0.0, 0.0]
     places, heights = [], []
     for name, head in zip(("MT1", "MT5"), leg.metatarsals, strict=True):
         ahead, medial, above = FOOT_SHAPE[name, "MT2"]
+        # Seen from above as complex numbers: a quotient is a turn and a stretch, so `FOOT_SHAPE`
+        # gives the head relative to the line from the heel to MT2. Both known heads say where MT2
+        # is, and their mean is taken.
         place = complex(*(head - heel)[:2]) / complex(ahead, medial)
         places.append(place)
         heights.append(head[2] - above * abs(place))

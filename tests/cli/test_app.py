@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,6 +26,7 @@ from gaitval.datasets.download import Progress
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics import regression
+from gaitval.metrics.tolerances import Verdict
 from gaitval.study.baseline import STORED_FILES
 from gaitval.study.watching import BESIDE
 
@@ -438,7 +440,7 @@ def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
 def test_a_check_is_kept_in_a_history_also_where_it_fails(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, way: str
 ) -> None:
-    walked = {"subject": {"identifier": "S05"}}
+    walked = SimpleNamespace(subject=SimpleNamespace(identifier="S05"))
     monkeypatch.setattr("gaitval.study.baseline.walk_again", lambda *_, **__: walked)
     monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("lost", 5.25)])
     file = tmp_path / "accuracy.db"
@@ -472,7 +474,7 @@ REPORTS = Path(__file__).parents[2] / "reports"
 def _compared(monkeypatch: pytest.MonkeyPatch, worse: float, tmp_path: Path) -> tuple[str, ...]:
     """Arguments of `compare` with a run whose epsilon is worse than the stored one; without the
     page, which has tests of its own."""
-    monkeypatch.setattr("gaitval.reporting.comparison_page.write_comparison", lambda *_, **__: None)
+    monkeypatch.setattr("gaitval_gate.comparison_page.write_comparison", lambda *_, **__: None)
     stored = REPORTS / "S05" / "baseline"
     metrics = read_json(stored / "metrics.json")
     for each in metrics["measures"]:
@@ -595,30 +597,35 @@ def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(display, "output", Console(width=200))
     with display.output.capture() as captured:
         display.print_tolerances(
-            {
-                "subject": {"identifier": "S05"},
-                "tolerances": [
-                    {
-                        "title": "Angles",
-                        "role": "acceptance",
-                        "measure": "angle_rmse",
-                        "target": name,
-                        "value": value,
-                        "limit": "at_most",
-                        "tolerance": 5.0,
-                        "goal": goal,
-                        "unit": "deg",
-                        "status": "published",
-                        "passed": passed,
-                        "reached": reached,
-                    }
+            SimpleNamespace(
+                subject=SimpleNamespace(identifier="S05"),
+                tolerances=[
+                    Verdict(
+                        id="angles",
+                        title="Angles",
+                        role="acceptance",
+                        measure="angle_rmse",
+                        target=name,
+                        value=value,
+                        limit="at_most",
+                        tolerance=5.0,
+                        goal=goal,
+                        unit="deg",
+                        status="published",
+                        verified=True,
+                        citation="",
+                        locator="",
+                        note="",
+                        passed=passed,
+                        reached=reached,
+                    )
                     for name, value, goal, passed, reached in (
                         ("hip_flexion_r", 3.0, 3.5, True, True),
                         ("hip_flexion_l", 4.0, None, True, None),
                         ("knee", None, 3.5, False, False),
                     )
                 ],
-            }
+            )
         )
     text = captured.get()
     verdicts = [line.split()[-2] for line in text.splitlines() if "published" in line]
@@ -631,7 +638,9 @@ def test_push_table_names_phases_and_directions(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(display, "output", Console(width=200))
     with display.output.capture() as captured:
         display.print_pushes(
-            {"phases": [0.0, 0.25], "directions": [0.0, -90.0], "largest": [[625, 200], [50, 475]]}
+            SimpleNamespace(
+                phases=[0.0, 0.25], directions=[0.0, -90.0], largest=[[625, 200], [50, 475]]
+            )
         )
     rows = [line.split("│") for line in captured.get().splitlines() if "│" in line]
     assert [[cell.strip() for cell in row[1:-1]] for row in rows] == [
@@ -648,10 +657,10 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch: pytest.MonkeyPatch,
     plain_messages: io.StringIO,
 ) -> None:
-    summary = {"accepted": 9 - refused, "refused": refused}
-    metrics = {"subject": {"identifier": "S05"}, "tolerances": [], "summary": summary}
+    summary = SimpleNamespace(accepted=9 - refused, refused=refused)
+    metrics = SimpleNamespace(summary=summary)
     monkeypatch.setattr(display, "print_verdict", lambda metrics: None)
-    write_json(tmp_path / "metrics.json", metrics)
+    monkeypatch.setattr("gaitval.metrics.results.read_metrics", lambda folder: metrics)
     monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
     ended = gaitval("validate", "5")
     assert ended.exit_code == code

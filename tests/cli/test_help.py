@@ -17,6 +17,8 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.sample import SAMPLE
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.stored_baselines import find_baseline
+from gaitval.wings import COMMANDS as WINGS
+from gaitval.wings import names
 
 ROOT: Any = get_command(cli.app)
 
@@ -85,7 +87,7 @@ def test_the_cheap_ones_run(line: str, tmp_path: Path, monkeypatch: pytest.Monke
         assert "Import it: gaitval import --static sample/standing.c3d" in done.output
         (shown,) = re.findall(r"Import it: gaitval import (.+)", done.output)
         with COMMANDS["import"].make_context("import", shlex.split(shown)) as context:
-            assert all(path.is_file() for path in context.params["trial"])
+            assert all(path.is_file() for path in context.params["trials"])
 
 
 def test_the_template_makes_a_subject(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +107,8 @@ def test_main_jobs_come_first_and_single_stages_last() -> None:
     assert list(ROOT.commands)[:7] == [
         *("subject", "import", "predict", "judge", "check", "compare", "report")
     ]
-    assert set(ROOT.commands) == {name for names in cli.PANELS.values() for name in names}
+    core = {name for names in cli.PANELS.values() for name in names}
+    assert set(ROOT.commands) == core | set(names(WINGS))
     shown = CliRunner().invoke(cli.app, ["--help"]).output
     places = [shown.index(panel) for panel in cli.PANELS]
     assert places == sorted(places)

@@ -10,11 +10,13 @@ import psutil
 import pytest
 from killed_cohort import environment
 
-from gaitval.cohort import cluster, engine, task
-from gaitval.cohort.engine import require, run_cohort
-from gaitval.cohort.store import FINISHED, LOG, SUMMARY
-from gaitval.cohort.table import Study
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval_cohort import cluster, engine, task
+from gaitval_cohort.engine import require, run_cohort
+from gaitval_cohort.store import FINISHED, LOG, SUMMARY
+from gaitval_cohort.table import Study
+
+pytestmark = pytest.mark.slow  # `test_command.py` runs a cohort in every run of the tests
 
 NAMES = ("a_sleep0_1", "eat_sleep0_1", "refuse", "crash", "die_sleep0_1")
 
@@ -183,7 +185,7 @@ def test_a_worker_that_ends_takes_its_study_with_it(tmp_path, monkeypatch):
     import time
 
     script = (
-        f"from gaitval.cohort.task import run_order; run_order({order(tmp_path, 'c_sleep60')!r})"
+        f"from gaitval_cohort.task import run_order; run_order({order(tmp_path, 'c_sleep60')!r})"
     )
     worker = subprocess.Popen([sys.executable, "-c", script], env=environment())
     end = time.monotonic() + 60

@@ -9,11 +9,12 @@ import pandas as pd
 import pytest
 import quick_study
 
-from gaitval.cohort.report import write_report
-from gaitval.cohort.store import SUMMARY, Store
-from gaitval.cohort.study import summary_of
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.study.run import stored_baseline
+from gaitval_cohort.report import write_report
+from gaitval_cohort.store import SUMMARY, Store
+from gaitval_cohort.study import summary_of
 
 
 def outcome(name, status="finished", reason=""):
@@ -116,7 +117,7 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
     baseline = stored_baseline(Path("nowhere"), "S05")
     subject = load_subject(5)
     metrics = json.loads((baseline / "metrics.json").read_text())
-    found = summary_of(metrics, subject)
+    found = summary_of(metrics_from(metrics, "here"), subject)
     assert found["subject"] | {"person": "WBDS14", "trial": "T05", "sex": "F"} == found["subject"]
     assert found["verdicts"]["accepted"] == metrics["summary"]["accepted"]
     assert len(found["parameters"]) == 14
@@ -130,14 +131,12 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
 
 
 def test_a_summary_has_the_profile_scores_of_walk_and_record():
-    metrics = json.loads(
-        (stored_baseline(Path("nowhere"), "S05") / "metrics.json").read_text(encoding="utf-8")
-    )
-    before = summary_of(metrics | {"curve_statistics": None}, load_subject(5))["measures"]
-    scores = {"walk": {"total": 5.8}, "record": {"total": 5.1}}
-    metrics["curve_statistics"] = {"profiles": scores}
+    metrics = read_metrics(stored_baseline(Path("nowhere"), "S05") / "metrics.json")
+    without = metrics.model_copy(update={"curve_statistics": None})
+    before = summary_of(without, load_subject(5))["measures"]
+    profiles = metrics.curve_statistics.profiles
     added = summary_of(metrics, load_subject(5))["measures"][len(before) :]
     assert [(row["measure"], row["unit"], row["value"]) for row in added] == [
-        ("gait_profile_score", "deg", 5.8),
-        ("gait_profile_score_of_the_record", "deg", 5.1),
+        ("gait_profile_score", "deg", profiles.walk.total),
+        ("gait_profile_score_of_the_record", "deg", profiles.record.total),
     ]

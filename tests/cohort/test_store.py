@@ -11,9 +11,9 @@ import pytest
 from killed_cohort import environment
 from moto.server import ThreadedMotoServer
 
-from gaitval.cohort import task
-from gaitval.cohort.store import FINISHED, LOG, SUMMARY, Store, alone
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval_cohort import task
+from gaitval_cohort.store import FINISHED, LOG, SUMMARY, Store, alone
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +78,7 @@ def test_a_damaged_record_is_no_finished_study(tmp_path, text):
     assert store.finished("a") is None
 
 
+@pytest.mark.slow
 def test_a_study_on_object_storage(bucket, monkeypatch, tmp_path):
     """The worker's folder is temporary, and what is left is on the storage; a failure leaves its
     log there."""
@@ -118,7 +119,7 @@ def test_an_address_of_no_kind_is_refused():
 HOLDS = """
 import sys, time
 from pathlib import Path
-from gaitval.cohort.store import alone
+from gaitval_cohort.store import alone
 
 with alone(Path(sys.argv[1])):
     print("ready", flush=True)

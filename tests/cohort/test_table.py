@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitval.cohort.table import Study, read_table, with_settings, write_table
 from gaitval.errors import ConfigurationError
+from gaitval_cohort.table import Study, read_table, with_settings, write_table
 
 
 def written(folder, text, name="table.csv"):
@@ -91,7 +91,10 @@ def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
         ("subject,name\n5,../up\n", "name: string should match"),
         ("subject,seed\n5\n", "not as many cells"),
         ("subject\n", "no study in this table"),
-        ("static,trials,sex,mass\ns.c3d,w.c3d,F,heavy\n", "mass: input should be a valid number"),
+        (
+            "static,trials,sex,mass\ns.c3d,w.c3d,F,heavy\n",
+            "mass = 'heavy': input should be a valid number",
+        ),
     ],
 )
 def test_a_wrong_table_is_refused(tmp_path, text, told):

@@ -8,13 +8,13 @@ import pytest
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.curve_files import gait_values, read_mean_curves
-from gaitval.datasets.curve_subject import Person, add_trial, new_subject
+from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
 from gaitval.datasets.curve_template import curve_template
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError, RecordError, SubjectError
 
 PHASE = np.linspace(0.0, 1.0, 101)
-PERSON = Person(64.95, 1.53, 0.8, "F", 31, ("thigh=0.35",), "mine", "CC BY 4.0")
+PERSON = PersonDetails(64.95, 1.53, 0.8, "F", 31, ("thigh=0.35",), "mine", "CC BY 4.0")
 TRIAL = {
     "name": "T05",
     "speed": 1.12,
@@ -208,7 +208,8 @@ def test_what_was_read_is_said(good, tmp_path):
     more = good.assign(note=1.0, angle_knee_angle_r_sd=2.0)
     files = [written(tmp_path, more)]
     new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"tell": said.append})
-    (sentence,) = said
+    sentence, who = said
+    assert 'Assumed: person "mine", the name of the subject; laboratory "own"' in who
     assert "right and left, 30 angles, 18 moments (Nm/kg), 6 forces (body weights)" in sentence
     assert "left out: percent, note, angle_knee_angle_r_sd; angles in degrees" in sentence
     kinematic = good[[name for name in good if not name.startswith(("moment", "force"))]]

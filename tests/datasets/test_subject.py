@@ -35,7 +35,7 @@ def refusal(tables):
 def test_the_ten_subjects():
     subjects = builtin_subjects()
     assert [subject.identifier for subject in subjects] == list(BUILTIN)
-    assert [subject.source for subject in subjects] == list(BUILTIN.values())
+    assert [(subject.person, subject.trial) for subject in subjects] == list(BUILTIN.values())
     assert "".join(subject.sex for subject in subjects) == "MFFMFMFMFM"
     five = subjects[4]
     assert (five.mass_kg, five.height_m, five.leg_length_m) == (64.95, 1.53, 0.8)

@@ -242,7 +242,7 @@ def _agree(subject, shipped):
 @pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda subject: subject.identifier)
 def test_curves_reproduce_the_recorded_rows(gait_data, subject):
     """0.3°, 0.02 Nm/kg and 1 % of body weight, plus the rounding of the shipped figures."""
-    person, trial = BUILTIN[subject.identifier].split()
+    person, trial = BUILTIN[subject.identifier]
     stem = gait_data / "wbds" / "processed" / f"{person}walk{trial}"
     record, phase = subject.measured(), np.arange(101) / 100
     for name, rows in wbds_files.read_angles(stem.with_name(stem.name + "ang.txt")).items():

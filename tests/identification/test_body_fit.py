@@ -179,7 +179,7 @@ def test_without_a_method_the_body_stays_as_scaled(task, tmp_path):
     quick = changed(task, identification={"method": "none"})
     sd = prior_sd(load_subject("S05"))
     found = identify(task.record, task.model, sd, quick.configuration, tmp_path)
-    assert found.identified == found.nominal == tuple(nominal_parameters())
+    assert found.identified == found.nominal == nominal_parameters().tolist()
     assert set(found.verdicts) == {"not identified"}
     assert found.deviance_nominal is None
 

@@ -109,6 +109,7 @@ def test_a_held_mu_leaves_the_extended_parameters_free(fit, held):
     assert np.isfinite(residual).all()
 
 
+@pytest.mark.slow
 def test_an_extended_identification_says_what_it_found(model, tmp_path):
     subject = load_subject("S05")
     settings = CONFIGURATION.identification.model_copy(
@@ -116,8 +117,8 @@ def test_an_extended_identification_says_what_it_found(model, tmp_path):
     )
     configuration = CONFIGURATION.model_copy(update={"identification": settings})
     found = identify(subject.record(), model, prior_sd(subject), configuration, tmp_path)
-    assert [each["name"] for each in found.extended] == [each.name for each in EXTENDED]
-    assert {each["verdict"] for each in found.extended} <= {"identified", "weak"}
+    assert [each.name for each in found.extended] == [each.name for each in EXTENDED]
+    assert {each.verdict for each in found.extended} <= {"identified", "weak"}
     assert not found.converged
 
 

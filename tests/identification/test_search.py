@@ -36,8 +36,8 @@ def test_it_finds_the_minimum_and_says_that_it_has_converged(seed):
     np.testing.assert_allclose(found.best, planted(seed), atol=0.08)
     assert found.converged
     assert len(found.history) < 200
-    assert [row["generation"] for row in found.history] == list(range(1, len(found.history) + 1))
-    assert found.history[-1]["best"] < 0.05
+    assert [row.generation for row in found.history] == list(range(1, len(found.history) + 1))
+    assert found.history[-1].best < 0.05
 
 
 def test_a_search_that_is_cut_short_has_not_converged():

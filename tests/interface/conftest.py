@@ -6,7 +6,8 @@ from functools import cache
 import pytest
 
 import gaitval as gv
-from gaitval.interface.walks import Policy, Rollout
+from gaitval.simulation.rollout import SimulatedWalk
+from gaitval.study.stored_policy import StoredPolicy
 
 
 @pytest.fixture(scope="session")
@@ -18,10 +19,10 @@ def _one_policy_each() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def policy(_one_policy_each: None) -> Policy:
+def policy(_one_policy_each: None) -> StoredPolicy:
     return gv.load_policy(5)
 
 
 @pytest.fixture(scope="session")
-def walk(policy: Policy) -> Rollout:
+def walk(policy: StoredPolicy) -> SimulatedWalk:
     return gv.rollout(policy, cycles=6)

@@ -11,22 +11,21 @@ import pytest
 
 import gaitval as gv
 from gaitval.errors import RecordError, ScalingError
-from gaitval.interface.bodies import ScaledBody
-from gaitval.interface.motions import InverseDynamics, InverseKinematics
-from gaitval.interface.recordings import Recording
-from gaitval.interface.references import ReferenceMotion
+from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.inverse.marked_body import marker_positions
-from gaitval.mocap.recording import Plate
-from gaitval.reference.motion import build_reference
+from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.reference.motion import ReferenceMotion, build_reference
 
 
 @pytest.fixture(scope="module")
-def body() -> ScaledBody:
+def body() -> MarkedBody:
     return gv.scale(gv.load_subject(5))
 
 
 @pytest.fixture(scope="module")
-def recording(body: ScaledBody) -> Recording:
+def recording(body: MarkedBody) -> Recording:
     """One stride of a known walk over a plate for each foot, with forces 5 cm before the ankle."""
     known = build_reference(gv.load_subject(5).record(), body.model)
     positions, rate = known.positions[::8], 128 / known.stride_time
@@ -42,7 +41,7 @@ def recording(body: ScaledBody) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def motion(recording: Recording, body: ScaledBody) -> InverseKinematics:
+def motion(recording: Recording, body: MarkedBody) -> InverseKinematics:
     return gv.inverse_kinematics(recording, body)
 
 
@@ -59,7 +58,7 @@ def test_joint_angles(motion: InverseKinematics, tmp_path: Path):
 
 
 def test_joint_moments(
-    motion: InverseKinematics, recording: Recording, body: ScaledBody, tmp_path: Path
+    motion: InverseKinematics, recording: Recording, body: MarkedBody, tmp_path: Path
 ):
     moments = gv.inverse_dynamics(motion, recording, body)
     assert "residuals" in moments.title()
@@ -74,7 +73,7 @@ def test_joint_moments(
 
 
 def test_moments_are_not_shown_where_the_forces_are_not_known(
-    motion: InverseKinematics, recording: Recording, body: ScaledBody
+    motion: InverseKinematics, recording: Recording, body: MarkedBody
 ):
     moments = replace(
         gv.inverse_dynamics(motion, recording, body), known=np.zeros(len(motion.time), dtype=bool)
@@ -84,17 +83,17 @@ def test_moments_are_not_shown_where_the_forces_are_not_known(
 
 
 def test_settings_are_those_of_the_commands(
-    motion: InverseKinematics, recording: Recording, body: ScaledBody
+    motion: InverseKinematics, recording: Recording, body: MarkedBody
 ):
     slower = gv.inverse_kinematics(recording, body, settings=["processing.marker_cutoff_hz=4"])
     assert np.abs(slower.positions - motion.positions).max() > 1e-3
 
 
 def test_what_cannot_be_used_is_refused(
-    motion: InverseKinematics, recording: Recording, body: ScaledBody
+    motion: InverseKinematics, recording: Recording, body: MarkedBody
 ):
     with pytest.raises(ScalingError, match="no markers on it"):
-        gv.inverse_kinematics(recording, ScaledBody(body.model, body.table))
+        gv.inverse_kinematics(recording, MarkedBody(body.model, body.table))
     with pytest.raises(RecordError, match="laboratory's axes"):
         gv.inverse_kinematics(replace(recording, axes="laboratory"), body)
     with pytest.raises(RecordError, match="no force plates"):
@@ -103,7 +102,7 @@ def test_what_cannot_be_used_is_refused(
         gv.inverse_dynamics(motion, replace(recording, start=1.0), body)
 
 
-def test_a_reference_motion_is_kept_as_the_command_keeps_it(body: ScaledBody, tmp_path: Path):
+def test_a_reference_motion_is_kept_as_the_command_keeps_it(body: MarkedBody, tmp_path: Path):
     known = build_reference(gv.load_subject(5).record(), body.model)
     known.save(tmp_path / "reference.npz")
     reference = ReferenceMotion.load(tmp_path / "reference.npz")

@@ -9,21 +9,21 @@ from quick_settings import QUICK
 
 import gaitval as gv
 from gaitval.artefacts import write_json
+from gaitval.display import COLUMNS
 from gaitval.errors import ArtefactError
-from gaitval.interface.result import COLUMNS
-from gaitval.interface.studies import Study
-from gaitval.interface.walks import Policy
+from gaitval.metrics.results import read_metrics
+from gaitval.study.stored_policy import StoredPolicy
 
 
-def test_a_study_is_read_from_what_is_stored(policy: Policy, tmp_path: Path):
-    study = Study.load(policy.folder)
+def test_a_study_is_read_from_what_is_stored(policy: StoredPolicy, tmp_path: Path):
+    study = read_metrics(policy.folder)
     assert "limits met" in repr(study)
     frame = study.to_frame()
     assert tuple(frame.columns) == (*COLUMNS, "source")
     knee = frame[(frame.quantity == "knee_angle") & (frame.side == "left")]
     assert knee.groupby("source").size().to_dict() == {"the record of S05": 101, "walk of S05": 101}
     study.save(tmp_path)
-    assert Study.load(tmp_path).metrics == study.metrics
+    assert read_metrics(tmp_path) == study
 
 
 def test_there_is_no_report_of_nothing(tmp_path: Path):
@@ -31,7 +31,7 @@ def test_there_is_no_report_of_nothing(tmp_path: Path):
         gv.write_report(tmp_path)
 
 
-def test_the_report_of_a_run_builds_on_its_stages(policy: Policy, tmp_path: Path):
+def test_the_report_of_a_run_builds_on_its_stages(policy: StoredPolicy, tmp_path: Path):
     """As `gaitval report`: a folder with records of stages is a run, and this one is not done."""
     folder = shutil.copytree(policy.folder, tmp_path / "run")
     write_json(folder / "stages.json", {})
@@ -43,7 +43,7 @@ def test_the_report_of_a_run_builds_on_its_stages(policy: Policy, tmp_path: Path
 def test_the_main_job_runs_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     only_html(monkeypatch)
     study = gv.run_study(gv.load_subject(5), out=tmp_path / "S05", settings=QUICK)
-    assert study.metrics.subject.identifier == "S05"
+    assert study.subject.identifier == "S05"
     page = tmp_path / "S05" / "report.html"
     written = page.stat().st_mtime_ns
     assert gv.write_report(tmp_path / "S05")[0] == page

@@ -7,13 +7,15 @@ import pytest
 
 import gaitval as gv
 from gaitval.errors import PolicyError
-from gaitval.interface.walks import Comparison, Policy, Rollout
+from gaitval.metrics.walk_comparison import Comparison
+from gaitval.simulation.rollout import SimulatedWalk
 from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stored_policy import StoredPolicy
 
 
-def test_a_policy_is_stored_whole(policy: Policy, tmp_path: Path):
+def test_a_policy_is_stored_whole(policy: StoredPolicy, tmp_path: Path):
     policy.save(tmp_path)
-    again = Policy.load(tmp_path)
+    again = StoredPolicy.load(tmp_path)
     np.testing.assert_array_equal(again.identified, policy.identified)
     assert repr(again) == repr(policy)
     (tmp_path / "correction.json").unlink()
@@ -22,7 +24,7 @@ def test_a_policy_is_stored_whole(policy: Policy, tmp_path: Path):
 
 
 def test_the_reference_motion_of_a_policy_is_built_once(
-    policy: Policy, walk: Rollout, monkeypatch: pytest.MonkeyPatch
+    policy: StoredPolicy, walk: SimulatedWalk, monkeypatch: pytest.MonkeyPatch
 ):
     """And a second walk is the same as the first."""
 
@@ -36,18 +38,18 @@ def test_the_reference_motion_of_a_policy_is_built_once(
     np.testing.assert_array_equal(nominal.mu, policy.nominal)
 
 
-def test_a_walk_is_kept_as_it_was(walk: Rollout, tmp_path: Path):
+def test_a_walk_is_kept_as_it_was(walk: SimulatedWalk, tmp_path: Path):
     assert "did not fall" in repr(walk)
     walk.save(tmp_path / "walk.npz")
-    again = Rollout.load(tmp_path / "walk.npz")
+    again = SimulatedWalk.load(tmp_path / "walk.npz")
     np.testing.assert_array_equal(again.positions, walk.positions)
     assert (again.walker, again.mass_kg) == ("S05", walk.mass_kg)
 
 
-def test_a_walk_against_the_record_and_itself(walk: Rollout, tmp_path: Path):
+def test_a_walk_against_the_record_and_itself(walk: SimulatedWalk, tmp_path: Path):
     against = gv.compare(walk, gv.load_subject(5))
     assert "the record of S05" in repr(against)
-    assert against.rmse("knee_angle_l") < gv.limits().rows[0].value
+    assert against.rmse("knee_angle_l") < gv.limits().tolerance[0].value
     assert set(against.to_frame().source) == {"walk of S05", "the record of S05"}
     against.save(tmp_path / "comparison.npz")
     assert repr(Comparison.load(tmp_path / "comparison.npz")) == repr(against)

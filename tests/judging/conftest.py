@@ -12,7 +12,6 @@ from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.marked_body import marker_positions
-from gaitval.judging.judge import SAGITTAL, Request
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.motion import (
@@ -23,6 +22,7 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval_judge.judge import SAGITTAL, Request
 
 RATE = 100.0
 NOISE_M = 0.005

@@ -10,21 +10,22 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import gaitval_judge
 from gaitval.cli import app as cli
 from gaitval.errors import GaitvalError, RecordError
-from gaitval.judging.judge import SHOWN_ONLY, Judgement, Request, judge
-from gaitval.judging.markers import logged_errors
-from gaitval.judging.moments import bands, speed_group
-from gaitval.judging.write import result_of, write_judgement
-from gaitval.metrics.tolerances import JUDGED_UNITS, Measure, load_registry
+from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import StorageTable, read_storage, write_storage
+from gaitval_judge.judge import SHOWN_ONLY, Judgement, Request, judge
+from gaitval_judge.markers import logged_errors
+from gaitval_judge.moments import bands, speed_group
+from gaitval_judge.write import result_of, write_judgement
 
 NOISE_M = 0.005
 """Of the markers, see conftest.py."""
 
 
 def failed(found: Judgement) -> set[tuple[str, str]]:
-    return {(verdict.tolerance.id, verdict.target) for verdict in found.failed}
+    return {(verdict.id, verdict.target) for verdict in found.failed}
 
 
 def value(found: Judgement, measure: str, target: str) -> float:
@@ -72,8 +73,8 @@ def test_a_value_beyond_a_limit_fails_it_and_at_the_limit_does_not(sound, row):
     beyond = row.value + (0.01 if row.limit == "at_most" else -0.01)
     target = f"{row.applies_to[0]}_l" if row.applies_to else "left"
     for value, kept in ((row.value, True), (beyond, False)):
-        found = replace(sound, measures=[Measure(row.measure, target, value)])
-        missed = {(v.tolerance.id, v.target) for v in found.verdicts() if not v.passed}
+        found = replace(sound, measures=[measured(row.measure, target, value)])
+        missed = {(v.id, v.target) for v in found.verdicts() if not v.passed}
         assert ((row.id, target) not in missed) == kept
         assert ((row.id, target) not in failed(found)) == (kept or row.id in SHOWN_ONLY)
 
@@ -215,9 +216,9 @@ def test_residuals_are_found_in_newtons_and_as_a_share(everything, tmp_path):
 
 def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judged_files):
     """Generalised forces of tilted axes; the moment was put in about fixed ones."""
-    from gaitval.judging.residuals import residual_wrench
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim, from_opensim
-    from gaitval.opensim.model_file import read_model
+    from gaitval_judge.opensim.model_file import read_model
+    from gaitval_judge.residuals import residual_wrench
 
     model = read_model(everything.model)
     random = np.random.default_rng(2)
@@ -363,7 +364,7 @@ def test_a_band_is_one_sd_away_at_its_edge_of_constant_width():
 
 
 def test_the_shipped_bands_are_those_of_the_raw_data(gait_data):
-    import moment_bands
+    from experiments import moment_bands
 
     source = json.loads((gait_data / "normative/Schwartz2008.json").read_text())
     assert moment_bands.OUT.read_text() == moment_bands.table(source)
@@ -376,7 +377,7 @@ def test_the_files_follow_the_schema_and_the_page_says_the_verdict(sound, tmp_pa
     result = write_judgement(sound, tmp_path)
     assert result.passed
     stored = json.loads((tmp_path / "judge.json").read_text())
-    schema = json.loads((Path(cli.__file__).parents[1] / "judging/judge.schema.json").read_text())
+    schema = json.loads((Path(gaitval_judge.__file__).parent / "judge.schema.json").read_text())
     jsonschema.validate(stored, schema)
     page = (tmp_path / "judge.html").read_text()
     assert re.search(r"All \d+ limits kept", page)

@@ -14,6 +14,7 @@ from simulation_fixtures import changed
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
+from gaitval.gait.cycle_curves import PELVIS_ANGLES
 from gaitval.journal import Journal
 from gaitval.learning_control.correct import (
     Case,
@@ -27,9 +28,9 @@ from gaitval.learning_control.correct import (
     harm,
     search,
 )
-from gaitval.metrics.comparison import PELVIS_ANGLES, low_pass_of, rms, simulated_curves
+from gaitval.metrics.action_bias import reference_curves
+from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.habit import reference_curves
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
@@ -373,7 +374,7 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
     monkeypatch.setattr(LinearPool, "stop", None)
     again = correct(quick, *walker, journal=Journal(path))
     assert LinearPool.walked == needed  # none twice
-    assert again.as_dict() == whole.as_dict()
+    assert again.result() == whole.result()
 
 
 # ---- A walk. ----
@@ -404,7 +405,7 @@ def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quic
     assert 0.0 < result.correction.largest() <= quick.configuration.correction.largest
     assert 3.0 < result.effective_number < 14.0
     assert told == [{"rounds": 1, "total": 1, "error": result.errors[-1]}]
-    stored = result.as_dict()
+    stored = result.result().as_dict()
     assert stored["numbers"] == 14
     knee = next(row for row in stored["curves"] if row["curve"] == "knee_angle_l")
     assert knee["before"] == result.before.rmse["angles", "knee_angle_l"]
@@ -439,10 +440,10 @@ def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
     write_json(tmp_path / "up" / "correction.json", up)
     plain = walk_again(BASELINE, Observer(), quick=True)
     changed = walk_again(tmp_path / "up", Observer(), quick=True)
-    assert changed["walks"]["nominal"] == plain["walks"]["nominal"]
+    assert changed.walks.nominal == plain.walks.nominal
     ankle, other = (
-        np.array(each["walks"]["identified"]["curves"]["angles"]["ankle_angle_r"]["mean"])
+        np.array(each.walks.identified.curves.angles["ankle_angle_r"].mean)
         for each in (changed, plain)
     )
     assert 1.0 < (ankle - other).mean() < 3.0
-    np.testing.assert_allclose(changed["correction"]["harmonics"], up["harmonics"], rtol=1e-5)
+    np.testing.assert_allclose(changed.correction.harmonics, up["harmonics"], rtol=1e-5)

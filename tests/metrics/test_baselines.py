@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.baselines import dimensionless_speed, others_line, skill
-from gaitval.metrics.comparison import Curves, recorded_curves, rms
+from gaitval.metrics.comparison import rms
 
 SUBJECTS = builtin_subjects()
 
@@ -52,11 +53,12 @@ def test_curves_that_are_lines_of_speed_are_predicted_exactly(person, monkeypatc
 def test_nobody_is_predicted_from_their_own_record(monkeypatch):
     """With a record of one's own among them, whatever it is, the prediction does not change."""
     before = others_line(SUBJECTS[0], SUBJECTS[1:])
-    stranger = SUBJECTS[1].model_copy(update={"identifier": "S01"})
-    renamed = SUBJECTS[1].model_copy(
-        update={"identifier": "mine", "source": f"{SUBJECTS[0].source.split()[0]} T08"}
+    own = {"person": SUBJECTS[0].person, "trial": "T08"}
+    again, renamed = (
+        SUBJECTS[1].model_copy(update=own | {"identifier": name, "source": name})
+        for name in ("S01", "mine")
     )
-    after = others_line(SUBJECTS[0], [*SUBJECTS, stranger, renamed])
+    after = others_line(SUBJECTS[0], [*SUBJECTS, again, renamed])
     np.testing.assert_array_equal(
         before.curves.forces["vertical_r"], after.curves.forces["vertical_r"]
     )

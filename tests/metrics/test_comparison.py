@@ -7,14 +7,9 @@ from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
 from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import LowPass
-from gaitval.metrics.comparison import (
-    Curves,
-    compare_curve,
-    low_pass_of,
-    recorded_curves,
-    simulated_curves,
-)
+from gaitval.metrics.comparison import compare_curve, low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
 from gaitval.scaling.scaling import scale_subject
@@ -177,7 +172,7 @@ def test_epsilon_of_one_offset_follows_the_equation():
 
 def test_the_mean_epsilon_of_walks_is_none_if_one_of_them_fell():
     found = epsilon(_simulated(WALK), RECORDED)
-    worse = replace(found, angles=found.angles + 0.2, total=found.total + 0.2)
+    worse = found.model_copy(update={"angles": found.angles + 0.2, "total": found.total + 0.2})
     mean = mean_of([found, worse])
     assert mean.total == pytest.approx(found.total + 0.1)
     assert mean.angles + mean.moments + mean.forces == pytest.approx(mean.total)

@@ -57,7 +57,7 @@ def test_the_path_is_that_under_the_foot_whatever_its_heading(side, heading):
         contact.path[..., 0], np.tile(np.linspace(0, 1, 101), (3, 1)), atol=5e-3
     )
     np.testing.assert_allclose(contact.path[..., 1], 0.01 / LENGTH, atol=1e-9)
-    told = contact.as_dict()
+    told = contact.contact().as_dict()
     assert told["progress"] == pytest.approx({"10": 10.0, "50": 50.0, "90": 90.0}, abs=0.5)
     assert told["path"]["across"]["sd"] == pytest.approx(np.zeros(101), abs=1e-9)
 
@@ -103,7 +103,7 @@ def test_bounces_are_counted_in_early_stance_only():
     contact = _contacts(replace(walk, ground_reaction=ground))[0]
     assert contact["right"].bounces.tolist() == [2.0, 0.0, 0.0]
     assert contact["left"].bounces.tolist() == [0.0, 0.0, 0.0]
-    assert contact["right"].as_dict()["bounces_per_stance"] == pytest.approx(2 / 3)
+    assert contact["right"].contact().bounces_per_stance == pytest.approx(2 / 3)
 
 
 def test_a_transient_is_seen_unfiltered():
@@ -113,13 +113,13 @@ def test_a_transient_is_seen_unfiltered():
     for start in cycles.starts["left"]:
         ground[start + 12, 1, 2] = 1.7 * MASS * GRAVITY
     contact = _contacts(replace(walk, ground_reaction=ground))[0]
-    assert contact["left"].as_dict()["transient_peak"] == pytest.approx(170.0)
-    assert contact["right"].as_dict()["transient_peak"] < 100.0
+    assert contact["left"].contact().transient_peak == pytest.approx(170.0)
+    assert contact["right"].contact().transient_peak < 100.0
 
 
 def test_a_walk_without_a_cycle_has_no_path():
     contact = _contacts(perfect_walk(RECORD, cycles=0.4))[0]["right"]
-    told = contact.as_dict()
+    told = contact.contact().as_dict()
     assert told["stances"] == 0
     assert told["path"]["along"] == {"mean": None, "sd": None}
     assert told["progress"]["50"] is None

@@ -10,7 +10,7 @@ BEFORE = Standing(walks=8, falls=1, pushes=96, survived=90, epsilon=0.25, scatte
 
 
 def trained(**differences):
-    return Standing(**{**BEFORE.__dict__, **differences})
+    return Standing(**BEFORE.model_dump() | differences)
 
 
 @pytest.mark.parametrize(
@@ -25,19 +25,19 @@ def trained(**differences):
     ],
 )
 def test_what_is_worse_in_anything_is_not_handed_on(differences, kept):
-    found = LearningGain(500, BEFORE, trained(**differences))
+    found = LearningGain.of(500, BEFORE, trained(**differences))
     assert found.trained_is_handed_on is kept
     assert found.as_dict()["handed_on"] == ("trained" if kept else "start")
     assert ("the start is handed on" in found.in_words()) is not kept
-    assert LearningGain.from_dict(json.loads(json.dumps(found.as_dict()))) == found
+    assert LearningGain.model_validate(json.loads(json.dumps(found.as_dict()))) == found
 
 
 def test_a_start_that_does_not_walk_a_cycle_is_never_kept_for_its_epsilon():
     fell = trained(epsilon=None, scatter=None)
-    assert LearningGain(500, fell, BEFORE).trained_is_handed_on
+    assert LearningGain.of(500, fell, BEFORE).trained_is_handed_on
 
 
 def test_what_was_learned_from_nothing_is_handed_on():
-    found = LearningGain(500, None, trained(falls=8, survived=0, epsilon=None))
+    found = LearningGain.of(500, None, trained(falls=8, survived=0, epsilon=None))
     assert found.trained_is_handed_on
     assert "from nothing" in found.in_words()

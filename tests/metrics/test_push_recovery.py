@@ -6,7 +6,6 @@ import subprocess
 import sys
 import textwrap
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,14 +157,14 @@ def test_pushes_that_were_killed_go_on_to_the_same_result(tried, tmp_path):
 
 def test_the_table_is_what_single_walks_show(tried):
     small, policy, (recovery, _), heard = tried
-    assert recovery.largest.shape == (2, 4)
-    assert recovery.survived.shape == (2, 3)
+    assert np.shape(recovery.largest) == (2, 4)
+    assert np.shape(recovery.survived) == (2, 3)
     assert heard[-1] == {"pushes": 8, "total": 8}
     environment = WalkingEnvironment(small)
     stride, walked = small.reference.stride_time, set()
     for i, phase in enumerate(recovery.phases):
         for j, direction in enumerate(recovery.directions):
-            largest = recovery.largest[i, j]
+            largest = recovery.largest[i][j]
             for force in (largest, largest + recovery.resolution):
                 if 0.0 < force <= recovery.ceiling:
                     score = score_rollout(
@@ -174,7 +173,7 @@ def test_the_table_is_what_single_walks_show(tried):
                         mu=MU,
                         start_phase=0.0,
                         seconds=(phase + recovery.cycles) * stride,
-                        push=(phase, force, direction),
+                        push=(phase, force, math.radians(direction)),
                     )
                     assert score.fell == (force > largest)
                     walked.add(score.fell)
@@ -215,5 +214,4 @@ def test_the_table_can_be_written(tried):
     written = recovery.as_dict()
     assert written["directions"] == [0.0, 90.0, 180.0, -90.0]
     assert written["criterion_directions"] == [-90.0, 0.0, 90.0]
-    assert replace(recovery).as_dict() == written
-    assert len(traces[0].as_dict()["velocity"]) == len(traces[0].cycles)
+    assert len(traces[0].stored().velocity) == len(traces[0].cycles)

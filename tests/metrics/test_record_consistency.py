@@ -38,15 +38,15 @@ def _record_of_mean(mean: float):
 @pytest.mark.parametrize("mean", [0.92, 1.0, 1.03])
 def test_the_missing_weight_is_measured(mean):
     found = consistency(_record_of_mean(mean))
-    assert found.mean_force["vertical"] == pytest.approx(mean, abs=2e-3)
-    assert found.force_rmse_bound["vertical"] == pytest.approx(abs(1 - mean) / 2, abs=1e-3)
+    assert found.mean_force.vertical == pytest.approx(mean, abs=2e-3)
+    assert found.force_rmse_bound.vertical == pytest.approx(abs(1 - mean) / 2, abs=1e-3)
 
 
 def test_the_bound_in_stance_is_reached_and_never_undercut():
     """Walks that carry the weight which the record lacks, in many ways."""
     mean = 0.92
     record = _record_of_mean(mean)
-    missing = 1.0 - consistency(record).mean_force["vertical"]
+    missing = 1.0 - consistency(record).mean_force.vertical
     bound = consistency(record).vertical_rmse_bound_in_stance
     root = {side: np.sqrt(STANCE[side]) for side in SIDES}
     on = {side: STANCE[side] >= PHASE for side in SIDES}
@@ -65,7 +65,7 @@ def test_the_bound_in_stance_is_reached_and_never_undercut():
         carried = sum(np.where(on[side], error[side], 0.0).mean() for side in SIDES)
         found = [rmse(error[side] * missing / carried, side) for side in SIDES]
         assert max(found) >= bound
-        assert np.mean(found) >= consistency(record).force_rmse_bound["vertical"]
+        assert np.mean(found) >= consistency(record).force_rmse_bound.vertical
 
 
 def test_a_mean_force_along_the_ground_is_a_contradiction_too():
@@ -77,8 +77,8 @@ def test_a_mean_force_along_the_ground_is_a_contradiction_too():
     found = consistency(record)
     expected = 0.02 * sum(STANCE.values())
     for axis in ("forward", "left"):
-        assert found.mean_force[axis] == pytest.approx(expected, abs=1e-4)
-        assert found.force_rmse_bound[axis] == pytest.approx(expected / 2, abs=1e-4)
+        assert getattr(found.mean_force, axis) == pytest.approx(expected, abs=1e-4)
+        assert getattr(found.force_rmse_bound, axis) == pytest.approx(expected / 2, abs=1e-4)
 
 
 def test_an_offset_of_one_leg_is_an_asymmetry_of_moments():
@@ -88,7 +88,7 @@ def test_an_offset_of_one_leg_is_an_asymmetry_of_moments():
         "knee_angle_r": replace(right, mean=right.mean + 0.3),
         "knee_angle_l": right,
     }
-    found = consistency(replace(RECORD, moments=moments)).moment_asymmetry["knee_angle"]
+    found = consistency(replace(RECORD, moments=moments)).moment_asymmetry.knee_angle
     assert found.mean_difference == pytest.approx(0.3)
     assert found.rms_difference == pytest.approx(0.3)
 
@@ -97,5 +97,5 @@ def test_all_recorded_people_seem_lighter_than_they_are():
     """Which is why the bound is told in every report."""
     for subject in builtin_subjects():
         found = consistency(subject.measured())
-        assert 0.9 < found.mean_force["vertical"] < 1.0, subject.identifier
-        assert found.force_rmse_bound["vertical"] < found.vertical_rmse_bound_in_stance < 0.06
+        assert 0.9 < found.mean_force.vertical < 1.0, subject.identifier
+        assert found.force_rmse_bound.vertical < found.vertical_rmse_bound_in_stance < 0.06

@@ -13,8 +13,10 @@ from gaitval.metrics.regression import (
     lost,
     write_junit,
 )
+from gaitval.metrics.results import metrics_from
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_results import PushRecovery
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +43,18 @@ def metrics():
         walks,
         None,
         configuration,
-        pushes=pushes,
+        pushes=PushRecovery.model_validate(pushes),
         others=builtin_subjects(),
+    ).as_dict()
+
+
+def compared(baseline, current, **how):
+    """`compare` of contents of files."""
+    read = (
+        metrics_from(each, f"the {which}")
+        for each, which in ((baseline, "baseline"), (current, "current metrics"))
     )
+    return compare(*read, **how)
 
 
 def _changed(metrics, measure: str, target: str, by: float | None):
@@ -60,7 +71,7 @@ def _row(rows, measure: str, target: str):
 
 
 def test_a_run_against_itself_loses_nothing(metrics):
-    rows = compare(metrics, metrics)
+    rows = compared(metrics, metrics)
     assert len(rows) == len(metrics["measures"])
     assert {row.change for row in rows} == {"kept"}
 
@@ -107,26 +118,26 @@ def test_a_loss_beyond_the_margin_fails_and_its_reverse_is_a_gain(metrics, margi
     measure, target = margin.measure, TARGETS[margin.measure]
     sign = 1.0 if margin.better == "lower" else -1.0
     within, beyond = sign * 0.99 * margin.value, sign * (1.01 * margin.value or 1.0)
-    kept = compare(metrics, _changed(metrics, measure, target, within))
+    kept = compared(metrics, _changed(metrics, measure, target, within))
     assert lost(kept) == []
     worse = _changed(metrics, measure, target, beyond)
-    assert lost(compare(metrics, worse)) == [_row(compare(metrics, worse), measure, target)]
-    assert _row(compare(worse, metrics), measure, target).change == "improved"
+    assert lost(compared(metrics, worse)) == [_row(compared(metrics, worse), measure, target)]
+    assert _row(compared(worse, metrics), measure, target).change == "improved"
 
 
 def test_what_can_no_longer_be_measured_is_lost(metrics):
     unmeasured = _changed(metrics, "angle_rmse", "knee_angle_r", None)
-    assert [row.target for row in lost(compare(metrics, unmeasured))] == ["knee_angle_r"]
-    assert lost(compare(unmeasured, metrics)) == []
+    assert [row.target for row in lost(compared(metrics, unmeasured))] == ["knee_angle_r"]
+    assert lost(compared(unmeasured, metrics)) == []
     missing = copy.deepcopy(metrics)
     del missing["measures"][0]
-    assert len(lost(compare(metrics, missing))) == 1
+    assert len(lost(compared(metrics, missing))) == 1
 
 
 def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
     shorter = _changed(metrics, "consecutive_cycles", "start phase 0", -1.0)
-    assert len(lost(compare(metrics, shorter))) == 1
-    rows = compare(metrics, shorter, leave_out=LONG_MEASURES)
+    assert len(lost(compared(metrics, shorter))) == 1
+    rows = compared(metrics, shorter, leave_out=LONG_MEASURES)
     assert lost(rows) == []
     assert "consecutive_cycles" not in {row.measure for row in rows}
 
@@ -135,26 +146,26 @@ def test_a_baseline_with_fewer_measures_is_refused_unless_asked_for(metrics):
     fewer = copy.deepcopy(metrics)
     del fewer["measures"][0]
     with pytest.raises(ArtefactError, match="lacks 1 of the") as refused:
-        check_same_measures(compare(fewer, metrics))
+        check_same_measures(compared(fewer, metrics))
     assert refused.value.goes_on == ("--fewer 'WHY'",)
-    check_same_measures(compare(metrics, metrics))
+    check_same_measures(compared(metrics, metrics))
 
 
 def test_another_subject_is_refused(metrics):
     other = copy.deepcopy(metrics)
     other["subject"]["identifier"] = "S01"
     with pytest.raises(ArtefactError, match="of subject S01, but the run is of subject S05"):
-        compare(other, metrics)
+        compared(other, metrics)
 
 
 def test_a_damaged_baseline_is_refused(metrics):
     with pytest.raises(ArtefactError, match="the baseline: does not match the schema"):
-        compare({}, metrics)
+        compared({}, metrics)
 
 
 def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
     worse = _changed(metrics, "angle_rmse", "knee_angle_r", 1.0)
-    rows = compare(metrics, worse)
+    rows = compared(metrics, worse)
     write_junit(rows, tmp_path / "junit.xml", about={"inputs": "numpy 1, now 2"})
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
     assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")

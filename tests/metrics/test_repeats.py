@@ -5,7 +5,7 @@ import pytest
 from simulation_fixtures import changed
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.repeats import Compared, repeated_walks
+from gaitval.metrics.repeats import repeated_walks
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.validation import ENDURANCE, compared_with
 from gaitval.model.parameters import nominal_parameters
@@ -31,8 +31,7 @@ def short(task):
 
 @pytest.fixture(scope="module")
 def compared(short):
-    found = compared_with(SUBJECT, short.record, [], short.configuration)
-    return Compared(short.record, *found, short.model, SUBJECT.leg_length_m)
+    return compared_with(SUBJECT, short.record, [], short.model, short.configuration)
 
 
 @pytest.fixture(scope="module")
@@ -41,10 +40,10 @@ def rows(short, compared):
 
 
 def test_every_start_is_walked_with_noise_of_its_own(rows, short):
-    assert [row["start_phase"] for row in rows] == [0.0, 0.3, 0.7]
-    assert len({row["seed"] for row in rows}) == 3
-    assert {row["noise"] for row in rows} == {short.configuration.environment.initial_noise}
-    assert not any(row["fell"] for row in rows)
+    assert [row.start_phase for row in rows] == [0.0, 0.3, 0.7]
+    assert len({row.seed for row in rows}) == 3
+    assert {row.noise for row in rows} == {short.configuration.environment.initial_noise}
+    assert not any(row.fell for row in rows)
 
 
 def test_what_is_measured_of_a_walk_is_measured_of_each_repeat_and_differs(rows):
@@ -70,7 +69,6 @@ def test_without_noise_walks_from_one_phase_would_be_equal_and_with_it_they_are_
     quiet = repeated_walks(still, walker, MU, compared)
     other = repeated_walks(changed(short, seed=7), walker, MU, compared)
     assert quiet != other
-    assert (
-        repeated_walks(changed(still, seed=7), walker, MU, compared)[0]["measures"]
-        == (quiet[0]["measures"])
+    assert repeated_walks(changed(still, seed=7), walker, MU, compared)[0].measures == (
+        quiet[0].measures
     )

@@ -1,7 +1,7 @@
 """Typed results: stored files come back byte for byte, and what is wrong is refused by place."""
 
 import copy
-import json
+import pickle
 import runpy
 import subprocess
 import sys
@@ -14,16 +14,18 @@ import pytest
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
-from gaitval.identification.identify import Identification
 from gaitval.metrics.results import (
     CORRECTED_JOINTS,
     SCHEMA_VERSION,
+    ExtendedResult,
     FoundParameters,
+    Generation,
     Metrics,
+    ParameterSum,
     SpatiotemporalResult,
-    check_metrics,
     identification_from,
     metrics_from,
+    read_metrics,
 )
 from gaitval.metrics.validation import _SPATIOTEMPORAL_UNITS
 from gaitval.model.parameters import PARAMETERS
@@ -52,6 +54,12 @@ def test_stored_results_come_back_byte_for_byte(baseline: Path, tmp_path: Path) 
     ):
         write_json(tmp_path / name, read(read_json(baseline / name), name).as_dict())
         assert (tmp_path / name).read_bytes() == (baseline / name).read_bytes()
+
+
+def test_metrics_go_to_worker_processes() -> None:
+    """Which draw their figures; a type that is made on the fly could not."""
+    found = read_metrics(ROOT / "reports/S05/baseline/metrics.json")
+    assert pickle.loads(pickle.dumps(found)) == found
 
 
 def test_the_ten_subjects_are_stored() -> None:
@@ -181,7 +189,7 @@ def test_damage_is_refused_with_the_place(
     with pytest.raises(
         ArtefactError, match=rf"x\.json: does not match the schema .* at \S*{place}, "
     ):
-        check_metrics(_damaged(where, change, stored), "x.json")
+        metrics_from(_damaged(where, change, stored), "x.json")
 
 
 @pytest.mark.parametrize(("where", "change", "place"), DAMAGE[::6])
@@ -195,21 +203,21 @@ def test_the_published_schema_refuses_what_the_model_refuses(
 @pytest.mark.parametrize("version", [2, 3, 4, 5, 6, 7, 8, 10])
 def test_other_versions_are_refused_with_the_mend(version: int, stored: Json) -> None:
     with pytest.raises(ArtefactError, match=rf"has version {version} .* `gaitval validate`"):
-        check_metrics({**stored, "schema_version": version}, "x.json")
+        metrics_from({**stored, "schema_version": version}, "x.json")
 
 
 def test_what_is_not_finite_is_no_result(stored: Json) -> None:
     with pytest.raises(ArtefactError, match=r"at record/left_phase, .* finite number"):
-        check_metrics({**stored, "record": {**stored["record"], "left_phase": float("nan")}}, "x")
+        metrics_from({**stored, "record": {**stored["record"], "left_phase": float("nan")}}, "x")
 
 
 # --- identification.json ------------------------------------------------------------------
 
 
 def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
-    values = tuple(float(number) for number in range(len(PARAMETERS)))
-    found = Identification(
-        names=PARAMETERS,
+    values = [float(number) for number in range(len(PARAMETERS))]
+    found = FoundParameters(
+        names=list(PARAMETERS),
         nominal=values,
         identified=values,
         prior_standard_deviation=values,
@@ -217,37 +225,40 @@ def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
         standard_deviation=values,
         lower=values,
         upper=values,
-        on_bound=(False,) * len(PARAMETERS),
-        verdicts=("weak",) * len(PARAMETERS),
-        correlation=(values,) * len(PARAMETERS),
-        combinations=(
-            {
-                "name": "leg",
-                "prior_standard_deviation": 0.02,
-                "mean": 0.01,
-                "standard_deviation": 0.01,
-                "verdict": "weak",
-            },
-        ),
-        profiles=((4.0, 1.0, 1.0, 4.0),) * 14,
-        extended=(
-            {
-                "name": "left_leg",
-                "unit": "1",
-                "prior_standard_deviation": 0.008,
-                "mean": 0.001,
-                "standard_deviation": 0.002,
-                "verdict": "identified",
-            },
-        ),
-        plates=(0.0, 0.001),
+        on_bound=[False] * len(PARAMETERS),
+        verdicts=["weak"] * len(PARAMETERS),
+        correlation=[values] * len(PARAMETERS),
+        combinations=[
+            ParameterSum(
+                name="leg",
+                prior_standard_deviation=0.02,
+                mean=0.01,
+                standard_deviation=0.01,
+                verdict="weak",
+            ),
+        ],
+        profiles=[[4.0, 1.0, 1.0, 4.0]] * 14,
+        extended=[
+            ExtendedResult(
+                name="left_leg",
+                unit="1",
+                prior_standard_deviation=0.008,
+                mean=0.001,
+                standard_deviation=0.002,
+                verdict="identified",
+            ),
+        ],
+        plates=[0.0, 0.001],
         deviance_nominal=0.6,
         deviance_identified=0.5,
         converged=True,
         search_distance=0.1,
-        history=({"generation": 1, "best": 0.5, "sigma": 0.1},),
+        history=[Generation(generation=1, best=0.5, sigma=0.1)],
     )
-    assert json.dumps(FoundParameters(**found.as_dict()).as_dict()) == json.dumps(found.as_dict())
+    write_json(tmp_path / "identification.json", found.as_dict())
+    read = identification_from(read_json(tmp_path / "identification.json"), "here")
+    assert read == found
+    assert read.as_dict() == found.as_dict()
 
 
 @pytest.mark.parametrize(

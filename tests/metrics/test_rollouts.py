@@ -8,7 +8,8 @@ from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.errors import ArtefactError
-from gaitval.metrics.rollouts import Endurance, compared_part, endurance, roll_out_from
+from gaitval.metrics.rollouts import compared_part, endurance, roll_out_from
+from gaitval.metrics.walk_results import Endurance
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import roll_out
@@ -22,11 +23,11 @@ def test_endurance_tells_of_the_whole_walk():
     rollout = perfect_walk(RECORD, cycles=30)
     found = endurance(rollout, sharp_filter(), engine="dart")
     # the first strike is that of phase 1, the first cycle settles, the last one ends at phase 30
-    assert found.cycles["right"] == 28
+    assert found.cycles.right == 28
     assert not found.fell
     assert found.walking_speed == pytest.approx(SPEED)
     assert found.seconds == pytest.approx(30 * RECORD.stride_time)
-    assert Endurance.from_dict(found.as_dict()) == found
+    assert Endurance.model_validate(found.as_dict()) == found
 
 
 @pytest.mark.parametrize("column", range(6))
@@ -72,16 +73,18 @@ def test_walks_from_several_starts_are_single_walks(task):
     assert found.starts[0] == first
     assert first.engine == "dart"
     assert found.starts[1].engine == "compiled"
-    assert replace(found.starts[1], engine="dart", seconds=second.seconds) == second
+    assert (
+        found.starts[1].model_copy(update={"engine": "dart", "seconds": second.seconds}) == second
+    )
     assert found.starts[1].seconds == pytest.approx(second.seconds, abs=0.011)
 
 
 def test_an_endurance_that_names_no_engine_is_from_when_all_walked_in_dart():
     found = endurance(perfect_walk(RECORD, cycles=5), sharp_filter(), engine="compiled")
     values = found.as_dict()
-    assert Endurance.from_dict(values).engine == "compiled"
+    assert Endurance.model_validate(values).engine == "compiled"
     del values["engine"]
-    assert Endurance.from_dict(values).engine == "dart"
+    assert Endurance.model_validate(values).engine == "dart"
 
 
 def test_walks_that_were_stopped_go_on_to_the_same_result(task, tmp_path):

@@ -15,13 +15,12 @@ from gaitval.metrics.spread import (
     spread_of_falls,
     spread_of_pushes,
 )
-from gaitval.metrics.tolerances import Measure, evaluate
+from gaitval.metrics.tolerances import evaluate, measured
+from gaitval.metrics.walk_results import Repeat
 
 
 def verdict_of(measure, target, value, role="acceptance"):
-    [found] = [
-        each for each in evaluate([Measure(measure, target, value)]) if each.tolerance.role == role
-    ]
+    [found] = [each for each in evaluate([measured(measure, target, value)]) if each.role == role]
     return found
 
 
@@ -97,7 +96,13 @@ def test_no_fall_in_eight_walks_does_not_mean_that_none_falls():
 
 def test_values_are_collected_by_measure_and_target():
     rows = [
-        {"measures": {"angle_rmse": {"knee_angle_r": 1.0}}},
-        {"measures": {"angle_rmse": {"knee_angle_r": None}}},
+        Repeat(
+            start_phase=0.0,
+            noise=0.01,
+            seed=seed,
+            fell=False,
+            measures={"angle_rmse": {"knee_angle_r": value}},
+        )
+        for seed, value in enumerate((1.0, None))
     ]
     assert repeated_values(rows) == {("angle_rmse", "knee_angle_r"): [1.0, None]}

@@ -1,11 +1,18 @@
 import pytest
 from pydantic import ValidationError
 
-from gaitval.metrics.tolerances import WALK_UNITS, Measure, Tolerance, evaluate, load_registry
+from gaitval.metrics.tolerances import (
+    WALK_UNITS,
+    Measure,
+    Tolerance,
+    evaluate,
+    load_registry,
+    measured,
+)
 
 
 def _verdict(measure: Measure, tolerance: str):
-    (found,) = [v for v in evaluate([measure]) if v.tolerance.id == tolerance]
+    (found,) = [v for v in evaluate([measure]) if v.id == tolerance]
     return found
 
 
@@ -31,18 +38,18 @@ def _verdict(measure: Measure, tolerance: str):
 def test_the_acceptance_limits_are_those_of_the_issue(
     measure, target, tolerance, goal, must, worse
 ):
-    at_limit = _verdict(Measure(measure, target, must), tolerance)
+    at_limit = _verdict(measured(measure, target, must), tolerance)
     assert at_limit.passed
-    assert at_limit.tolerance.role == "acceptance"
-    assert (at_limit.tolerance.goal, at_limit.tolerance.value) == (goal, must)
-    assert not _verdict(Measure(measure, target, must + worse), tolerance).passed
+    assert at_limit.role == "acceptance"
+    assert (at_limit.goal, at_limit.tolerance) == (goal, must)
+    assert not _verdict(measured(measure, target, must + worse), tolerance).passed
     if goal is None:
         assert at_limit.reached is None
     else:
         assert at_limit.reached is False
-        at_goal = _verdict(Measure(measure, target, goal), tolerance)
+        at_goal = _verdict(measured(measure, target, goal), tolerance)
         assert (at_goal.passed, at_goal.reached) == (True, True)
-        assert _verdict(Measure(measure, target, goal + worse), tolerance).reached is False
+        assert _verdict(measured(measure, target, goal + worse), tolerance).reached is False
 
 
 def test_a_goal_looser_than_the_limit_is_refused():
@@ -53,12 +60,12 @@ def test_a_goal_looser_than_the_limit_is_refused():
 
 @pytest.mark.parametrize("value", [None, float("nan")])
 def test_what_was_not_measured_has_not_passed(value):
-    assert not any(v.passed for v in evaluate([Measure("falls", "walk", value)]))
-    assert not any(v.reached for v in evaluate([Measure("push_survival", "phase 0", value)]))
+    assert not any(v.passed for v in evaluate([measured("falls", "walk", value)]))
+    assert not any(v.reached for v in evaluate([measured("push_survival", "phase 0", value)]))
 
 
 def test_a_tolerance_is_only_for_the_curves_it_names():
-    found = {v.tolerance.id for v in evaluate([Measure("angle_rmse", "pelvis_tilt_r", 3.0)])}
+    found = {v.id for v in evaluate([measured("angle_rmse", "pelvis_tilt_r", 3.0)])}
     assert "sagittal-angles" not in found
     assert "angles-mcginley-good" in found
 

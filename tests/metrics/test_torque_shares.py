@@ -78,10 +78,8 @@ def test_shares_are_of_variance_and_per_kilogram(task):
     moments = parts["feed_forward"] + 3.0
     found = torque_shares(replace(walk, moments=moments), _cycles(walk), task)["knee_angle_l"]
     part = parts["feed_forward"][:, knee]
-    assert found["feed_forward"]["rms"] == pytest.approx(
-        np.sqrt(np.mean(part**2)) / task.model.mass
-    )
-    assert found["feed_forward"]["r_squared"] == pytest.approx(1.0 - 9.0 / part.var())
+    assert found["feed_forward"].rms == pytest.approx(np.sqrt(np.mean(part**2)) / task.model.mass)
+    assert found["feed_forward"].r_squared == pytest.approx(1.0 - 9.0 / part.var())
 
 
 def test_without_a_cycle_nothing_is_said(task):

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.comparison import recorded_curves
+from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.results import WalkedCurves
+from gaitval.metrics.typed import numbers
 from gaitval.metrics.unseen import multiple_correlation, repetitions, unseen
+from gaitval.metrics.walk_results import MeanCurve
 
 PERSON = load_subject("S05")
 T = np.linspace(0.0, 2.0 * np.pi, 101)
@@ -42,8 +45,14 @@ def test_a_walk_like_the_told_trial_is_as_far_from_the_other_as_the_trials_are()
     same = trial.model_copy(update={"walking_speed_m_s": PERSON.walking_speed_m_s})
     person = PERSON.model_copy(update={"trials": (same,)})
     own = by_kind(recorded_curves(person.record()))
-    walked = {kind: {n: {"mean": c} for n, c in curves.items()} for kind, curves in own.items()}
-    (row,) = unseen(person, walked)
+    walked = WalkedCurves(
+        **{
+            kind: {name: MeanCurve(mean=numbers(curve), sd=None) for name, curve in curves.items()}
+            for kind, curves in own.items()
+        }
+    )
+    (found,) = unseen(person, walked)
+    row = found.as_dict()
     assert row["trial"] == "T03"
     for kind in ("angles", "moments", "forces"):
         assert row["rmse"][kind] == pytest.approx(row["between"][kind])

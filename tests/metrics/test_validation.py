@@ -21,9 +21,10 @@ from synthetic_walk import (
 from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.results import check_metrics
-from gaitval.metrics.rollouts import Endurance, Rollouts
+from gaitval.metrics.results import metrics_from
+from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_results import Endurance, PushRecovery
 
 RECORD = synthetic_record()
 SUBJECT = load_subject("S05")
@@ -41,7 +42,7 @@ def _walks(rollouts):
 
 
 def _validate(nominal, identified=None, **further):
-    return validate(SUBJECT, RECORD, MODEL, nominal, identified, CONFIGURATION, **further)
+    return validate(SUBJECT, RECORD, MODEL, nominal, identified, CONFIGURATION, **further).as_dict()
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +109,7 @@ def test_only_the_compared_cycles_are_kept_of_a_long_walk(rollouts):
     walks = _walks(longer)
     assert walks.compared.phase[-1] == pytest.approx(1 + 20 + 2, abs=0.01)
     assert len(walks.compared.positions) == len(walks.compared.time)
-    assert [start.cycles["right"] for start in walks.starts] == [38, 38]
+    assert [start.cycles.right for start in walks.starts] == [38, 38]
     ours, theirs = _validate(walks), _validate(_walks(rollouts))
     error = theirs["walks"]["nominal"]["errors"]["moments"]["ankle_angle_r"]["rmse"]
     assert ours["walks"]["nominal"]["errors"]["moments"]["ankle_angle_r"]["rmse"] == pytest.approx(
@@ -135,7 +136,7 @@ def test_equal_walks_give_equal_bytes(metrics, tmp_path):
 def test_a_stored_walk_gives_the_same_to_six_digits(walks, metrics, tmp_path):
     walks.compared.save(tmp_path / "walk.npz")
     stored = type(walks.compared).load(tmp_path / "walk.npz")
-    starts = tuple(Endurance.from_dict(start.as_dict()) for start in walks.starts)
+    starts = tuple(Endurance.model_validate(start.as_dict()) for start in walks.starts)
     assert starts == walks.starts
     ours = _validate(Rollouts(stored, starts))
     np.testing.assert_allclose(
@@ -192,7 +193,7 @@ def test_pushes_are_judged_phase_by_phase(walks):
         "criterion_directions": [0.0, 90.0, -90.0],
         "survived": [[True, True, True], [True, False, True]],
     }
-    metrics = _validate(walks, pushes=pushes)
+    metrics = _validate(walks, pushes=PushRecovery.model_validate(pushes))
     rows = [row for row in metrics["tolerances"] if row["id"] == "push-survival"]
     assert [row["target"] for row in rows] == ["phase 0", "phase 0.5"]
     assert [row["value"] for row in rows] == [100.0, pytest.approx(200 / 3, rel=1e-5)]
@@ -220,9 +221,9 @@ def test_damaged_metrics_are_refused_with_the_place(metrics):
     damaged = copy.deepcopy(metrics)
     damaged["walks"]["nominal"]["starts"][1]["fell"] = "no"
     with pytest.raises(ArtefactError, match=r"stored\.json: .* at walks/nominal/starts/1/fell"):
-        check_metrics(damaged, "stored.json")
+        metrics_from(damaged, "stored.json")
     with pytest.raises(ArtefactError, match="top level"):
-        check_metrics([], "stored.json")
+        metrics_from([], "stored.json")
 
 
 def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
@@ -230,7 +231,7 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older["schema_version"] -= 1
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
     with pytest.raises(ArtefactError, match=r"has version 8 .* reads version 9\. Write it again"):
-        check_metrics(older, "stored.json")
+        metrics_from(older, "stored.json")
 
 
 @pytest.mark.parametrize(
@@ -244,7 +245,7 @@ def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
 def test_every_measure_says_whether_it_is_fitted_or_predicted(walks, settings, statuses):
     record = CONFIGURATION.record.model_copy(update=settings)
     configuration = CONFIGURATION.model_copy(update={"record": record})
-    found = validate(SUBJECT, RECORD, MODEL, walks, None, configuration)
+    found = validate(SUBJECT, RECORD, MODEL, walks, None, configuration).as_dict()
     assert {row["comparison"] for row in found["measures"]} == statuses
     by_measure = {row["measure"]: row["comparison"] for row in found["measures"]}
     if settings.get("use") == "kinematics":
@@ -258,7 +259,7 @@ def test_every_measure_says_whether_it_is_fitted_or_predicted(walks, settings, s
 def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
     gait = SUBJECT.gait.model_copy(update={"moments": {}, "forces": None})
     person = SUBJECT.model_copy(update={"gait": gait, "plates": None, "trials": ()})
-    found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION)
+    found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION).as_dict()
     assert found["recorded"] == ["angles", "timing"]
     origins = {row["measure"]: row["origin"] for row in found["measures"]}
     judged = {row["measure"] for row in found["tolerances"]}

@@ -8,7 +8,8 @@ from synthetic_walk import MASS, perfect_walk, periodic, sharp_filter, synthetic
 
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.metrics.comparison import low_pass_of, recorded_curves, simulated_curves
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.recorded import kinetics
 from gaitval.metrics.whole_body import (

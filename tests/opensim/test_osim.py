@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
 from gaitval.configuration import ContactSettings
+from gaitval.contact.forces import ground_forces
+from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS
-from gaitval.model.contact import ground_forces
-from gaitval.model.contact_law import contact_law
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import (

@@ -14,7 +14,6 @@ from gaitval.prediction.population import (
     line_weights,
     on_the_line,
     other_people,
-    same_person,
 )
 
 SUBJECTS = builtin_subjects()
@@ -59,7 +58,9 @@ def test_people_with_several_trials_are_the_built_in_ones_that_have_them():
 def test_nobody_is_among_the_others_under_another_name():
     person = load_subject("S05")
     renamed = person.model_copy(update={"identifier": "mine"})
-    assert same_person(person, renamed)
+    assert person.is_person_of(renamed)
     assert len(other_people(renamed, SUBJECTS)) == 9
-    stranger = renamed.model_copy(update={"source": "elsewhere T01"})
+    stranger = renamed.model_copy(update={"person": "P14"})
     assert len(other_people(stranger, SUBJECTS)) == 10
+    elsewhere = renamed.model_copy(update={"laboratory": "another"})
+    assert len(other_people(elsewhere, SUBJECTS)) == 10

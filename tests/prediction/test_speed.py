@@ -8,9 +8,10 @@ import pytest
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
-from gaitval.metrics.comparison import recorded_curves, rms
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.comparison import rms
+from gaitval.prediction.known import told
 from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, at_speed, trials_told
-from gaitval.prediction.told import told
 
 SUBJECTS = builtin_subjects()
 HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]

@@ -72,6 +72,7 @@ def test_both_sides_turned_alike_are_remarked_on() -> None:
     assert "gait.angles.knee_angle_r and gait.angles.knee_angle_l" in told
 
 
+@pytest.mark.slow
 def test_turned_signs_are_seen_in_most_people() -> None:
     """Of all required curves of all ten, one at a time; those that are missed are small."""
     cases = [

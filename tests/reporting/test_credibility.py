@@ -13,6 +13,7 @@ import pytest
 from newton_walk import newton_walk
 
 from gaitval.artefacts import read_json, write_json
+from gaitval.metrics.results import read_metrics
 from gaitval.reporting import credibility
 from gaitval.reporting.credibility import EVIDENCE, sections
 from gaitval.reporting.facts import UNKNOWN, Fact, at
@@ -38,13 +39,20 @@ def run_folder(tmp_path_factory):
 
 
 def facts_of(folder: Path) -> list[Fact]:
-    found = sections(folder, read_json(folder / "metrics.json"))
+    found = sections(folder, read_metrics(folder))
     return [fact for section in found for fact in (*section.facts, *section.project)]
 
 
 def test_the_parts_stand_in_the_order_of_the_frameworks(run_folder):
-    titles = [each.title for each in sections(run_folder, read_json(run_folder / "metrics.json"))]
-    words = ("told", "Verification", "Validation", "Uncertainty", "Sensitivity", "History")
+    titles = [each.title for each in sections(run_folder, read_metrics(run_folder))]
+    words = (
+        "the model knew",
+        "Verification",
+        "Validation",
+        "Uncertainty",
+        "Sensitivity",
+        "History",
+    )
     assert len(titles) == len(words)
     assert all(word in title for word, title in zip(words, titles, strict=True))
 
@@ -85,13 +93,15 @@ def test_figures_that_are_worked_out(run_folder):
     verdicts = metrics["identification"]["verdicts"]
     assert found["Body parameters: identified"].text == f"{verdicts.count('identified')} of 14"
     skills = [row["value"] for row in metrics["measures"] if row["measure"] == "moment_skill"]
-    assert found["Skill of moments (told), mean"].text == number(sum(skills) / len(skills), 2)
-    assert f"{sum(value < 0 for value in skills)} are nearer" in (
-        found["Skill of moments (told), mean"].note
+    assert found["Skill of moments (known to the model), mean"].text == number(
+        sum(skills) / len(skills), 2
     )
-    assert found["Told"].text == "5 of 5 quantities"
-    assert found["Untold"].text == "0 quantities"
-    worst = next(name for name in found if name.startswith("Parameters told apart worst"))
+    assert f"{sum(value < 0 for value in skills)} are nearer" in (
+        found["Skill of moments (known to the model), mean"].note
+    )
+    assert found["Known to the model"].text == "5 of 5 quantities"
+    assert found["Held out"].text == "0 quantities"
+    worst = next(name for name in found if name.startswith("Most correlated parameters"))
     pairs = np.tril(metrics["identification"]["correlation"], -1)
     size = float(np.abs(pairs).max())
     assert found[worst].text in (number(size, 2), number(-size, 2))
@@ -107,7 +117,7 @@ def test_figures_that_are_worked_out(run_folder):
 
 def test_the_copy_of_the_projects_figures_is_that_of_the_tree():
     done = subprocess.run(
-        [sys.executable, "scripts/credibility_figures.py", "--check"],
+        [sys.executable, "docs/build/credibility_figures.py", "--check"],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -8,29 +8,46 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.gait_profile import load_controls
+from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_statistics import GaitProfiles
 from gaitval.reporting.curve_statistics import differences, drawings, profile, tables
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
+PERSON = load_subject("S05")
 
 
 @pytest.fixture(scope="module")
 def metrics():
     record = synthetic_record()
     walks = walks_of([perfect_walk(record, cycles=8.0)], CONFIGURATION)
-    return validate(load_subject("S05"), record, MODEL, walks, None, CONFIGURATION)
+    return validate(PERSON, record, MODEL, walks, None, CONFIGURATION).as_dict()
+
+
+def read(values):
+    """Metrics from the contents of a file."""
+    return metrics_from(values, "here")
+
+
+def _differences(values):
+    found = read(values)
+    return differences(found, found.curve_statistics)
+
+
+def _profile(profiles):
+    return profile(GaitProfiles.model_validate(profiles))
 
 
 def test_rows_are_those_of_the_metrics(metrics):
-    found = tables(metrics)
+    found = tables(read(metrics), PERSON)
     curves = metrics["curve_statistics"]["curves"]
     assert len(found["curves"]) == sum(len(each) for each in curves.values()) / 2
     row = next(row for row in found["curves"] if row["name"] == "Knee flexion moment")
     for side, key in zip(row["sides"], ("knee_angle_r", "knee_angle_l"), strict=True):
         stored = curves["moments"][key]
-        assert side["multiple_correlation"] == stored["multiple_correlation"]
+        assert side.multiple_correlation == stored["multiple_correlation"]
         points = sum(each["last"] - each["first"] + 1 for each in stored["regions"])
-        assert side["share"] == pytest.approx(100.0 * points / 101.0)
+        assert side.share == pytest.approx(100.0 * points / 101.0)
     assert [row["name"] for row in found["bands"]][0::3] == ["Hip flexion", "Hip flexion moment"]
     assert [row["people"] for row in found["bands"]] == ["adults"] * 3 + ["children"] * 3
     assert found["controls"] is load_controls()
@@ -44,15 +61,15 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
     profiles["record"] |= {"right": 5.0, "left": 5.1, "total": 5.1}
     profiles["walk"] |= {"right": 5.1, "left": 7.0, "total": 6.1}
     profiles["walk"]["scores"]["hip_flexion_l"] = profiles["record"]["scores"]["hip_flexion_l"] + 9
-    found = tables(changed)
-    assert [(row["side"], row["matters"]) for row in found["sides"]] == [
+    found = tables(read(changed), PERSON)
+    assert [(row.side, row.matters) for row in found["sides"]] == [
         ("left", True),
         ("right", False),
     ]
-    assert found["sides"][0]["difference"] == pytest.approx(1.9)
+    assert found["sides"][0].difference == pytest.approx(1.9)
     assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip flexion", "left")
     profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
-    assert tables(changed)["sides"][0]["matters"]
+    assert tables(read(changed), PERSON)["sides"][0].matters
 
 
 def test_regions_are_drawn(metrics):
@@ -64,29 +81,29 @@ def test_regions_are_drawn(metrics):
     marked = copy.deepcopy(without)
     region = {"first": 10, "last": 30, "p": 0.01}
     marked["curve_statistics"]["curves"]["angles"]["knee_angle_r"]["regions"] = [region]
-    bare, drawn = differences(without), differences(marked)
+    bare, drawn = (_differences(each) for each in (without, marked))
     assert drawn.count("<path") == bare.count("<path") + 1
-    assert differences(marked) == drawn
+    assert _differences(marked) == drawn
 
 
 def test_the_profile_shows_what_it_is_given(metrics):
     profiles = metrics["curve_statistics"]["profiles"]
     fewer = copy.deepcopy(profiles)
     fewer["variables"] = profiles["variables"][:3]
-    assert profile(profiles) == profile(profiles)
+    assert _profile(profiles) == _profile(profiles)
     # a box, a mean and four markers fewer for each of the others
-    assert profile(fewer).count("<use") < profile(profiles).count("<use")
+    assert _profile(fewer).count("<use") < _profile(profiles).count("<use")
 
 
 def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
-    assert tables(older) is None
-    assert drawings(older) == {}
+    assert tables(read(older), PERSON) is None
+    assert drawings(read(older)) == {}
 
 
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):
     """Hollow, not white: white is the page's colour and would be a dark dot on a dark page."""
-    drawn = profile(metrics["curve_statistics"]["profiles"])
+    drawn = _profile(metrics["curve_statistics"]["profiles"])
     outlines = re.findall(r'<path id="(profile-m\w+)" d="([^"]*z\s*)"', drawn)
     assert len(outlines) == 4  # right and left of record and walk
     assert len({shape for _, shape in outlines}) == 2

@@ -10,7 +10,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 from colour_vision import DEFICIENCIES, contrast, difference
-from html_page import only_html
+from html_page import only_html, whole_pdf
 from page_in_browser import chromium, opened, overflow, violations
 from recording_summary import sample
 
@@ -30,7 +30,8 @@ SMALLEST_PRINT = 7.0
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("reader")
-    write_recording_report(made, sample(), ReportSettings(paper="letter"))
+    with whole_pdf():
+        write_recording_report(made, sample(), ReportSettings(paper="letter"))
     return made
 
 

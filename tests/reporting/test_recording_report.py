@@ -3,11 +3,12 @@
 import os
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from html_page import Page, an_hour_later, only_html
+from html_page import Page, an_hour_later, only_html, whole_pdf
 from recording_summary import ANGLES, curves, sample
 
 from gaitval.reporting import recording_figures as figures
@@ -20,11 +21,11 @@ from gaitval.reporting.recording_report import (
     LeftOut,
     MarkerError,
     ResidualCurves,
-    ScaledSegment,
     ScalingMethod,
     SpatiotemporalRow,
     write_recording_report,
 )
+from gaitval.scaling.segments import ScaledSegment
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} $x_{$ -->"
 NAN = float("nan")
@@ -33,7 +34,8 @@ NAN = float("nan")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("import")
-    write_recording_report(made, sample())
+    with whole_pdf():
+        write_recording_report(made, sample())
     return made
 
 
@@ -147,7 +149,7 @@ def test_text_from_outside_stays_text(tmp_path: Path) -> None:
         gates=[GateRow(HOSTILE, 1.0, 2.0, HOSTILE, True, HOSTILE)],
         marker_errors=[MarkerError(HOSTILE, 0.01, 0.02)],
         scaling_methods=[ScalingMethod(HOSTILE, 0.01, 0.02)],
-        segments=[ScaledSegment(HOSTILE, 0.4, 1.0, 1.0, HOSTILE)],
+        segments=[ScaledSegment(HOSTILE, None, None, 0.4, 1.0, 1.0, HOSTILE)],
         spatiotemporal=[SpatiotemporalRow(HOSTILE, HOSTILE)],
         changes=[ConsistencyChange(HOSTILE, 1.0, 2.0, HOSTILE)],
         findings=[HOSTILE],
@@ -155,7 +157,8 @@ def test_text_from_outside_stays_text(tmp_path: Path) -> None:
         versions={HOSTILE: HOSTILE},
         angles={f"{HOSTILE}_r": (np.zeros(101), np.zeros(101))},
     )
-    write_recording_report(tmp_path, summary)
+    with whole_pdf():
+        write_recording_report(tmp_path, summary)
     page = page_of(tmp_path)
     assert page.open == []
     assert "img" not in page.tags
@@ -221,7 +224,8 @@ def test_equal_summaries_give_equal_bytes_an_hour_later(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     an_hour_later(monkeypatch)
-    write_recording_report(tmp_path, sample())
+    with whole_pdf():
+        write_recording_report(tmp_path, sample())
     for name in ("recording.html", "recording.pdf"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
     assert "SOURCE_DATE_EPOCH" not in os.environ
@@ -237,10 +241,10 @@ def test_a_date_given_from_outside_is_that_of_the_fonts(
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     if outside is not None:
         monkeypatch.setenv("SOURCE_DATE_EPOCH", outside)
-    monkeypatch.setattr(
-        "weasyprint.Document.write_pdf",
-        lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"]),
+    document = SimpleNamespace(
+        pages=[], write_pdf=lambda *_, **__: seen.append(os.environ["SOURCE_DATE_EPOCH"])
     )
+    monkeypatch.setattr("weasyprint.HTML.render", lambda *_, **__: document)
     write_recording_report(tmp_path, sample())
     assert seen == [outside or "0"]
     assert os.environ.get("SOURCE_DATE_EPOCH") == outside

@@ -16,6 +16,7 @@ from synthetic_walk import MODEL, perfect_walk, synthetic_record
 
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.coordinates import COORDINATES, SIDES
+from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.urdf import drawn_shapes
@@ -56,7 +57,7 @@ def metrics(folder) -> dict:
 @pytest.fixture(scope="module")
 def walk(folder, rollout, metrics) -> replay.Walk:
     found = replay.shown_walk(
-        MODEL, rollout, metrics, read_arrays(folder / "reference.npz", REFERENCE)
+        MODEL, rollout, read_metrics(folder), read_arrays(folder / "reference.npz", REFERENCE)
     )
     assert found is not None
     return found
@@ -201,9 +202,9 @@ def test_shapes_are_of_the_body_that_was_simulated(scene, rollout, tmp_path):
     np.testing.assert_allclose(knee, MODEL["shank_l"].joint_position)  # as scaled
 
 
-def test_without_a_whole_stride_there_is_nothing_to_replay(metrics):
+def test_without_a_whole_stride_there_is_nothing_to_replay(folder):
     short = perfect_walk(synthetic_record(), cycles=0.8)
-    assert replay.find_strides(short, metrics["method"]) is None
+    assert replay.find_strides(short, read_metrics(folder).method) is None
 
 
 def test_what_does_not_fit_into_16_bits_is_refused():

@@ -7,7 +7,6 @@ import time
 
 import numpy as np
 import pytest
-from browser import FLAGS
 from html_page import only_html
 from page_in_browser import chromium as found_chromium
 from page_in_browser import overflow, violations
@@ -15,7 +14,9 @@ from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
 
+from evidence.browser import FLAGS
 from gaitval.artefacts import read_arrays, read_json
+from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.reporting import replay
@@ -160,7 +161,7 @@ def test_joints_are_drawn_where_the_model_has_them(still, folder):
     walk = replay.shown_walk(
         MODEL,
         rollout,
-        read_json(folder / "metrics.json"),
+        read_metrics(folder),
         read_arrays(folder / "reference.npz", names),
     )
     for stride, percent in ((0, 0), (2, 43), (5, 100)):

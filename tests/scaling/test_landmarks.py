@@ -39,14 +39,17 @@ PLUG_IN_GAIT = [
 
 def assert_equal(seen: Measurements, expected: Measurements, atol: float) -> None:
     for side in ("right", "left"):
-        for name in ("thigh", "shank", "ankle_height", "heel", "metatarsals"):
+        for name in (
+            *("thigh", "shank", "ankle_height", "heel", "metatarsals"),
+            *("upper_arm", "forearm"),
+        ):
             np.testing.assert_allclose(
                 getattr(getattr(seen, side), name),
                 getattr(getattr(expected, side), name),
                 atol=atol,
                 err_msg=f"{side} {name}",
             )
-    for name in ("hip_half_width", "pelvic_tilt", "upper_arm", "forearm"):
+    for name in ("hip_half_width", "pelvic_tilt"):
         np.testing.assert_allclose(getattr(seen, name), getattr(expected, name), atol=atol)
 
 
@@ -74,8 +77,9 @@ def test_arms_are_left_to_the_mean_where_the_elbow_cannot_be_found():
         knee_width=KNEE_WIDTH,
         ankle_width=ANKLE_WIDTH,
     )
-    assert seen.upper_arm is None
-    assert seen.forearm is None
+    for limbs in (seen.right, seen.left):
+        assert limbs.upper_arm is None
+        assert limbs.forearm is None
     assert seen.shoulder_half_width == pytest.approx(0.165, abs=1e-4)
 
 
@@ -83,7 +87,7 @@ def test_raised_arms_do_not_show_the_shoulders():
     seen = measure(standing_person(raised=85.0).landmarks)
     assert seen.shoulder_half_width is None
     assert seen.shoulder_height is None
-    np.testing.assert_allclose(seen.upper_arm, 0.271, atol=1e-3)
+    np.testing.assert_allclose([seen.right.upper_arm, seen.left.upper_arm], 0.271, atol=1e-3)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -209,16 +213,15 @@ def test_stored_measurements_count_more_than_markers():
 
 def test_all_problems_of_stored_measurements_are_listed():
     stored = made_up_measurements().to_dict()
-    del stored["thigh_right"], stored["forearm_left"]
+    del stored["thigh_right"], stored["thigh_left"]
     stored |= {"heel_left": [0.1, 0.2], "shank_left": "long", "thihg_right": 0.4}
     with pytest.raises(ScalingError) as error:
         Measurements.from_dict(stored)
     for problem in (
-        "thigh_right: missing",
+        "thigh: missing",
         "thihg_right: unknown",
         "heel_left = [0.1, 0.2]: must be three numbers",
         "shank_left = 'long': must be a number",
-        "forearm: one side only",
     ):
         assert problem in str(error.value)
 
@@ -241,7 +244,12 @@ def test_a_body_of_fitted_lengths_has_the_joints_of_the_fitted_model():
 
 
 def test_measured_arms_are_in_the_table_and_the_model():
-    measured = replace(made_up_measurements(), upper_arm=(0.275, 0.267))
+    measured = made_up_measurements()
+    measured = replace(
+        measured,
+        right=replace(measured.right, upper_arm=0.275),
+        left=replace(measured.left, upper_arm=0.267),
+    )
     scaled = build_body(PERSON, measured)
     row = next(row for row in scaled.table if row.segment == "upper arm")
     assert (row.right_m, row.left_m) == (0.275, 0.267)

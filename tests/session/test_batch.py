@@ -50,7 +50,7 @@ def test_a_folder_is_every_session_file_in_it(tmp_path):
         ("people = 3", "for each person, and nothing else"),
         (PERSON + "\n[other]\nx = 1", "this one has people, other"),
         ("[[people", "not TOML"),
-        (PERSON.replace("sex", "sexe"), r"person 1: sex: field required; sexe: extra inputs"),
+        (PERSON.replace("sex", "sexe"), r"person 1: sex: missing.* sexe: .* did you mean sex\?"),
         (PERSON.replace("63.2", '"heavy"'), "person 1: mass"),
         (PERSON.replace('name = "P01"', 'name = "../P01"'), "person 1: name"),
         (PERSON.replace('["P01/walk1.c3d", "P01/walk2.c3d"]', "[]"), "person 1: trials"),
@@ -75,14 +75,15 @@ def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
     text = PERSON + PERSON.replace("P01", "P02") + PERSON.replace("P01", "P03")
     people = read_batch(session(tmp_path, text))
 
-    def refuse(static, trials, out, **options):
-        assert options["knee_width"] == (0.101, 0.102)
-        assert options["mass"] == 63.2
-        assert "citation" in options
+    def refuse(options, out, **_):
+        assert options.knee_width == (0.101, 0.102)
+        assert options.mass == 63.2
+        assert options.citation == "Own recording, not published"
+        assert options.person == out.name
         tried.append(out.name)
         if (tmp_path / "out" / TABLE).exists():
             tables.append((tmp_path / "out" / TABLE).read_text())
-        raise RecordError(f"{static}: no such file.\nCheck it.")
+        raise RecordError(f"{options.static}: no such file.\nCheck it.")
 
     monkeypatch.setattr(batch, "import_files", refuse)
     said = []
@@ -98,3 +99,26 @@ def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
     assert rows[0]["reason"].endswith("stand.c3d: no such file.")
     assert rows[0]["trials"] == "0 of 2"
     assert len(tables) == 2
+
+
+def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
+    said = []
+    text = PERSON + "feet_flat = false\n"
+    (person,) = read_batch(session(tmp_path, text), lambda *words: said.append(words))
+    assert person.feet_not_flat
+    ((step, sentence),) = said
+    assert step == "session"
+    assert "person 1: feet_flat is read as feet_not_flat = true; write that" in sentence
+    (person,) = read_batch(session(tmp_path, PERSON + "feet_flat = true\n"))
+    assert not person.feet_not_flat
+
+
+def test_people_of_a_session_file_are_those_of_their_names_unless_it_says_otherwise(
+    tmp_path, monkeypatch
+):
+    text = PERSON + PERSON.replace("P01", "P02") + 'person = "P01"\nlaboratory = "Lyon"\n'
+    seen = []
+    monkeypatch.setattr(batch, "import_files", lambda options, *_, **__: seen.append(options))
+    monkeypatch.setattr(batch, "_made", lambda person, *_: batch.Outcome(person.name, *6 * [""]))
+    import_batch(read_batch(session(tmp_path, text)), tmp_path / "out", load_configuration())
+    assert [(each.person, each.laboratory) for each in seen] == [("P01", None), ("P01", "Lyon")]

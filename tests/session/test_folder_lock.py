@@ -17,14 +17,5 @@ def test_a_folder_in_which_another_works_is_refused(tmp_path: Path) -> None:
     with held(out):
         before = sorted(out.rglob("*"))
         with pytest.raises(ArtefactError, match=r"another gaitval .* is running in this folder"):
-            import_files(
-                request.static,
-                list(request.trials),
-                out,
-                mass=request.mass_kg,
-                height=request.height_m,
-                sex=request.sex,
-                configuration=load_configuration(),
-                forces=list(request.forces),
-            )
+            import_files(request, out, configuration=load_configuration())
         assert sorted(out.rglob("*")) == before

@@ -28,7 +28,7 @@ from gaitval.session.functional import (
     functional_record,
     functional_rows,
 )
-from gaitval.session.read import Session, read_session
+from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request
 from gaitval.session.results import FunctionalResult
 
@@ -80,13 +80,13 @@ def session_of(folder, *, sides="rl", asis=0.0, noise=0.0):
     file = folder / "swing.trc"
     trial = Recording("swing", "project", tuple(m.name for m in worn), markers, RATE)
     write_trc(file, trial.turned(TO_OPENSIM))
-    session = Session(SET, parse_axes("forward=+x up=+y"), standing, ())
+    session = SessionRecordings(SET, parse_axes("forward=+x up=+y"), standing, ())
     request = Request(
         static=folder / "stand.trc",
-        trials=(),
+        trials=(folder / "walk.trc",),
         identifier=PERSON.identifier,
-        mass_kg=PERSON.mass_kg,
-        height_m=PERSON.height_m,
+        mass=PERSON.mass_kg,
+        height=PERSON.height_m,
         sex=PERSON.sex,
         functional=(file,),
         hip_centre="functional",
@@ -135,7 +135,7 @@ def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp
     # Chosen, they give the body back its hips; by default they do not.
     chosen = chosen_hips(request, joints, lambda *told: said.append(told))
     assert set(chosen) == {"R", "L"}
-    assert chosen_hips(replace(request, hip_centre="regression"), joints) == {}
+    assert chosen_hips(request.model_copy(update={"hip_centre": "regression"}), joints) == {}
     points = SET.on_landmarks({n: session.standing.marker(n)[0] for n in session.standing.names})
     by_regression, by_function = measure(points), measure(points, hip_centres=chosen)
     assert by_function.right.thigh == pytest.approx(person.measured.right.thigh, abs=0.002)
@@ -202,14 +202,15 @@ def test_the_record_and_the_rows_say_what_was_found(tmp_path):
 
 
 def test_a_functional_hip_without_a_trial_is_refused(tmp_path):
-    request = replace(made_up_session(tmp_path, noise=0.0).request, hip_centre="functional")
+    request = made_up_session(tmp_path, noise=0.0).request
+    request = request.model_copy(update={"hip_centre": "functional"})
     with pytest.raises(RecordError, match="--functional FILE"):
         read_session(request, PROCESSING)
 
 
 def test_the_walk_of_wbds01_shows_knee_axes_and_no_hips(gait_data):
     request = wbds01_t01(gait_data)
-    request = replace(request, functional=request.trials)
+    request = request.model_copy(update={"functional": request.trials})
     session = read_session(request, PROCESSING)
     joints = by_name(functional_joints(request, PROCESSING, session))
     for side in ("right", "left"):

@@ -15,7 +15,7 @@ from gaitval.session.session import work_out
 
 @pytest.fixture(scope="module")
 def found(gait_data):
-    request = replace(wbds01_t01(gait_data), consistent=False)
+    request = wbds01_t01(gait_data).model_copy(update={"consistent": False})
     return work_out(request, Configuration().processing)
 
 

@@ -15,7 +15,6 @@ from gaitval.gait.cycle_checks import ODD_SUPPORT, without_odd_support
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
-from gaitval.interface.subjects import Subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session.average import LARGEST_DRIFT, drift_doubts
 from gaitval.session.one_side import completed_sides, one_side_doubts
@@ -47,7 +46,7 @@ def only(found, side):
 
 def asking_for_mirrors(found):
     """The same import, with --mirror."""
-    return replace(found, request=replace(found.request, mirror=True))
+    return replace(found, request=found.request.model_copy(update={"mirror": True}))
 
 
 def said_of_sides(found):
@@ -89,7 +88,7 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
         np.testing.assert_allclose(
             record.ground_reaction(one, phase), mirrored.ground_reaction(one, phase), atol=1e-5
         )
-    table = Subject.load(tmp_path / "subject.toml").to_frame()
+    table = load_subject(tmp_path / "subject.toml").to_frame()
     assert set(table.side) == {side}
     (said,) = said_of_sides(part)
     assert said.startswith(f"{hidden} leg: its angles, moments and forces were not recorded: no")
@@ -123,7 +122,7 @@ def test_mirror_fills_in_a_side_and_marks_it(found, side, tmp_path):
     for kind in ("angles", "kinetics", "stance"):
         assert again.origin(hidden, kind) == "mirrored"
         assert again.origin(side, kind) == "recorded"
-    assert set(Subject.load(tmp_path / "subject.toml").to_frame().side) == {side}
+    assert set(load_subject(tmp_path / "subject.toml").to_frame().side) == {side}
     (said,) = said_of_sides(part)
     assert f"As --mirror asks, the subject has those of the {side} side" in said
 

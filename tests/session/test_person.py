@@ -9,6 +9,7 @@ import pytest
 from gaitval.errors import SubjectError
 from gaitval.mocap.c3d_person import read_person
 from gaitval.session.person import person_of_session
+from gaitval.session.request import ImportOptions
 
 PLUG_IN_GAIT = {
     "Bodymass": 32.1, "Height": 1450.0, "RKneeWidth": 84.0, "LKneeWidth": 83.0,
@@ -37,9 +38,11 @@ def found(files, *, mass=None, height=None, sex="F", said=None, **widths):
         if said is not None:
             said.append(text)
 
-    return person_of_session(
-        files, mass_kg=mass, height_m=height, sex=sex, widths=widths, tell=tell
+    given = {f"{joint}_width": width for joint, width in widths.items()}
+    options = ImportOptions(
+        trials=files or [Path("none.trc")], mass=mass, height=height, sex=sex, **given
     )
+    return person_of_session(options, tell)
 
 
 def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
@@ -90,10 +93,10 @@ def test_other_formats_know_nothing(tmp_path):
 def test_the_file_stands_in_for_what_is_not_said(tmp_path):
     said: list[str] = []
     person = found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)
-    assert person.mass_kg == pytest.approx(32.1)
-    assert person.height_m == pytest.approx(1.45)
-    assert person.knee_width_m == pytest.approx((0.084, 0.083))
-    assert person.elbow_width_m is None  # one side only
+    assert person.mass == pytest.approx(32.1)
+    assert person.height == pytest.approx(1.45)
+    assert person.knee_width == pytest.approx((0.084, 0.083))
+    assert person.elbow_width is None  # one side only
     assert any("--mass 32.1 kg: from" in text for text in said)
     assert said[0].endswith("a.c3d: HC002D, made by Vicon Nexus")
 
@@ -102,7 +105,7 @@ def test_the_user_wins_and_is_told_of_a_contradiction(tmp_path):
     said: list[str] = []
     path = c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)
     person = found([path], mass=33.5, height=1.451, knee=0.1, said=said)
-    assert (person.mass_kg, person.height_m, person.knee_width_m) == (33.5, 1.451, 0.1)
+    assert (person.mass, person.height, person.knee_width) == (33.5, 1.451, 0.1)
     assert any("says 32.1 kg; --mass 33.5 is used" in text for text in said)
     assert any("knee widths of 0.084 and 0.083 m" in text for text in said)
     assert not any("--height" in text for text in said)  # they agree to a millimetre
@@ -114,7 +117,7 @@ def test_two_files_that_contradict_each_other_are_told(tmp_path):
         c3d(tmp_path / "a.c3d", PLUG_IN_GAIT),
         c3d(tmp_path / "b.c3d", PLUG_IN_GAIT | {"Bodymass": 60.0}),
     ]
-    assert found(files, said=said).mass_kg == pytest.approx(32.1)
+    assert found(files, said=said).mass == pytest.approx(32.1)
     assert any("b.c3d says 60 kg; --mass 32.1 is used" in text for text in said)
 
 
@@ -139,3 +142,20 @@ def test_what_cannot_be_is_refused_before_a_file_is_read(tmp_path, values, match
     damaged.write_bytes(b"not C3D")
     with pytest.raises(SubjectError, match=match):
         found([damaged], **values)
+
+
+@pytest.mark.parametrize(
+    ("name", "system", "expected"),
+    [
+        ("HC002D", "Vicon Nexus", ("HC002D", "a.c3d")),
+        ("IORlower_ISB", "Cortex", ("", "")),  # the name of its marker set
+        ("New Patient", "Vicon Nexus", ("", "")),
+    ],
+)
+def test_a_name_that_everybody_in_a_laboratory_has_names_nobody(tmp_path, name, system, expected):
+    path = c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)
+    file = ezc3d.c3d(str(path))
+    file.add_parameter("SUBJECTS", "NAMES", [name])
+    file.add_parameter("MANUFACTURER", "SOFTWARE", [system])
+    file.write(str(path))
+    assert found([path]).recorded_name == expected

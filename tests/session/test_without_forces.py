@@ -1,21 +1,20 @@
 """An import without force plates ends in a subject, whose walk predicts moments and forces."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from recorded_sessions import wbds01_t01
 
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, parse_subject
-from gaitval.prediction.told import quantities_told, told
+from gaitval.prediction.known import quantities_told, told
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 
 
 @pytest.fixture(scope="module")
 def subject(gait_data):
-    request = replace(wbds01_t01(gait_data), consistent=False, without_forces=True)
+    request = wbds01_t01(gait_data)
+    request = request.model_copy(update={"consistent": False, "kinematics_only": True})
     return subject_of(work_out(request, Configuration().processing))
 
 

@@ -22,8 +22,8 @@ from simulation_fixtures import (
 )
 
 from gaitval.configuration import ContactSettings
+from gaitval.contact.forces import ground_forces
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.model.contact import ground_forces
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment

@@ -1,6 +1,5 @@
 """Stored baselines that are damaged, or mended by hand, are refused before anything is walked."""
 
-import copy
 import json
 import math
 import os
@@ -15,6 +14,7 @@ from safetensors.numpy import load_file, save_file
 
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
+from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
 from gaitval.study.baseline import remove_abandoned, seal_again, stored_metrics
 from gaitval.study.seal import SEAL, UNKNOWN_CODE, changes, inputs_in_words, read_seal, seal
@@ -53,7 +53,7 @@ def _set(measure: str, target: str, value: float | None) -> Callable[[Json], obj
 
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
 def test_the_stored_ones_can_be_believed(baseline: Path) -> None:
-    assert stored_metrics(baseline / "metrics.json")["measures"]
+    assert stored_metrics(baseline / "metrics.json").measures
 
 
 def _worse(metrics: Json) -> None:
@@ -249,15 +249,14 @@ def test_fewer_measures_are_accepted_if_that_is_asked_for(folder: Path) -> None:
 
 
 def test_what_has_changed_since_is_told(folder: Path) -> None:
-    before = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-    now = copy.deepcopy(before)
+    before = read_metrics(folder)
     code = {"gaitval/policy": "0" * 64, "gaitval/metrics": "1" * 64}
     seal(folder, code=code)
     found = read_seal(folder)
-    assert changes(found, before, now, code) == []
-    now["provenance"]["versions"]["numpy"] = "99.0"
-    now["provenance"]["record"] = "2" * 64
-    numpy = before["provenance"]["versions"]["numpy"]
+    assert changes(found, before, before, code) == []
+    numpy = before.provenance.versions["numpy"]
+    other = {"versions": {**before.provenance.versions, "numpy": "99.0"}, "record": "2" * 64}
+    now = before.model_copy(update={"provenance": before.provenance.model_copy(update=other)})
     assert changes(found, before, now, code | {"gaitval/policy": "3" * 64}) == [
         f"numpy {numpy}, now 99.0",
         "the record as it is read now",

@@ -1,10 +1,18 @@
 """A page of a report as its tests read it."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html.parser import HTMLParser
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import weasyprint
+
+from gaitval.reporting.drawing import blank
+
+_RENDER = weasyprint.HTML.render
 
 
 def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -17,9 +25,31 @@ def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the PDF out where a test is not about it: it takes seconds."""
-    document = SimpleNamespace(pages=[], write_pdf=lambda *_, **__: None)
+    """Leave the layout of the PDF out where a test is not about it: it takes seconds."""
+
+    def write_pdf(target: object, **_: object) -> None:
+        Path(str(target)).write_bytes(b"%PDF-1.7\n%%EOF\n")
+
+    document = SimpleNamespace(pages=[], write_pdf=write_pdf)
     monkeypatch.setattr("weasyprint.HTML.render", lambda *_, **__: document)
+
+
+@contextmanager
+def whole_pdf() -> Iterator[None]:
+    """The PDF is laid out, whatever the session of tests does."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("weasyprint.HTML.render", _RENDER)
+        yield
+
+
+def only_quick_tests(config: pytest.Config) -> bool:
+    """Whether the slow tests are left out, as `make test` does; CI leaves none out."""
+    return bool(config.option.markexpr == "not slow")
+
+
+def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave figures out, too, where a test is about words: they take seconds."""
+    monkeypatch.setattr("gaitval.reporting.page.drawn", lambda draw, *_: blank(draw))
 
 
 class Page(HTMLParser):

@@ -1,5 +1,5 @@
 """Kills workers of a cohort at random, and its scheduler once; for the test and for the script
-`cohort_evidence.py`, which takes longer.
+`evidence/cohort/studies.py`, which takes longer.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ from typing import Any
 
 import psutil
 
-from gaitval.cohort.store import FINISHED, SUMMARY
+from gaitval_cohort.store import FINISHED, SUMMARY
 
 SUPPORT = Path(__file__).parent
 ROOT = SUPPORT.parents[1]
@@ -23,7 +23,7 @@ ROOT = SUPPORT.parents[1]
 
 def environment():
     """In which quick studies are found."""
-    paths = os.pathsep.join([str(ROOT), str(SUPPORT)])
+    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras", SUPPORT]))
     return {**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1"}
 
 
@@ -66,7 +66,7 @@ def studies_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
     found = []
     for each in family:
         try:
-            if "gaitval.cohort.process" in " ".join(each.cmdline()):
+            if "gaitval_cohort.process" in " ".join(each.cmdline()):
                 found.append(each)
         except psutil.Error:
             continue

@@ -48,8 +48,8 @@ class MadeUpSession:
             trials=(self.walking,),
             forces=(self.forces,),
             identifier=PERSON.identifier,
-            mass_kg=PERSON.mass_kg,
-            height_m=PERSON.height_m,
+            mass=PERSON.mass_kg,
+            height=PERSON.height_m,
             sex=PERSON.sex,
         )
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import LACKING, SERIOUS, findings, program
+
+from evidence.browser import LACKING, SERIOUS, findings, program
 
 
 def chromium(config: pytest.Config) -> str:

@@ -47,9 +47,9 @@ def summary(name, digest, eaten, threads):
     error, speed = float(random.uniform(1, 3)), float(random.uniform(0.5, 1.5))
     return {
         "subject": {
-            "identifier": name, "person": f"P{number % 7}", "trial": "T01", "source": name,
-            "sex": "FM"[number % 2], "age": 20.0 + number % 60, "mass": 70.0, "height": 1.7,
-            "leg_length": 0.85, "speed": speed,
+            "identifier": name, "laboratory": "lab", "person": f"P{number % 7}", "trial": "T01",
+            "source": name, "sex": "FM"[number % 2], "age": 20.0 + number % 60, "mass": 70.0,
+            "height": 1.7, "leg_length": 0.85, "speed": speed,
         },
         "verdicts": {"accepted": 10, "refused": 0, "goals": 5, "goals_reached": 5, "failed": []},
         "measures": [{"measure": "angle_rmse", "target": "knee_angle_r", "unit": "deg",

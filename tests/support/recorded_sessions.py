@@ -12,8 +12,8 @@ def wbds01_t01(gait_data: Path) -> Request:
         static=raw / "WBDS01static1.c3d",
         trials=(raw / "WBDS01walkT01.c3d",),
         identifier="WBDS01",
-        mass_kg=74.3,
-        height_m=1.725,
+        mass=74.3,
+        height=1.725,
         sex="M",
         consistent=True,
     )
@@ -27,8 +27,8 @@ def rajagopal_walk(gait_data: Path) -> Request:
         trials=(data / "motion_capture_walk.trc",),
         forces=(data / "grf_walk.mot",),
         identifier="Rajagopal",
-        mass_kg=85.0668,
-        height_m=1.829,
+        mass=85.0668,
+        height=1.829,
         sex="M",
         consistent=True,
     )

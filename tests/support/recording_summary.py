@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitval.reporting import recording_report as page
+from gaitval.scaling.segments import ScaledSegment
 
 NAN = float("nan")
 CHECKLIST = "OpenSim evaluation checklist"
@@ -97,11 +98,13 @@ def sample(**changes: object) -> page.RecordingSummary:
             page.ScalingMethod("Joint fit", 0.0080, 0.0191, 0.0102, 0.0286, chosen=True),
         ],
         segments=[
-            page.ScaledSegment("pelvis", 0.1712, 8.71, 1.021,
-                               "hip joint centres (Harrington 2007)"),
-            page.ScaledSegment("right thigh", 0.4021, 10.4, 0.984, "hip to knee joint centre"),
-            page.ScaledSegment("left thigh", 0.4033, 10.4, 0.987, "hip to knee joint centre"),
-            page.ScaledSegment("trunk", 0.5210, 32.3, 1.002, "stature"),
+            ScaledSegment("pelvis", None, None, 0.1712, 8.71, 1.021,
+                          "hip joint centres (Harrington 2007)"),
+            ScaledSegment("thigh", 0.4021, None, 0.4021, 10.4, 0.984,
+                          "hip to knee joint centre", "right"),
+            ScaledSegment("thigh", None, 0.4033, 0.4033, 10.4, 0.987,
+                          "hip to knee joint centre", "left"),
+            ScaledSegment("trunk", None, None, 0.5210, 32.3, 1.002, "stature"),
         ],
         angles=curves(ANGLES, np.radians(1.8)),
         moments=curves(MOMENTS, 0.06),

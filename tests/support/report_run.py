@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 from synthetic_walk import perfect_walk, sharp_filter, walks_of
-from unrecorded_verdicts import CASES
 
+from evidence.unrecorded_verdicts import CASES
 from gaitval.artefacts import write_json
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.metrics.torque_shares import PARTS
+from gaitval.metrics.results import CorrectionResult, IdentificationResult
 from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_results import PARTS, MomentShare, StoredPushes
 from gaitval.model.urdf import write_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reference.motion import build_reference
@@ -120,7 +121,9 @@ def _torque_shares() -> dict:
     """Parts of the moments that no walk was asked for; one joint does not move."""
     return {
         joint: {
-            part: {"rms": 0.001 * row + 0.1 * column, "r_squared": None if row == 3 else 0.5 - row}
+            part: MomentShare(
+                rms=0.001 * row + 0.1 * column, r_squared=None if row == 3 else 0.5 - row
+            )
             for column, part in enumerate(PARTS)
         }
         for row, joint in enumerate(ACTUATED)
@@ -225,14 +228,16 @@ def build_run(
         made["nominal"],
         made.get("identified"),
         configuration,
-        identification=_identification() if identified else None,
-        correction=_correction() if identified else None,
-        pushes=_pushes()["recovery"],
+        identification=IdentificationResult.model_validate(_identification())
+        if identified
+        else None,
+        correction=CorrectionResult.model_validate(_correction()) if identified else None,
+        pushes=StoredPushes.model_validate(_pushes()).recovery,
         others=builtin_subjects(),
         torque_shares=_torque_shares(),
         witness=replace(last, starts=last.starts[:1]),
     )
-    write_json(folder / "metrics.json", metrics)
+    write_json(folder / "metrics.json", metrics.as_dict())
     (folder / "policy").mkdir()
     (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")
     write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})

@@ -73,14 +73,12 @@ def made_up_measurements() -> Measurements:
         up = SECOND_HEAD_HEIGHT + FOOT_SHAPE[head, "MT2"][2] * HEEL_TO_SECOND_HEAD
         heel = own.right.heel - [MARKER_OFFSET, 0, 0]
         heads.append([heel[0] + ahead.real, heel[1] + ahead.imag, up])
-    leg = replace(own.right, metatarsals=np.array(heads))
+    limbs = replace(own.right, metatarsals=np.array(heads), upper_arm=0.271, forearm=0.243)
     return replace(
         own,
-        right=leg,
-        left=leg,
+        right=limbs,
+        left=limbs,
         pelvic_tilt=np.radians(TILT),
-        upper_arm=(0.271, 0.271),
-        forearm=(0.243, 0.243),
         shoulder_half_width=0.165,
         shoulder_height=0.47,
     )

@@ -9,8 +9,8 @@ from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.gait.record import GaitRecord, PeriodicCurve
-from gaitval.metrics.comparison import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.metrics.rollouts import Rollouts, compared_part, endurance
 from gaitval.metrics.whole_body import record_centre_of_mass
 from gaitval.model.parameters import nominal_parameters

@@ -7,9 +7,9 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject, parse_subject
+from gaitval.gait.cycle_curves import PELVIS_ANGLES, recorded_curves
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.identification.prior import prior_sd
-from gaitval.metrics.comparison import PELVIS_ANGLES, recorded_curves
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.population import dimensionless_speed

@@ -15,6 +15,7 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.model.body import SEGMENTS
 from gaitval.session.importing import Imported, import_files
+from gaitval.session.request import ImportOptions
 
 ANGLE, LENGTH, FORCE = 1.0, 0.005, 0.03
 """Degrees and metres, as in tests/workflows/test_import_truth.py with noise; body weights."""
@@ -30,15 +31,14 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def imported(sample: Path) -> Imported:
     about = read_json(sample / "truth.json")
-    return import_files(
-        sample / "standing.c3d",
-        [sample / "walking.c3d"],
-        sample.parent / "imported",
+    options = ImportOptions(
+        static=sample / "standing.c3d",
+        trials=(sample / "walking.c3d",),
         mass=about["mass_kg"],
         height=about["height_m"],
         sex=about["sex"],
-        configuration=load_configuration(),
     )
+    return import_files(options, sample.parent / "imported", configuration=load_configuration())
 
 
 def truth(sample: Path) -> dict[str, np.ndarray]:

@@ -18,7 +18,10 @@ from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("gaitval", "scripts", "tests", "benchmarks", "docs", "models")
+FOLDERS = (
+    *("gaitval", "scripts", "evidence", "experiments"),
+    *("tests", "benchmarks", "docs", "models"),
+)
 PAGES = [
     *ROOT.glob("*.md"),
     *(ROOT / "docs").rglob("*.md"),
@@ -32,12 +35,13 @@ SOURCES = [
     for path in (ROOT / folder).rglob(f"*.{suffix}")
     if path != Path(__file__) and path not in PAGES
 ]
-PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
+PACKAGE = [*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
 OTHERS = ("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/")
 """Paths that only a built wheel has, and those in the repositories of others."""
 NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
+WINGS = {path.name for path in (ROOT / "extras").iterdir()}
 
 
 FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
@@ -59,16 +63,23 @@ def found(pattern: str, files: list[Path]) -> Iterator[tuple[str, str]]:
 def is_file(name: str) -> bool:
     """Whether a path, from the checkout's root or the package's, or a bare name is there."""
     if "/" in name:
-        return any((ROOT / start / name).exists() for start in ("", "gaitval"))
+        return any((ROOT / start / name).exists() for start in ("", "gaitval", "extras"))
     return name in NAMES or (ROOT / name).exists()
 
 
+def is_beside(page: str, name: str) -> bool:
+    """Whether the page of a folder names a file of the folder."""
+    return page.endswith("README.md") and ((ROOT / page).parent / name).exists()
+
+
 def is_code(name: str) -> bool:
-    """Whether a dotted name is a module of the package, or something that a module defines."""
+    """Whether a dotted name is a module of ours, or something that a module defines."""
     parts = name.removeprefix("gaitval.").split(".")
-    for count in range(len(parts), 0, -1):
+    if parts[0] not in WINGS:
+        parts.insert(0, "gaitval")
+    for count in range(len(parts), 1, -1):
         try:
-            thing = importlib.import_module(".".join(["gaitval", *parts[:count]]))
+            thing = importlib.import_module(".".join(parts[:count]))
         except ModuleNotFoundError:
             continue
         for part in parts[count:]:
@@ -77,7 +88,7 @@ def is_code(name: str) -> bool:
                 return False
             thing = members[part]
         home = getattr(thing, "__module__", None)  # of functions and classes
-        return not str(home).startswith("gaitval") or home.split(".")[1:] == parts[:count]
+        return not str(home).startswith("gaitval") or home.split(".") == parts[:count]
     return False
 
 
@@ -112,7 +123,7 @@ def test_paths_are_there():
     named = {*found(below, OURS), *found(quoted, PAGES), *found(quoted, SOURCES)}
     assert len(named) > 40
     missing = [pair for pair in sorted(named) if not pair[1].startswith(OTHERS)]
-    assert [pair for pair in missing if not is_file(pair[1])] == []
+    assert [pair for pair in missing if not is_file(pair[1]) and not is_beside(*pair)] == []
 
 
 def test_links_lead_somewhere():
@@ -131,7 +142,7 @@ def test_links_lead_somewhere():
 
 def test_dotted_names_are_code_or_settings():
     """In backticks, or called in an example of a page."""
-    sections = "|".join(sorted({*Configuration.model_fields, *PACKAGES, "gaitval"}))
+    sections = "|".join(sorted({*Configuration.model_fields, *PACKAGES, *WINGS, "gaitval"}))
     dotted = rf"((?:{sections})\.[a-z_]\w*(?:\.\w+)*)"
     named = {*found(rf"`(?:--set )?{dotted}(?:\(\)|=[^`]*)?`", OURS)}
     named |= {*found(rf"(?m)^ +{dotted}\(", PAGES), *found(rf"--set {dotted}=", OURS)}
@@ -157,8 +168,8 @@ def test_commands_and_their_options_are_there():
 
 def test_targets_of_make_are_there():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = set(re.findall(r"^([a-z]+):", makefile, re.MULTILINE))
-    named = {*found(r"(?:^ {4,}|`)make ([a-z]+)", PAGES)}
+    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    named = {*found(r"(?:^ {4,}|`)make ([a-z-]+)", PAGES)}
     assert {target for _, target in named} >= {"subject", "test"}
     assert [pair for pair in sorted(named) if pair[1] not in targets] == []
 

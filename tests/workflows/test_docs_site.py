@@ -145,7 +145,11 @@ def test_times_are_in_one_place():
 
 
 def test_every_folder_of_the_package_has_a_page():
-    folders = {path.parent.name for path in (ROOT / "gaitval").glob("*/__init__.py")}
+    folders = {
+        path.parent.name
+        for top in ("gaitval", "extras")
+        for path in (ROOT / top).glob("*/__init__.py")
+    }
     assert set(docs_pages.FOLDERS) == folders
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     for page, _ in docs_pages.generated():

@@ -1,4 +1,4 @@
-"""The check tells planted faults: a few of those of `scripts/gate_mutations.py`."""
+"""The check tells planted faults: a few of those of `tests/robustness/gate_mutations.py`."""
 
 from pathlib import Path
 

@@ -67,7 +67,14 @@ def stood(raw: Path) -> Recording:
 def whole_walk(raw: Path) -> Recording:
     """With zeroed plates: from a text file of forces, which has no moments, none could be."""
     path = raw / "WBDS01walkT01.c3d"
-    request = Request(raw / "WBDS01static1.c3d", (path,), "S", MASS, HEIGHT, "M")
+    request = Request(
+        static=raw / "WBDS01static1.c3d",
+        trials=(path,),
+        identifier="S",
+        mass=MASS,
+        height=HEIGHT,
+        sex="M",
+    )
     known = read_session(request, ProcessingSettings())
     zeroed, _ = zero_plates(known.walking[0], landmarks=known.marker_set.landmarks)
     return replace(read_recording(path), plates=zeroed.turned(known.axes.rotation.T).plates)
@@ -142,11 +149,12 @@ class Laboratory:
             file = self.folder / "forces.mot"
             written = isinstance(forces, Path)
             options["forces"] = (forces if written else write_forces(file, forces),)
-        return replace(self.session, **options)
+        return self.session.model_copy(update=options)
 
     def without_plates(self, walking: Recording | Path, **options: Any) -> Request:
         """The session with another walk, kinematics only."""
-        return replace(self.request(walking=walking, **options), forces=(), without_forces=True)
+        changed = {"forces": (), "kinematics_only": True}
+        return self.request(walking=walking, **options).model_copy(update=changed)
 
     def text(self, name: str, change: Callable[[str], str]) -> Request:
         """The session with the text of one of its files changed."""
@@ -168,8 +176,8 @@ def faultless(
         trials=(folder / "walk.trc",),
         forces=(write_forces(folder / "forces.mot", walked),),
         identifier="S",
-        mass_kg=MASS,
-        height_m=HEIGHT,
+        mass=MASS,
+        height=HEIGHT,
         sex="M",
     )
 
@@ -344,11 +352,13 @@ def test_files_that_do_not_pair(laboratory: Laboratory, raw: Path) -> None:
     once = laboratory.request()
     again = laboratory.trc("again.trc", laboratory.walking)
     trials = (*once.trials, again)
-    refuse(replace(once, trials=trials), "--forces is given 1 times and --trial 2", "same order")
-    refuse(replace(once, forces=(*once.forces, again)), "--forces is given 2 times and --trial 1")
-    twice = replace(once, trials=once.trials * 2, forces=())
+    more = laboratory.request(trials=trials)
+    refuse(more, "--forces is given 1 times and --trial 2", "same order")
+    more = once.model_copy(update={"forces": (*once.forces, again)})
+    refuse(more, "--forces is given 2 times and --trial 1")
+    twice = once.model_copy(update={"trials": once.trials * 2, "forces": ()})
     refuse(twice, "walk.trc", "given twice, with --trial and with --trial")
-    both = replace(once, trials=(raw / "WBDS01walkT01.c3d",))
+    both = once.model_copy(update={"trials": (raw / "WBDS01walkT01.c3d",)})
     refuse(both, "has 2 force plates", "Leave one out")
 
 
@@ -625,9 +635,9 @@ def plug_in_gait(recording: Recording) -> Recording:
     ("widths", "words"),
     [
         ({}, ["--knee-width and --ankle-width", "in metres"]),
-        ({"knee_width_m": 0.105}, ["R.Ankle.Medial", "in metres: --ankle-width"]),
-        ({"knee_width_m": 105.0, "ankle_width_m": 70.0}, ["millimetres: give 0.105"]),
-        ({"knee_width_m": -0.1, "ankle_width_m": 0.07}, ["--knee-width -0.1 (plausible"]),
+        ({"knee_width": 0.105}, ["R.Ankle.Medial", "in metres: --ankle-width"]),
+        ({"knee_width": 105.0, "ankle_width": 70.0}, ["millimetres: give 0.105"]),
+        ({"knee_width": -0.1, "ankle_width": 0.07}, ["--knee-width -0.1 (plausible"]),
     ],
     ids=["none", "one", "mm", "negative"],
 )
@@ -710,7 +720,7 @@ def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) 
 
 
 def test_no_forces(laboratory: Laboratory) -> None:
-    request = replace(laboratory.session, forces=())
+    request = laboratory.session.model_copy(update={"forces": ()})
     refuse(request, "walk.trc", "no force plates", "--forces", "--kinematics-only")
 
 
@@ -812,10 +822,10 @@ def test_pounds_that_make_a_plausible_body(laboratory: Laboratory) -> None:
         laboratory.walking,
         lambda p: replace(p, force=p.force * 50.0 / MASS, free_moment=p.free_moment * 50.0 / MASS),
     )
-    request = laboratory.request(forces=light, mass_kg=110.2)
+    request = laboratory.request(forces=light, mass=110.2)
     words = ("The force plates carry 48", "110.2 kg", "looks like pounds: give --mass 50.0")
     refuse(request, *words, through=everything)
-    refuse(laboratory.request(mass_kg=50.0), "the mass given is 50.0 kg", through=everything)
+    refuse(laboratory.request(mass=50.0), "the mass given is 50.0 kg", through=everything)
 
 
 # -- the command ----------------------------------------------------------------------------------

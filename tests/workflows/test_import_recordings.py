@@ -20,7 +20,7 @@ from gaitval.mocap.mot import read_storage
 from gaitval.session import write
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import speed
-from gaitval.session.trial import Trial
+from gaitval.session.trial import WalkingTrial
 from gaitval.session.write import FOLDER, write_import
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ class Recorded:
     found: Import
 
     @property
-    def walk(self) -> Trial:
+    def walk(self) -> WalkingTrial:
         return self.found.trials[0]
 
 
@@ -47,7 +47,7 @@ def rajagopal(gait_data: Path) -> Recorded:
     return Recorded(work_out(rajagopal_walk(gait_data), ProcessingSettings()))
 
 
-@pytest.fixture(params=["t01", "rajagopal"])
+@pytest.fixture(params=[pytest.param("t01", marks=pytest.mark.slow), "rajagopal"])
 def recorded(request: pytest.FixtureRequest) -> Recorded:
     found: Recorded = request.getfixturevalue(request.param)
     return found
@@ -62,6 +62,7 @@ def test_markers_are_within_the_published_limits(recorded):
     assert recorded.walk.kinematics.converged.all()
 
 
+@pytest.mark.slow  # a minute of walking; Rajagopal's is short
 def test_markers_fit_better_than_a_third_party_had_them(t01, gait_data):
     """Their OpenSim result, with a scaled Lai-Arnold model, on the first frames of the trial."""
     theirs = read_storage(gait_data / "wbds" / "raw" / "WBDS01walkT01_ik_marker_errors.sto")
@@ -71,6 +72,7 @@ def test_markers_fit_better_than_a_third_party_had_them(t01, gait_data):
     assert np.nanmax(ours) < theirs.column("marker_error_max").max()
 
 
+@pytest.mark.slow  # a minute of walking; Rajagopal's is short
 def test_events_are_those_stored_in_the_file(t01):
     """20 ms on average. The authors' plates were not zeroed: right toe-offs of ours are 30 ms
     later, nearer to those from the markers (tests/gait/test_events.py)."""
@@ -83,6 +85,7 @@ def test_events_are_those_stored_in_the_file(t01):
     assert np.mean(apart) < 0.020
 
 
+@pytest.mark.slow  # a minute of walking; Rajagopal's is short
 def test_the_treadmill_walk_has_the_published_speed_cadence_and_steps(t01, gait_data):
     with (gait_data / "wbds" / "h2a_allspeeds_43subs.csv").open(encoding="utf-8") as file:
         published = next(
@@ -111,6 +114,7 @@ def test_consistent_residuals_are_within_opensims_checklist(recorded):
 
 
 @pytest.mark.parametrize("title", SAGITTAL)
+@pytest.mark.slow  # a minute of walking; Rajagopal's is short
 def test_sagittal_curves_are_those_of_the_same_person_at_another_speed(t01, gait_data, title):
     """The dataset's authors published this person's mean curves at 1.21 m/s, by their own model.
     What the import finds at 0.49 m/s must differ from them as people usually differ between
@@ -148,7 +152,7 @@ def test_opensim_finds_the_exported_moments_from_the_exported_files(
 
 def test_the_accuracy_tables_say_what_the_stored_figures_say():
     done = subprocess.run(
-        [sys.executable, "scripts/recording_tables.py", "--check"],
+        [sys.executable, "docs/build/recording_tables.py", "--check"],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -1,7 +1,6 @@
 """A refusal keeps what was found, and says how to go on; trials are pooled over both sides."""
 
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,16 +14,17 @@ from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
-from gaitval.interface.sessions import Session
-from gaitval.judging.judge import Request as JudgeRequest
-from gaitval.judging.judge import judge
-from gaitval.judging.write import write_judgement
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc import write_trc
 from gaitval.session.importing import import_files
+from gaitval.session.request import ImportOptions
 from gaitval.session.session import work_out
+from gaitval.session.stored import Session
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
+from gaitval_judge.judge import Request as JudgeRequest
+from gaitval_judge.judge import judge
+from gaitval_judge.write import write_judgement
 
 
 @pytest.fixture(scope="module")
@@ -57,18 +57,8 @@ def plates(session: MadeUpSession) -> list[str]:
 
 
 def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
-    request = session.request
-    values = {
-        "static": request.static,
-        "trials": list(request.trials),
-        "out": out,
-        "mass": request.mass_kg,
-        "height": request.height_m,
-        "sex": request.sex,
-        "configuration": load_configuration(),
-        "forces": list(request.forces),
-    }
-    return import_files(**(values | changed))
+    given = session.request.model_dump(include=set(ImportOptions.model_fields)) | changed
+    return import_files(ImportOptions(**given), out, configuration=load_configuration())
 
 
 def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, tmp_path):
@@ -82,7 +72,7 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     page = (out / "recording" / "recording.html").read_text()
     assert page.count(f"{side} foot: its moments and forces were not recorded") == 1
     assert "One side was not recorded" in page
-    assert "doubt about what was recorded" not in page
+    assert "warning about the recording" not in page
     assert "With --mirror" in page
     assert load_subject(out / "subject.toml").origin(side, "kinetics") == "expected"
     session_of = Session.load(out)
@@ -169,7 +159,7 @@ def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(session, tmp_pat
     assert found.exit_code == 2
     said = text.getvalue()
     assert "no force plates in the trial" in said
-    assert f"To go on without it: gaitval import --static {request.static}" in said
+    assert f"To continue without it: gaitval import --static {request.static}" in said
     assert said.rstrip().endswith("--kinematics-only")
     page = (tmp_path / "out" / "recording" / "refused.html").read_text()
     for words in ("no force plates in the trial", "ended here", "marker set", "--kinematics-only"):
@@ -221,7 +211,9 @@ def one_cycle(session: MadeUpSession, folder: Path, side: Side) -> Path:
 def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
     request = session.request
     trials = [one_cycle(session, tmp_path, side) for side in SIDES]
-    pooled = replace(request, trials=tuple(trials), forces=(), without_forces=True)
+    pooled = request.model_copy(
+        update={"trials": tuple(trials), "forces": (), "kinematics_only": True}
+    )
     found = work_out(pooled, ProcessingSettings())
     counts = [
         {side: len(valid_cycles(walk, side, kinetics=False)) for side in SIDES}

@@ -17,7 +17,7 @@ import hashlib
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
-from gaitval.interface.sessions import Session
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
@@ -42,8 +41,9 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.session import write
 from gaitval.session.results import import_from
 from gaitval.session.session import Import, work_out
+from gaitval.session.stored import Session
 from gaitval.session.subject import subject_of
-from gaitval.session.trial import Trial, valid_cycles
+from gaitval.session.trial import WalkingTrial, valid_cycles
 from gaitval.session.write import FOLDER
 
 EXACT = ProcessingSettings(
@@ -73,7 +73,7 @@ class Imported:
     found: Import
 
     @property
-    def walk(self) -> Trial:
+    def walk(self) -> WalkingTrial:
         return self.found.trials[0]
 
 
@@ -106,7 +106,7 @@ def joints(model: BodyModel) -> np.ndarray:
     return np.array([segment.joint_position for segment in model.segments])
 
 
-def moment_errors(walk: Trial, truth: np.ndarray, peaks: np.ndarray) -> dict[str, float]:
+def moment_errors(walk: WalkingTrial, truth: np.ndarray, peaks: np.ndarray) -> dict[str, float]:
     """Root mean square by joint coordinate, share of the peak."""
     assert walk.dynamics is not None
     error = (walk.dynamics.moments - truth)[INSIDE]
@@ -236,7 +236,7 @@ def test_the_subject_walks_as_the_recording(imported):
 
 def test_making_consistent_lowers_the_residuals(sessions):
     """Below the limits of OpenSim's checklist: 15 N and 50 Nm RMS, 25 N and 75 Nm peak."""
-    request = replace(sessions[0.003].request, consistent=True)
+    request = sessions[0.003].request.model_copy(update={"consistent": True})
     changed = work_out(request, ProcessingSettings()).trials[0].consistent
     assert changed is not None
     before, after = changed.before, changed.after
@@ -305,8 +305,8 @@ def from_python(sessions, from_the_command_line, tmp_path_factory) -> Session:
             session.standing,
             session.walking,
             forces=[session.forces],
-            mass=person.mass_kg,
-            height=person.height_m,
+            mass=person.mass,
+            height=person.height,
             sex=person.sex,
             out=tmp_path_factory.mktemp("python") / from_the_command_line.name,
         )

@@ -1,5 +1,5 @@
 """A killed import is started again with the same results, and two at once do not spoil each other.
-`python scripts/kills.py` kills studies, reports and checks as well, at many moments."""
+`python tests/robustness/kills.py` kills studies, reports and checks as well, at many moments."""
 
 import json
 import sys
@@ -22,7 +22,8 @@ def work():
         yield job, temporary, seconds, kills.contents(job.folder)
 
 
-@pytest.mark.parametrize("share", [pytest.param(0.5, marks=pytest.mark.slow), 0.8])
+@pytest.mark.slow  # `test_import_errors.py` kills an import in every run of the tests
+@pytest.mark.parametrize("share", [0.5, 0.8])
 def test_an_import_that_is_killed_and_started_again_writes_the_same(work, share):
     job, temporary, seconds, wanted = work
     found = kills.killed(job, share * seconds, temporary, clock_back=share > 0.6)

@@ -2,12 +2,12 @@
 
 from types import SimpleNamespace
 
-import one_number
 import pytest
 
-from gaitval.cohort import results
+from evidence import one_number
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
+from gaitval_cohort import results
 
 
 @pytest.fixture(scope="module")

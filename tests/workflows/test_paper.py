@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-import paper_claims as claims
-import paper_data
-import paper_drawings as drawings
-import paper_figures
 import pytest
 from html_page import Page
 
+from experiments.paper import claims, drawings
+from experiments.paper import data as paper_data
+from experiments.paper import figures as paper_figures
 from gaitval.metrics.comparison import rms
 
 SUBJECT = paper_figures.SUBJECT
@@ -91,7 +90,7 @@ def test_the_walks_are_of_different_bodies(simulated):
 def test_without_winters_tables_that_is_said(written):
     _, found = written
     loop = next(each for each in found if each.number == "4")
-    assert [claim.verdict for claim in loop.claims].count("cannot be told") == 1
+    assert [claim.verdict for claim in loop.claims].count("cannot be judged") == 1
 
 
 def test_winters_loop_is_read_where_the_data_are(gait_data):

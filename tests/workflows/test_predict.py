@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 import pytest
+from html_page import without_figures
 from quick_settings import QUICK
 from rich.console import Console
 from typer.testing import CliRunner
@@ -12,6 +13,7 @@ from gaitval.artefacts import read_json
 from gaitval.cli import app as cli
 from gaitval.cli import display
 from gaitval.metrics.groups import group_rows
+from gaitval.metrics.results import metrics_from
 
 SETTINGS = list(QUICK)
 
@@ -27,6 +29,7 @@ def predict(out: Path, *arguments: str) -> str:
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)
+    without_figures(monkeypatch)
     monkeypatch.setattr(display, "messages", Console(file=io.StringIO(), width=200))
 
 
@@ -47,7 +50,7 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
         "other people's change added",
     ]
     assert metrics["predictions"][1]["told"] == "the person's T05 at 1.12 m/s"
-    assert [row.status for row in group_rows(metrics)] == ["predicted"] * 5
+    assert [row.status for row in group_rows(metrics_from(metrics, "here"))] == ["predicted"] * 5
     page = (tmp_path / "at-0.78" / "report.html").read_text(encoding="utf-8")
     assert "predicted from other trials" in page
     assert "Nothing of what it is compared with but the speed" in page
@@ -55,6 +58,7 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
     assert (tmp_path / "at-0.78" / "policy" / "policy.safetensors").read_bytes() == policy
 
 
+@pytest.mark.slow  # what it says is tested in test_nothing_judges_itself.py, and always
 def test_a_speed_that_nobody_recorded_is_not_called_a_comparison(tmp_path):
     printed = predict(tmp_path, "--speed", "0.95")
     assert "Nothing was recorded at 0.95 m/s: accuracy is not judged" in printed

@@ -26,9 +26,13 @@ def project(tmp_path: Path) -> Path:
 def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run pytest there, with no other plug-in."""
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval.testing.plugin", *arguments],
+        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval_gate.plugin", *arguments],
         cwd=project,
-        env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": str(ROOT)},
+        env={
+            **os.environ,
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+            "PYTHONPATH": os.pathsep.join(map(str, (ROOT, ROOT / "extras"))),
+        },
         capture_output=True,
         text=True,
         check=False,
@@ -78,35 +82,43 @@ def test_a_loss_fails_with_its_figures(project: Path) -> None:
     assert "Traceback" not in done.stdout
 
 
-def test_what_cannot_be_compared_is_said_in_words(project: Path) -> None:
-    (project / "test_gait.py").write_text(TEST.replace("knee_angle", "kne_angle"))
-    done = run(project)
+def test_what_cannot_be_compared_is_said_in_words_and_nothing_walks(project: Path) -> None:
+    shutil.copytree(project / "baseline", project / "broken")
+    (project / "broken" / "metrics.json").write_text("{}")
+    (project / "test_gait.py").write_text(
+        "def test_name(gaitval_check):\n"
+        '    gaitval_check("baseline", quantities=["kne_angle"])\n'
+        "def test_broken(gaitval_check):\n"
+        '    gaitval_check("broken", quantities=["knee_angle"])\n'
+    )
+    done = run(project, "--basetemp", str(project / "temporary"))
+    assert done.returncode == 1
+    assert "2 failed" in done.stdout
     assert "no quantity 'kne_angle'" in done.stdout
     assert "did you mean knee_angle" in done.stdout
-    (project / "baseline" / "metrics.json").write_text("{}")
-    done = run(project)
-    assert done.returncode == 1
-    assert "metrics.json" in done.stdout
+    assert "broken/metrics.json" in done.stdout
     assert "Traceback" not in done.stdout
+    assert not list((project / "temporary").glob("gaitval-*.json"))
 
 
+@pytest.mark.slow  # where baselines are found: `tests/study/test_stored_baseline.py`
 def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project: Path) -> None:
-    (project / "test_gait.py").write_text(TEST.replace('"baseline"', '"nowhere"'))
-    done = run(project)
-    assert done.returncode == 1
-    assert "During handling" not in done.stdout
-    body = done.stdout.partition("short test summary")[0]
-    assert body.count("no stored baseline. Looked for") == 1
-    assert "S05" in body
     (project / "test_gait.py").write_text(
+        "def test_nowhere(gaitval_check):\n"
+        '    gaitval_check("nowhere", quantities=["knee_angle"])\n'
         "def test_find(gaitval_check):\n"
         '    assert gaitval_check("S05", quantities=["knee_angle"])\n'
         '    assert gaitval_check("reports/S05/baseline", quantities=["knee_angle"])\n'
     )
     done = run(project)
-    assert done.returncode == 0, done.stdout
+    assert done.returncode == 1
+    assert "1 failed, 1 passed" in done.stdout
+    assert "During handling" not in done.stdout
+    body = done.stdout.partition("short test summary")[0]
+    assert body.count("no stored baseline. Looked for") == 1
+    assert "S05" in body
 
 
 def test_the_plug_in_is_installed_with_the_package() -> None:
     text = (ROOT / "pyproject.toml").read_text()
-    assert '[project.entry-points.pytest11]\ngaitval = "gaitval.testing.plugin"' in text
+    assert '[project.entry-points.pytest11]\ngaitval = "gaitval_gate.plugin"' in text

@@ -59,6 +59,15 @@ def test_models_and_policies_are_inside(installed):
         assert (installed / "gaitval/samples" / name).is_file()
 
 
+def test_the_wings_are_inside_with_their_data_and_registered(installed):
+    for wing in (ROOT / "extras").iterdir():
+        for path in wing.rglob("*"):
+            if path.is_file() and path.suffix != ".pyc":
+                assert (installed / path.relative_to(ROOT / "extras")).is_file(), path
+    (registered,) = installed.glob("gaitval-*.dist-info/entry_points.txt")
+    assert "judge = gaitval_judge.command:judge" in registered.read_text()
+
+
 @pytest.mark.slow
 def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):
     # Python 3.11.2, Debian 12's, knows no `filter` yet; later ones ask for it.

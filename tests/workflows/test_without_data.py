@@ -13,7 +13,7 @@ TESTS = Path(__file__).parents[1]
 def run_of(data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """A session of two tests that read the data and of one that reads none, as another CI
     would run it."""
-    names = ("scaling/test_same_person.py", "test_compiled.py")
+    names = ("scaling/test_same_person.py", "test_build_info.py")
     return subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--color=no", *arguments]
         + [str(TESTS / name) for name in names],
@@ -24,8 +24,11 @@ def run_of(data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_tests_that_read_the_data_are_skipped_and_counted(tmp_path):
-    done = run_of(tmp_path / "none", "-n", "1", "--dist", "loadfile")  # side by side, as make test
+@pytest.mark.parametrize(
+    "side_by_side", [(), pytest.param(("-n", "1", "--dist", "loadfile"), marks=pytest.mark.slow)]
+)
+def test_tests_that_read_the_data_are_skipped_and_counted(tmp_path, side_by_side):
+    done = run_of(tmp_path / "none", *side_by_side)
     assert done.returncode == 0, done.stdout
     counts = done.stdout.splitlines()[-1]
     assert "passed" in counts
@@ -43,6 +46,7 @@ def test_a_session_that_requires_them_does_not_begin(tmp_path):
     assert "passed" not in done.stdout
 
 
+@pytest.mark.slow
 def test_data_that_lack_a_file_fail(tmp_path):
     (tmp_path / "wbds").mkdir()
     done = run_of(tmp_path, "--require-data")

@@ -1,0 +1,296 @@
+"""What a reader of the code meets: its size, names, types, comments and words.
+
+`start` says something only on a machine that does nothing else.
+"""
+
+import ast
+import io
+import json
+import re
+import runpy
+import subprocess
+import sys
+import tempfile
+import tokenize
+from argparse import Namespace
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import evidence
+from evidence import ROOT
+
+PACKAGE = ROOT / "gaitval"
+MARK = "loaded modules:"
+LOADED = f"""
+import sys
+from gaitval.cli import main
+sys.argv[0] = "gaitval"
+try:
+    main()
+finally:
+    files = [getattr(each, "__file__", None) or "" for name, each in list(sys.modules.items())
+             if name.partition(".")[0] == "gaitval"]
+    print({MARK!r}, *(file for file in files if file.endswith(".py")), file=sys.stderr)
+"""
+LOOSE = re.compile(r"dict\[str, Any\]|\bJson\b")
+LOOSE_IN = ("metrics", "reporting", "study")
+ROOMS = ("docs/build", "evidence", "experiments", "scripts", "tests/robustness")
+RUNS = 5
+CSV = evidence.FOLDER / "house.csv"
+LINES = "lines of gaitval/"
+MEASURES = {
+    "lines *": {
+        "code": ("evidence/house.py:size,reached,_modules_of,lines_of", "gaitval/*.py"),
+        "allowed": 100_000,
+        "why": "tests/test_house.py counts anew at every change",
+    },
+    "*, cold": {
+        "code": ("gaitval/__init__.py", "gaitval/cli/*.py", "evidence/house.py:start,_seconds"),
+        "allowed": 60,
+        "why": "a statement that defines a command or an option takes under 1 ms",
+    },
+    "*": {"code": ("evidence/house.py:types,words",)},
+}
+"""What the rows depend on; see evidence/stale.py."""
+
+OLD_WORDS = (
+    r"told", r"untold", r"tell(?:s|ing)?", r"doubt(?:s|ed|ful)?", r"mend(?:s|ed|ing)?",
+    r"witness(?:es)?", r"habit(?:s)?", r"begun",
+)  # fmt: skip
+"""The private dialect of earlier versions: for known to the model, held out, says, warning, fix,
+second-engine check, action bias, started."""
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """The syntax tree of a module."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def modules(folder: Path = PACKAGE) -> list[Path]:
+    """All modules of a folder."""
+    return sorted(folder.rglob("*.py"))
+
+
+def lines_of(paths: list[Path]) -> int:
+    """Lines of modules, blank ones and docstrings among them."""
+    return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in paths)
+
+
+def reached() -> list[Path]:
+    """Modules of the package that `gaitval subject` and `gaitval import` load, worked through
+    with the quick settings of the tests and with the sample recording.
+    """
+    quick = runpy.run_path(str(ROOT / "tests" / "support" / "quick_settings.py"))["QUICK"]
+    settings = [word for each in quick for word in ("--set", each)]
+    with tempfile.TemporaryDirectory() as place:
+        out, sample = Path(place), Path(place) / "sample"
+        _modules_of("data", "sample", str(sample))
+        about = json.loads((sample / "truth.json").read_text(encoding="utf-8"))
+        person = [f"--mass={about['mass_kg']}", f"--height={about['height_m']}",
+                  f"--sex={about['sex']}"]  # fmt: skip
+        loaded = _modules_of("subject", "5", "--out", str(out / "subject"), *settings)
+        loaded |= _modules_of("import", "--static", str(sample / "standing.c3d"),
+                              "--trial", str(sample / "walking.c3d"), *person,
+                              "--out", str(out / "import"))  # fmt: skip
+    return sorted(loaded)
+
+
+def _modules_of(*words: str) -> set[Path]:
+    """Files of the package that a command has loaded when it ends.
+
+    Raises
+    ------
+    SystemExit : the command failed.
+    """
+    run = [sys.executable, "-c", LOADED, *words]
+    done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"gaitval {' '.join(words)}: {done.stderr}")
+    return {Path(line) for line in done.stderr.partition(MARK)[2].split()}
+
+
+def shared_names() -> dict[str, list[str]]:
+    """Public classes of one name that are defined in several modules, with those."""
+    found: dict[str, list[str]] = {}
+    for path in modules():
+        for node in tree_of(path).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(path.relative_to(ROOT).as_posix())
+    return {name: places for name, places in found.items() if len(places) > 1}
+
+
+def loose_types() -> Counter[str]:
+    """How often a folder's modules write `dict[str, Any]` or `Json`."""
+    return Counter(
+        {
+            name: sum(
+                len(LOOSE.findall(path.read_text(encoding="utf-8")))
+                for path in modules(PACKAGE / name)
+            )
+            for name in LOOSE_IN
+        }
+    )
+
+
+def comment_lines() -> int:
+    """Lines of the package that are a comment alone."""
+    count = 0
+    for path in modules():
+        with tokenize.open(path) as file:
+            for token in tokenize.generate_tokens(io.StringIO(file.read()).readline):
+                alone = token.line.lstrip().startswith("#")
+                count += token.type == tokenize.COMMENT and alone
+    return count
+
+
+def public_functions() -> Iterator[tuple[str, ast.FunctionDef]]:
+    """Public functions of modules, with their places."""
+    for path in modules():
+        for node in tree_of(path).body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                yield f"{path.relative_to(ROOT)}: {node.name}", node
+
+
+def undocumented() -> list[str]:
+    """Public functions of which something is not said: what it is, a parameter that is not, by its
+    name in the text, or an error that it raises itself.
+    """
+    return [place for place, node in public_functions() if not is_documented(node)]
+
+
+def is_documented(node: ast.FunctionDef) -> bool:
+    """Whether the docstring names every parameter and every error that the body raises."""
+    text = ast.get_docstring(node)
+    if not text:
+        return False
+    given = node.args
+    names = [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    raised = {
+        each.exc.func.id
+        for each in ast.walk(node)
+        if isinstance(each, ast.Raise)
+        and isinstance(each.exc, ast.Call)
+        and isinstance(each.exc.func, ast.Name)
+    }
+    return all(re.search(rf"\b{re.escape(name)}\b", text) for name in (*names, *raised))
+
+
+def old_words() -> list[str]:
+    """Words of the old dialect in what users and developers read, with their places: pages of the
+    documentation, texts of the code, docstrings, templates. Names of the code are no words: what is
+    in backticks or fences, a parameter in front of its description, a text without a space.
+    """
+    pattern = re.compile(rf"\b(?:{'|'.join(OLD_WORDS)})\b", re.IGNORECASE)
+    pages = (*sorted(ROOT.glob("docs/**/*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md")
+    texts = [(str(path.relative_to(ROOT)), path.read_text(encoding="utf-8")) for path in pages]
+    for path in sorted(PACKAGE.rglob("*.j2")):
+        text = re.sub(r"\{[{%#].*?[}%#]\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        texts.append((str(path.relative_to(ROOT)), text))
+    for path in modules():
+        for node in ast.walk(tree_of(path)):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+                texts.append((f"{path.relative_to(ROOT)}:{node.lineno}", node.value))
+    return [f"{place}: {word}" for place, text in texts for word in pattern.findall(_prose(text))]
+
+
+def _prose(text: str) -> str:
+    """A text without names of the code."""
+    text = re.sub(r"^ *```.*?^ *```$", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"`[^`]*`", "", text)
+    return re.sub(r"^ *(?:\w+, )*\w+ :", "", text, flags=re.MULTILINE)
+
+
+def scripts_without_page() -> list[str]:
+    """Scripts that the page of their room does not name."""
+    found = []
+    for room in ROOMS:
+        page = ROOT / room / "README.md"
+        text = page.read_text(encoding="utf-8") if page.is_file() else ""
+        for path in sorted((ROOT / room).rglob("*")):
+            script = path.suffix in (".py", ".sh") and path.name != "__init__.py"
+            if script and path.name not in text:
+                found.append(path.relative_to(ROOT).as_posix())
+    return found
+
+
+def _row(what: str, value: float, unit: str, goal: float, must: float, n: int) -> evidence.Row:
+    return evidence.Row(what, value, unit, "<=", goal, must, n)
+
+
+def _at_least(what: str, value: float, unit: str, goal: float, must: float, n: int) -> evidence.Row:
+    return evidence.Row(what, value, unit, ">=", goal, must, n)
+
+
+@evidence.measurement()
+def size(_: Namespace) -> list[evidence.Row]:
+    """Lines of the package, and of what `gaitval subject` and `gaitval import` reach."""
+    both = reached()
+    extras = ROOT / "extras"
+    print(f"beside it, extras/: {lines_of(modules(extras)) if extras.is_dir() else 0} lines")
+    return [
+        _row(LINES, lines_of(modules()), "lines", 50_000, 53_000, len(modules())),
+        _row("lines reached by gaitval subject and gaitval import together", lines_of(both),
+             "lines", 38_000, 40_000, len(both)),
+    ]  # fmt: skip
+
+
+@evidence.measurement()
+def types(_: Namespace) -> list[evidence.Row]:
+    """Class names with two meanings, and loosely typed dictionaries."""
+    shared, loose = shared_names(), loose_types()
+    print("\n".join(f"{name}: {', '.join(places)}" for name, places in shared.items()))
+    print(loose)
+    folders = ", ".join(LOOSE_IN)
+    return [
+        evidence.none_may("public class names with two meanings", len(shared), "names",
+                          len(modules())),
+        _row(f"dict[str, Any] and Json in {folders}", loose.total(), "uses", 20, 60, len(LOOSE_IN)),
+    ]  # fmt: skip
+
+
+@evidence.measurement()
+def words(_: Namespace) -> list[evidence.Row]:
+    """Comments, documented functions, words of the old dialect, scripts that a page names."""
+    lines, functions = lines_of(modules()), sum(1 for _ in public_functions())
+    lacking, old, nameless = undocumented(), old_words(), scripts_without_page()
+    print("\n".join([*lacking[:40], *old[:40], *nameless]))
+    return [
+        _at_least("comment lines of gaitval/", 100 * comment_lines() / lines, "%", 3, 2, lines),
+        _at_least("public functions whose parameters and errors are documented",
+                  100 * (1 - len(lacking) / functions), "%", 100, 95, functions),
+        evidence.none_may("words of the old dialect in docs, help and messages", len(old),
+                          "words", len(modules())),
+        evidence.none_may("scripts without a page that names them", len(nameless), "scripts",
+                          len(ROOMS)),
+    ]  # fmt: skip
+
+
+@evidence.measurement()
+def start(_: Namespace) -> list[evidence.Row]:
+    """Seconds of `import gaitval` and of `gaitval --help`, each in a process of its own."""
+    # the least of several: what else the machine does can only add to it
+    took = {
+        "import gaitval": _seconds("import gaitval"),
+        "gaitval --help": _seconds("import sys; sys.argv = ['gaitval', '--help']; "
+                                   "from gaitval.cli import main; main()"),
+    }  # fmt: skip
+    limits = {"import gaitval": (0.1, 0.3), "gaitval --help": (0.4, 0.6)}
+    return [
+        _row(f"{name}, cold", seconds, "s", *limits[name], RUNS) for name, seconds in took.items()
+    ]
+
+
+def _seconds(code: str) -> float:
+    timed = (
+        "import time; t = time.perf_counter()\ntry:\n    exec({!r})\nfinally:\n    "
+        "import sys; print(time.perf_counter() - t, file=sys.stderr)"
+    )
+    found = []
+    for _ in range(RUNS):
+        done = subprocess.run([sys.executable, "-c", timed.format(code)], cwd=ROOT,
+                              capture_output=True, text=True, check=False)  # fmt: skip
+        found.append(float(done.stderr.split()[-1]))
+    return min(found)

@@ -1,0 +1,329 @@
+"""Rows of `reports/evidence` whose code has changed since they were measured.
+
+    python -m evidence stale             names them, and why; exit 1 if there are any
+    python -m evidence stale --retire    moves them to reports/evidence/past
+
+Each file that makes rows declares in `MEASURES` what its rows depend on, by a pattern of their
+`what`: `code`, `data`, `results`, and how many changed statements of the code are `allowed`, with
+the reason `why`. None are, if it does not say.
+
+`code` names files of the project by patterns. `path.py:name,name` is these definitions only, and
+`@group` a group of `evidence/sources.py`. It is compared statement by statement between the row's
+commit and the files of today, by syntax tree, so that comments, docstrings and layout do not count;
+nor do imports, for what they bring in is declared itself; nor does the command that a row names. A
+definition that moved from a declared file to another has not changed. A file that git sees as moved
+is compared with what it was under its old name. Any change of the content of a file of `data` makes
+a row stale; comments of TOML and CSV are no content. `results` hold what an earlier run measured: a
+row that was read from them carries the oldest commit that last changed one of them, and is stale
+once that is another.
+
+The file itself belongs to its rows too (but for its `MEASURES`), or those of its definitions that
+`code` names.
+
+Rows that are no longer of today's code, and would take hours to measure anew, are kept in
+`reports/evidence/past`: they say what was measured once, and when; nothing is claimed of today.
+"""
+
+import argparse
+import ast
+import copy
+import fnmatch
+import hashlib
+import subprocess
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import SequenceMatcher
+from functools import cache
+from typing import Final, NamedTuple
+
+from . import rows as evidence
+from .registry import source_of
+from .sources import ROOT, Dependence, dependence, targets
+
+PAST: Final = evidence.FOLDER / "past"
+MOVED: Final = 40
+"""%, how much of a file must be as before for git to see it as moved; all of it is compared."""
+COMMANDS: Final = {"COMMAND", "command", "_command", "about"}
+"""What files called the command of a row while they gave it to the row themselves."""
+_BODIES: Final = ("body", "orelse", "finalbody", "handlers", "cases")
+
+
+class Stale(NamedTuple):
+    """A row that is not of today's code."""
+
+    topic: str
+    what: str
+    reason: str
+
+
+class NoHistory(Exception):
+    """The folder is not git's, so nothing can be compared."""
+
+
+def stale() -> list[Stale]:
+    """Every stale row of `reports/evidence`, with the reason.
+
+    Raises
+    ------
+    NoHistory : there is no `.git`. A history that lacks a row's commit makes that row stale.
+    """
+    if not (ROOT / ".git").exists():
+        raise NoHistory
+    found = []
+    for path in sorted(evidence.FOLDER.glob("*.csv")):
+        for row in evidence.read(path):
+            reason = why_stale(row)
+            if reason:
+                found.append(Stale(path.stem, row["what"], reason))
+    return found
+
+
+def why_stale(row: Mapping[str, str]) -> str:
+    """Why a row is stale; "" if it is not."""
+    source = source_of(row["command"])
+    if source is None:
+        return f"its command is none of the project: {row['command']}"
+    declared = dependence(source, row["what"])
+    if declared is None:
+        return f"{source} declares nothing for it in MEASURES"
+    return _why(source, declared, row.get("commit", ""))
+
+
+@cache
+def _why(source: str, declared: Dependence, commit: str) -> str:
+    """Why rows with a dependence and a commit are stale; "" if they are not."""
+    if not commit:
+        return "has no commit"
+    if commit.endswith(evidence.UNCOMMITTED):
+        return f"measured on files that were not committed ({commit})"
+    if not _known(commit):
+        return f"its commit {commit} is not in this history (a shallow clone has none)"
+    if declared.results and (of := evidence.measured_commit(declared.results)[0]) != commit:
+        return f"its results are of {of}, the row of {commit}"
+    then, now = _files_of(commit), _files_of(None)
+    if moved := _changed_data(declared.data, then, now):
+        return f"{', '.join(moved[:3])} changed since {commit}"
+    own = () if any(each.startswith(f"{source}:") for each in declared.code) else (source,)
+    count, most = changed_statements((*own, *declared.code), commit)
+    if count > declared.allowed:
+        return f"{count} statements changed since {commit}, {declared.allowed} allowed ({most})"
+    return ""
+
+
+def _known(commit: str) -> bool:
+    command = ["git", "cat-file", "-e", f"{commit}^{{commit}}"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=False)
+    return done.returncode == 0
+
+
+@cache
+def _files_of(commit: str | None) -> dict[str, str]:
+    """Hash of git by path, of a commit or of the tracked files as they are now. A file of the
+    commit that has moved since has the path of today.
+    """
+    if commit:
+        lines = evidence.git("ls-tree", "-r", commit).splitlines()
+        found = {line.partition("\t")[2]: line.split()[2] for line in lines}
+        for old, new in _moves(commit):
+            found[new] = found.pop(old)
+        return found
+    names = evidence.git("ls-files").splitlines()
+    return {name: _hash(path.read_bytes()) for name in names if (path := ROOT / name).is_file()}
+
+
+def _moves(commit: str) -> list[tuple[str, str]]:
+    """Path in a commit and path of today of each file that git sees as moved."""
+    options = ("--name-status", "--diff-filter=R", f"--find-renames={MOVED}%", "-z")
+    words = evidence.git("diff", *options, commit).split("\0")
+    return list(zip(words[1::3], words[2::3], strict=True))
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha1(b"blob %d\0" % len(content) + content, usedforsecurity=False).hexdigest()
+
+
+def _changed_data(
+    patterns: Sequence[str], then: Mapping[str, str], now: Mapping[str, str]
+) -> list[str]:
+    return sorted(
+        name
+        for name in {*then, *now}
+        if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+        and then.get(name) != now.get(name)
+        and not (name in then and name in now and _same_content(name, then[name]))
+    )
+
+
+def _same_content(name: str, blob: str) -> bool:
+    """Whether a file differs from what it was in its comments only."""
+    before, after = _content(name, blob, past=True), _content(name, "", past=False)
+    if name.endswith(".toml"):
+        return tomllib.loads(before) == tomllib.loads(after)
+    if name.endswith(".csv"):
+        return _uncommented(before) == _uncommented(after)
+    return False
+
+
+def _uncommented(text: str) -> list[str]:
+    return [line for line in text.splitlines() if not line.startswith("#")]
+
+
+@cache
+def changed_statements(code: tuple[str, ...], commit: str) -> tuple[int, str]:
+    """Statements of some code that are not as in a commit, and where most of them are.
+
+    A statement that was replaced counts once, as does one that was added or taken away.
+    """
+    then, now = _files_of(commit), _files_of(None)
+    before: dict[str, list[str]] = {}
+    after: dict[str, list[str]] = {}
+    homes: dict[str, str] = {}
+    for name in sorted({*then, *now}):
+        only = _named(name, code)
+        if only is None or then.get(name) == now.get(name):
+            continue
+        for tree, where in ((then, before), (now, after)):
+            if name in tree:
+                text = _content(name, tree[name], past=tree is then)
+                for place, statements in pieces(text, only).items():
+                    where.setdefault(place, []).extend(statements)
+                    homes[place] = name
+    counts: dict[str, int] = {}
+    for place in {*before, *after}:
+        count = _differences(before.get(place, []), after.get(place, []))
+        if count:
+            counts[homes[place]] = counts.get(homes[place], 0) + count
+    ordered = sorted(counts, key=lambda name: -counts[name])
+    return sum(counts.values()), ", ".join(f"{name}: {counts[name]}" for name in ordered[:3])
+
+
+def _named(name: str, code: Sequence[str]) -> tuple[str, ...] | None:
+    """Definitions of a file that patterns name: () for all, None where none is of the file."""
+    found = [
+        pattern.partition(":")[2].split(",") if ":" in pattern else []
+        for pattern in code
+        if fnmatch.fnmatchcase(name, pattern.partition(":")[0])
+    ]
+    if not found:
+        return None
+    return tuple(each for names in found for each in names) if all(found) else ()
+
+
+@cache
+def _content(name: str, blob: str, past: bool) -> str:
+    if past:
+        return evidence.git("cat-file", "blob", blob)
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def _differences(before: list[str], after: list[str]) -> int:
+    parts = SequenceMatcher(None, before, after, autojunk=False).get_opcodes()
+    return sum(max(b - a, d - c) for what, a, b, c, d in parts if what != "equal")
+
+
+def pieces(text: str, only: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Statements of a module by the definition that they are in, without comments and docstrings.
+
+    Parameters
+    ----------
+    only : names of definitions of the module, where not all count.
+
+    Returns
+    -------
+    By dotted name (a function, a method, a constant; "" of what defines nothing), the text of each
+    statement. Of one that contains others, its own line, and then theirs.
+    """
+    found: dict[str, list[str]] = {}
+    for statement in _WithoutCommand().visit(ast.parse(text)).body:
+        names = targets(statement) or ("",)
+        if "MEASURES" in names or (only and not set(names) & set(only)):
+            continue
+        for place, line in _lines(statement, ""):
+            found.setdefault(place or names[0], []).append(line)
+    return found
+
+
+class _WithoutCommand(ast.NodeTransformer):
+    """Takes away what says which line makes a row: the last argument of the row, the marks of a
+    measurement.
+    """
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        """A row, without its command."""
+        self.generic_visit(node)
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        if name in ("Row", "none_may"):
+            if node.args and _names(node.args[-1]) & COMMANDS:
+                node.args.pop()
+            node.keywords = [each for each in node.keywords if each.arg != "command"]
+        return node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        """A function, without the decorator of a measurement."""
+        self.generic_visit(node)
+        node.decorator_list = [
+            each for each in node.decorator_list if "measurement" not in _names(each)
+        ]
+        return node
+
+
+def _names(node: ast.expr) -> set[str]:
+    """Every name and attribute in an expression."""
+    return {
+        name
+        for each in ast.walk(node)
+        if (name := getattr(each, "id", getattr(each, "attr", None))) is not None
+    }
+
+
+def _lines(statement: ast.stmt, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(statement, ast.Import | ast.ImportFrom) or (
+        isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+    ):
+        return
+    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
+        place = f"{place}.{statement.name}" if place else statement.name
+    own = copy.copy(statement)
+    inner: list[ast.stmt] = []
+    for name in _BODIES:
+        for each in getattr(statement, name, []):
+            inner += each.body if isinstance(each, ast.ExceptHandler | ast.match_case) else [each]
+        if getattr(statement, name, None) and name in ("body", "orelse", "finalbody"):
+            setattr(own, name, [ast.Pass()])
+        elif hasattr(own, name):
+            emptied = [copy.copy(each) for each in getattr(own, name)]
+            for each in emptied:
+                each.body = [ast.Pass()]
+            setattr(own, name, emptied)
+    yield place, ast.unparse(own)
+    for each in inner:
+        yield from _lines(each, place)
+
+
+def retire(found: Sequence[Stale]) -> None:
+    """Move rows from `reports/evidence` to `reports/evidence/past`."""
+    for topic in sorted({each.topic for each in found}):
+        source, target = evidence.FOLDER / f"{topic}.csv", PAST / f"{topic}.csv"
+        gone = {each.what for each in found if each.topic == topic}
+        rows = evidence.read(source)
+        past = {row["what"]: row for row in evidence.read(target)} if target.is_file() else {}
+        past |= {row["what"]: row for row in rows if row["what"] in gone}
+        evidence.save(target, list(past.values()))
+        evidence.save(source, [row for row in rows if row["what"] not in gone])
+
+
+def main(words: Sequence[str]) -> int:
+    """Name the stale rows, or move them; the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence stale",
+                                     description=(__doc__ or "").partition("\n")[0])  # fmt: skip
+    parser.add_argument("--retire", action="store_true", help="move them to reports/evidence/past")
+    arguments = parser.parse_args(words)
+    found = stale()
+    for each in found:
+        print(f"{each.topic}: {each.what}\n    {each.reason}")
+    count = sum(len(evidence.read(path)) for path in evidence.FOLDER.glob("*.csv"))
+    print(f"{len(found)} of {count} rows are stale.")
+    if arguments.retire:
+        retire(found)
+        return 0
+    return 1 if found else 0

@@ -1,0 +1,141 @@
+"""Shipped: trains the general policy of reports/general, one walker for several bodies.
+
+Training for anybody without a stored policy starts from it, which takes a few minutes instead of a
+training from nothing. It learns on the people's angles only, each at three speeds, and on as many
+virtual people: their gait at speeds between, on bodies of another size, whose parameters are drawn
+from the prior of a body known by stature alone. Forces and moments are those expected from the
+other people (record.use = "kinematics"), so it has never seen anybody's own. If interrupted,
+it resumes.
+"""
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.artefacts import value_hash, write_json
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.identification.prior import prior_sd
+from gaitval.policy.processes import new_workers
+from gaitval.policy.storage import Policy, load_start, save_policy
+from gaitval.policy.training import train_general
+from gaitval.prediction.known import told
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.inputs import POLICY_FILES
+from gaitval.study.run import GENERAL
+from gaitval.virtual.person import drawn_parameters, of_another_size
+
+TARGET: Final = Path(__file__).parent.parent / "reports" / GENERAL
+
+
+SPEEDS: Final = (0.75, 1.0, 1.25)
+"""Of the recorded one; at the others the angles are those expected of a change of speed."""
+VIRTUAL: Final = len(SPEEDS)
+"""Virtual people around each subject, at a speed between the slowest and the fastest."""
+VIRTUAL_SEED: Final = 2026
+"""Of the bodies and speeds of virtual people. Those that `gaitval virtual` makes are others."""
+
+Wanted = tuple[str, float, Configuration, tuple[str, ...]]
+"""A subject's name, a share of the speed or the number of a virtual person, the configuration, and
+the names of the people who are known."""
+
+
+def walking(subject: Subject, share: float, wanted: Wanted, mu: Array | None = None) -> WalkingTask:
+    """The walking task of a person, with the parameters mu (14,), at a share of their speed; what
+    is not known is expected from the people named.
+    """
+    _, _, configuration, names = wanted
+    others = [each for each in builtin_subjects() if each.identifier in names]
+    speed = None if share == 1.0 else share * subject.walking_speed_m_s
+    first = subject.model_copy(update={"trials": ()})
+    known = told(first, configuration.record, others, speed=speed)
+    model = scale_subject(subject).model
+    return WalkingTask.of(model, known.record, configuration, known.accuracy, mu=mu)
+
+
+def task_of(wanted: Wanted) -> WalkingTask:
+    """The walking task of a subject at a share of the recorded speed."""
+    name, share, *_ = wanted
+    return walking(load_subject(name), share, wanted)
+
+
+def virtual_task_of(wanted: Wanted) -> WalkingTask:
+    """The walking task of a virtual person, who is known by a subject's name and a number."""
+    name, number, *_ = wanted
+    random = np.random.default_rng([VIRTUAL_SEED, list(BUILTIN).index(name), int(number)])
+    person = of_another_size(load_subject(name), random)
+    mu = drawn_parameters(prior_sd(person), random)
+    return walking(person, random.uniform(min(SPEEDS), max(SPEEDS)), wanted, mu)
+
+
+def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
+    """What the policy was trained with, and what that training started from."""
+    return {
+        "subjects": subjects,
+        "told": "kinematics",
+        "speeds": list(SPEEDS),
+        "virtual": {"around each": VIRTUAL, "seed": VIRTUAL_SEED},
+        "samples": policy.about["samples"],
+        "start": start
+        and {
+            "samples": start.about["samples"],
+            "configuration": value_hash(start.about["configuration"]),
+        },
+    }
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
+    parser.add_argument("--samples", type=int, default=22_000_000, help="default: %(default)s")
+    parser.add_argument(
+        "--alone", action="store_true", help="nothing is known of built-in people not named"
+    )
+    parser.add_argument("--start", type=Path, help="start from this general policy")
+    parser.add_argument("--work", type=Path, default=Path("reports/general-training"))
+    parser.add_argument("--out", type=Path, default=TARGET)
+    arguments = parser.parse_args()
+    environments = (len(SPEEDS) + VIRTUAL) * len(arguments.subjects)
+    configuration = load_configuration(
+        settings=[f"training.environments={environments}", "record.use=kinematics"]
+    )
+    with new_workers(2) as pool:
+        known = tuple(arguments.subjects if arguments.alone else BUILTIN)
+        wanted = [
+            (name, speed, configuration, known) for name in arguments.subjects for speed in SPEEDS
+        ]
+        drawn = [
+            (name, number, configuration, known)
+            for name in arguments.subjects
+            for number in range(VIRTUAL)
+        ]
+        tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
+    print(f"{len(tasks)} references", flush=True)
+    began = time.monotonic()
+
+    def show(values: dict[str, float]) -> None:
+        rate = values["samples"] / (time.monotonic() - began)
+        print(
+            f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
+            f"{values['cycles']:.2f} cycles per episode, {rate:,.0f} samples/s",
+            flush=True,
+        )
+
+    start = load_start(arguments.start, configuration.environment) if arguments.start else None
+    policy = train_general(
+        tasks, arguments.work, samples=arguments.samples, start=start, on_progress=show
+    )
+    save_policy(policy, arguments.out)
+    write_json(arguments.out / "about.json", about(arguments.subjects, policy, start))
+    print(f"{arguments.out}: {', '.join(POLICY_FILES)}. {arguments.work} may be deleted.")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,144 @@
+"""Shipped: writes gaitval/metrics/gps_controls.csv, the healthy people of the Gait Profile Score.
+
+    python -m experiments.gps_controls ../shared/data          # the file
+    python -m experiments.gps_controls ../shared/data --check  # fails if the file is another
+
+Reads `gps/strides.csv` of the data folder: a stride a side of 42 healthy adults (WBDS), and of
+three groups with a gait disorder. Shipped is what is computed of the 42: their mean curves, rounded
+to 0.1 degree, and mean and standard deviation of their scores. `python -m evidence report
+scores` scores all four groups against the shipped file.
+"""
+
+import argparse
+import csv
+import io
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from gaitval.artefacts import write_text
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, GaitProfile, gait_profile, load_controls
+
+FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "gps_controls.csv"
+
+VARIABLES = {
+    "pelvis_1": "pelvis_list",
+    "pelvis_2": "pelvis_tilt",
+    "pelvis_3": "pelvis_rotation",
+    "hip_1": "hip_adduction",
+    "hip_2": "hip_flexion",
+    "hip_3": "hip_rotation",
+    "knee_2": "knee_angle",
+    "ankle_2": "ankle_angle",
+    "foot_3": "foot_progression",
+}
+"""Names of the source. All signs are the project's: curves of the same people in the source and in
+the built-in subjects have a positive correlation (tests/metrics/test_gait_profile.py)."""
+
+STATED = {
+    "control": (4.9, 1.3),
+    "parkinson_off": (7.3, 2.6),
+    "parkinson_on": (7.0, 2.8),
+    "transfemoral_amputee": (9.9, 1.9),
+}
+"""Mean and standard deviation of the score in each group, deg, as the data's README states them."""
+
+HEADER = """\
+# Sagittal, frontal and transverse angles of {people} healthy adults, walking over ground at their
+# own speed: the mean of one stride a side, right and left together, in degrees, rounded to {step};
+# and mean and standard deviation of their own scores. Names and signs of
+# gaitval.gait.record.GaitRecord. Made by experiments/gps_controls.py from: Fukuchi CA, Fukuchi RK,
+# Duarte M (2018) A public dataset of overground and treadmill walking kinematics and kinetics in
+# healthy individuals. PeerJ 6:e4640, https://doi.org/10.6084/m9.figshare.5722711. Licence of the
+# data and of this file: CC BY 4.0, https://creativecommons.org/licenses/by/4.0/. Its authors do not
+# endorse this project.
+"""
+STEP = 0.1
+
+
+def strides(data: Path) -> pd.DataFrame:
+    """Index group, subject, side (r, l) and angle; columns 0 to 100."""
+    table = pd.read_csv(data / "gps" / "strides.csv")
+    table["angle"] = table["angle"].map(VARIABLES)
+    table["side"] = table["side"].str.lower()
+    table = table.set_index(["group", "subject", "side", "angle"]).drop(columns="trial")
+    table.columns = pd.RangeIndex(101)
+    return table
+
+
+def profiles(
+    table: pd.DataFrame, controls: Mapping[str, np.ndarray]
+) -> dict[str, list[GaitProfile]]:
+    """The profile of every subject, by group."""
+    found: dict[str, list[GaitProfile]] = {}
+    for (group, _), rows in table.groupby(level=["group", "subject"]):
+        angles = {
+            f"{angle}_{side}": values.to_numpy() for (_, _, side, angle), values in rows.iterrows()
+        }
+        found.setdefault(str(group), []).append(gait_profile(angles, controls))
+    return found
+
+
+def controls_file(data: Path) -> str:
+    """The contents of the shipped file."""
+    table = strides(data)
+    healthy = table.xs("control")
+    rounded = (healthy.groupby(level="angle").mean() / STEP).round() * STEP
+    curves = {name: rounded.loc[name].to_numpy() for name in PROFILE_ANGLES}
+    own = profiles(table, curves)["control"]
+    text = io.StringIO()
+    text.write(HEADER.format(people=len(own), step=STEP))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["percent", *PROFILE_ANGLES, "total"])
+    for percent in range(101):
+        writer.writerow([percent, *(f"{curves[name][percent]:.1f}" for name in PROFILE_ANGLES), 0])
+    scores = np.array(
+        [
+            [
+                math.sqrt(0.5 * sum(each.scores[f"{n}_{s}"] ** 2 for s in "rl"))
+                for n in PROFILE_ANGLES
+            ]
+            + [each.total]
+            for each in own
+        ]
+    )
+    writer.writerow(["score", *(f"{value:.2f}" for value in scores.mean(axis=0))])
+    writer.writerow(["sd", *(f"{value:.2f}" for value in scores.std(axis=0, ddof=1))])
+    writer.writerow(["people", *[len(own)] * (len(PROFILE_ANGLES) + 1)])
+    return text.getvalue()
+
+
+def differences(data: Path) -> dict[str, tuple[float, float]]:
+    """By group, how far mean and SD of the score are from what the data's README states, deg."""
+    found = profiles(strides(data), load_controls().curves)
+    result = {}
+    for group, stated in STATED.items():
+        totals = np.array([each.total for each in found[group]])
+        result[group] = (
+            abs(float(totals.mean()) - stated[0]),
+            abs(float(totals.std(ddof=1)) - stated[1]),
+        )
+    return result
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--check", action="store_true")
+    arguments = parser.parse_args()
+    text = controls_file(arguments.data)
+    if not arguments.check:
+        write_text(FILE, text)
+    elif FILE.read_text(encoding="utf-8") != text:
+        sys.exit(
+            f"{FILE} is not what the data give. Run `python -m experiments.gps_controls DATA`."
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Run the walks that know only a part of the record, and keep what they reached.
+
+    python -m experiments.held_out_runs kinematics S01 S02    # all ten if none
+    python -m experiments.held_out_runs holdout               # every further trial of theirs
+    python -m experiments.held_out_runs halves ../shared/data # WBDS01's raw T01; then a half's
+
+Writes `reports/held_out/KIND/NAME.json`: errors of the walk and of predictions without a model.
+Interrupted, the same command resumes. `evidence/held_out.py` makes tables of them.
+"""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.cli.display import live_view
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.action_bias import reference_curves
+from gaitval.metrics.comparison import rms
+from gaitval.metrics.recorded import by_kind
+from gaitval.model.urdf import read_urdf
+from gaitval.reference.motion import ReferenceMotion
+from gaitval.session.halves import HALVES
+from gaitval.session.importing import import_files
+from gaitval.session.request import ImportOptions
+from gaitval.study.predict import run_prediction, run_range
+from gaitval.study.run import choose_start
+from gaitval.study.stage import Run, Stage, open_run, run_stage
+from gaitval.study.stages import (
+    choose_stage,
+    correct_stage,
+    evaluate_stage,
+    hand_on_stage,
+    identify_stage,
+    metrics_of,
+    reference_stage,
+    scale_stage,
+    simulate_stage,
+    train_stage,
+)
+
+STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"
+
+KINEMATICS = ("record.use=kinematics", "training.samples=1000000")
+"""The general policy has learned on such references of the ten, so half of the training does."""
+
+
+def reference_errors(run: Run) -> dict[str, dict[str, float]]:
+    """RMSE of the reference itself from the compared record: what the dynamic fit predicts."""
+    reference = ReferenceMotion.load(run.folder / "reference.npz")
+    mass = read_urdf(run.folder / "model.urdf").mass
+    _, record = run.compared()
+    truth = by_kind(recorded_curves(record))
+    asked = reference_curves(reference, mass, run.told().record.left_phase)
+    return {
+        kind: {name: rms(curve - truth[kind][name]) for name, curve in curves.items()}
+        for kind, curves in by_kind(asked).items()
+    }
+
+
+def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
+    """Keep what a comparison needs of `metrics.json`, and the errors of the reference."""
+    walk = metrics["walks"][metrics["final"]]
+    kept = {
+        key: metrics[key]
+        for key in ("subject", "recorded", "told", "predictions", "unseen", "summary", "provenance")
+    }
+    kept |= {
+        "speed": metrics["record"]["spatiotemporal"]["walking_speed"],
+        "errors": {
+            kind: {curve: error and error["rmse"] for curve, error in errors.items()}
+            for kind, errors in walk["errors"].items()
+        },
+        "errors_as_measured": walk["errors_as_measured"],
+        "reference_errors": reference_errors(run),
+        "starts": walk["starts"],
+        "measures": metrics["measures"],
+    }
+    path = STORE / kind / f"{name}.json"
+    write_json(path, kept)
+    print(path, flush=True)
+
+
+def walked(run: Run) -> dict[str, Any]:
+    """Metrics of the main job's walk, without pushes and a report, which are not asked here."""
+
+    def perform(stage: Stage) -> None:
+        run_stage(stage, run.folder, observer=run.observer)
+
+    perform(scale_stage(run))
+    perform(reference_stage(run))
+    choose_start(run, train_stage(run, 1))
+    perform(train_stage(run, 1))
+    perform(identify_stage(run, 1))
+    perform(hand_on_stage(run, 1))
+    perform(evaluate_stage(run, 1))
+    perform(choose_stage(run, 1))
+    perform(correct_stage(run))
+    perform(simulate_stage(run))
+    return metrics_of(run, pushes=None).as_dict()
+
+
+def kinematics(names: list[str], work: Path) -> None:
+    """The main job, given angles, speed and timing only."""
+    configuration = load_configuration(settings=KINEMATICS)
+    for name in names or BUILTIN:
+        folder = work / f"{name}-kinematics"
+        with live_view() as live, open_run(load_subject(name), configuration, folder, live) as run:
+            store("kinematics", name, walked(run), run)
+
+
+def holdout(names: list[str], work: Path) -> None:
+    """Every further trial, predicted from the others."""
+    for subject in builtin_subjects():
+        for trial in subject.trials:
+            name = f"{subject.identifier}-{trial.name}"
+            if names and name not in names:
+                continue
+            folder = work / name
+            settings = [f'record.holdout="{trial.name}"']
+            configuration = load_configuration(settings=settings)
+            with live_view() as live:
+                with open_run(subject, configuration, folder, live) as run:
+                    run_range(run)
+                with open_run(subject, configuration, folder / "at", live) as run:
+                    run_prediction(run, folder)
+            store("holdout", name, read_json(folder / "at" / "metrics.json"), run)
+
+
+def halves(names: list[str], work: Path) -> None:
+    """The odd cycles of a raw session known, the even ones held out; and first and last."""
+    raw = Path(names[0]) / "wbds" / "raw"
+    configuration = load_configuration()
+    for which in HALVES:
+        if names[1:] and which not in names[1:]:
+            continue
+        imported = import_files(
+            ImportOptions(
+                static=raw / "WBDS01static1.c3d",
+                trials=(raw / "WBDS01walkT01.c3d",),
+                mass=74.3,
+                height=1.725,
+                sex="M",
+                halves=which,
+            ),
+            work / f"WBDS01-{which}",
+            configuration=configuration,
+            tell=lambda step, text: print(f"{step}: {text}", flush=True),
+        )
+        subject: Subject = imported.subject
+        folder = work / f"WBDS01-{which}"
+        with live_view() as live, open_run(subject, configuration, folder, live) as run:
+            store("halves", f"WBDS01-{which}", walked(run), run)
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=("kinematics", "holdout", "halves"))
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--work", type=Path, default=Path("reports/held-out-runs"))
+    arguments = parser.parse_args()
+    jobs = {"kinematics": kinematics, "holdout": holdout, "halves": halves}
+    jobs[arguments.kind](arguments.names, arguments.work)
+
+
+if __name__ == "__main__":
+    main()

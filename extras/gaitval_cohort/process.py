@@ -1,0 +1,138 @@
+"""`python -m gaitval_cohort.process`: one study in a process of its own, for `task`.
+
+It reads the order from its standard input, writes what became of it to the file that the order
+names, and ends as soon as its standard input does: then its worker has gone. What the study says
+goes to its standard output, which is the study's log.
+"""
+
+import json
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from gaitval.artefacts import write_json
+from gaitval.errors import GaitvalError
+from gaitval.memory import give_back_soon, seldom_search
+from gaitval.study.stage import Observer
+from gaitval_cohort.identity import function_of
+from gaitval_cohort.store import SUMMARY, Store, alone
+from gaitval_cohort.table import Study
+
+PROGRESS_SECONDS: Final = 30.0
+"""Between two lines of progress in a log."""
+
+
+class Log(Observer):
+    """Prints what a study says, a line with its time."""
+
+    def __init__(self) -> None:
+        self._stage, self._last = "", datetime.min.replace(tzinfo=UTC)
+
+    def say(self, message: str) -> None:
+        """A line of the log."""
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        print(f"{now} {message}", flush=True)
+
+    def skipped(self, stage: str) -> None:
+        """The stage is up to date."""
+        self.say(f"{stage}: up to date")
+
+    def started(self, stage: str, reason: str) -> None:
+        """The stage begins."""
+        self._stage = stage
+        self.say(f"{stage}: starts ({reason})")
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """A line now and then."""
+        now = datetime.now(UTC)
+        if (now - self._last).total_seconds() >= PROGRESS_SECONDS:
+            self._last = now
+            told = ", ".join(f"{name} {value:g}" for name, value in values.items())
+            self.say(f"{self._stage}: {told}")
+
+    def finished(self, stage: str, seconds: float) -> None:
+        """The stage is done."""
+        self.say(f"{stage}: done in {seconds:.1f} s")
+
+
+def end_with_worker() -> None:
+    """End this process when its standard input ends, which the worker holds open."""
+
+    def watch() -> None:
+        while os.read(sys.stdin.fileno(), 1024):
+            pass
+        # `sys.exit` would end this thread only.
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def perform(order: Mapping[str, Any], log: Log) -> dict[str, Any]:
+    """Do an `order` and write to its `log`; what became of it: `status` finished, refused or fault,
+    and the `reason`.
+    """
+    store, study = Store(order["store"]), Study.model_validate(order["study"])
+    folder = Path(order["folder"])
+    try:
+        with alone(folder):
+            summary = function_of(order["function"])(study, folder, order["threads"], log)
+            write_json(folder / SUMMARY, summary)
+            store.keep(study.name, folder)
+    except GaitvalError as error:
+        log.say(f"refused: {error}")
+        return {"status": "refused", "reason": " ".join(str(error).split())}
+    except Exception as error:
+        traceback.print_exc()
+        return {"status": "fault", "reason": f"{type(error).__name__}: {error}"}
+    return {"status": "finished", "reason": ""}
+
+
+def peak_memory() -> int:
+    """Bytes of this process at its largest; 0 where the system does not say.
+
+    On Linux not from `getrusage`, whose figure starts with that of the process that started this
+    one.
+    """
+    if sys.platform == "linux":
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    if sys.platform == "darwin":
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return 0
+
+
+def main() -> None:
+    """Entry point."""
+    give_back_soon()
+    seldom_search()
+    order = json.loads(_line())
+    end_with_worker()
+    found = perform(order, Log())
+    write_json(Path(order["told"]), {**found, "peak_memory": peak_memory()})
+    # Threads of libraries are not waited for: what the study wrote is written.
+    sys.stdout.flush()
+    os._exit(0)
+
+
+def _line() -> bytes:
+    """The first line of the standard input, without reading on."""
+    found = b""
+    while not found.endswith(b"\n"):
+        # Byte by byte: a buffer would take what `end_with_worker` waits for.
+        part = os.read(sys.stdin.fileno(), 1)
+        if not part:
+            os._exit(1)
+        found += part
+    return found
+
+
+if __name__ == "__main__":
+    main()

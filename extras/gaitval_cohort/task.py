@@ -1,0 +1,189 @@
+"""What a worker does for a study: start its process, watch its memory, say what became of it.
+
+A study has a process of its own, so that its memory is given back and measured, its threads are
+set before any library starts them, and a crash in it ends nothing else.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from gaitval.artefacts import read_json
+from gaitval_cohort.store import LOG, SUMMARY, Store
+
+THREADS: Final = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+"""Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
+SAMPLING: Final = 0.5
+"""s between two looks at the memory of a study's processes."""
+COUNTING: Final = 10.0
+"""s after which shared memory is counted again, however much they hold."""
+
+Json = dict[str, Any]
+
+
+def order_of(
+    study: Mapping[str, Any], fingerprint: str, store: str, *, function: str, threads: int
+) -> Json:
+    """What a worker is sent for a `study` with its `fingerprint`: where to `store` it, which
+    `function` does it and with how many `threads`. JSON, below a kilobyte without many settings.
+    """
+    return {
+        "study": dict(study),
+        "fingerprint": fingerprint,
+        "store": store,
+        "function": function,
+        "threads": threads,
+    }
+
+
+def run_order(order: Json) -> Json:
+    """Do the study of an `order`, unless another worker has finished it; what became of it.
+
+    Returns
+    -------
+    dict
+        `name`; `status`: finished, refused (by the input), fault (of gaitval), or lost (its process
+        was killed); `reason`; `seconds` of the wall; `peak_memory` bytes of its processes together;
+        `worker`: machine and process.
+    """
+    name = order["study"]["name"]
+    store = Store(order["store"])
+    known = store.finished(name)
+    if known is not None and known.get("fingerprint") == order["fingerprint"]:
+        return dict(known)
+    # What is there is of other inputs.
+    store.forget(name)
+    folder = store.folder(name, order["fingerprint"])
+    folder.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    found, peak = _watched(order, folder)
+    outcome: Json = {
+        "name": name,
+        "fingerprint": order["fingerprint"],
+        "status": found["status"],
+        "reason": found["reason"],
+        "seconds": round(time.monotonic() - began, 2),
+        "peak_memory": max(peak, found.get("peak_memory", 0)),
+        "worker": f"{os.uname().nodename if hasattr(os, 'uname') else 'here'}:{os.getpid()}",
+    }
+    if outcome["status"] == "finished":
+        store.finish(name, outcome)
+        store.clear(folder)
+    else:
+        store.keep(name, folder)  # its log says why
+    return outcome
+
+
+def pinned(threads: int) -> dict[str, str]:
+    """The environment of a study's process, with so many `threads`."""
+    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+
+
+def _watched(order: Json, folder: Path) -> tuple[Json, int]:
+    """Run a study's process to its end; what it reported, and its largest memory, bytes."""
+    with tempfile.TemporaryDirectory(prefix="gaitval-study-") as temporary:
+        told = Path(temporary) / "told.json"
+        sent = {**order, "folder": str(folder), "told": str(told)}
+        with (folder / LOG).open("ab") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "gaitval_cohort.process"],
+                env=pinned(order["threads"]),
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                # A signal to the worker's group does not reach the study; its closed standard input
+                # ends it.
+                start_new_session=True,
+            )
+        try:
+            assert process.stdin is not None
+            process.stdin.write(json.dumps(sent).encode() + b"\n")
+            process.stdin.flush()
+            peak = _peak_until_end(process)
+        finally:
+            process.kill()
+            process.wait()
+        if told.is_file():
+            return dict(read_json(told)), peak
+    return {"status": "lost", "reason": _ended(process.returncode)}, peak
+
+
+def _ended(code: int) -> str:
+    if code < 0:
+        name = signal.Signals(-code).name
+        return f"its process was ended by {name}; did the machine run out of memory?"
+    return f"its process ended with code {code} and reported nothing; its log may say why"
+
+
+def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
+    """Wait for a process; the most bytes that it and its children held."""
+    import psutil
+
+    peak, shared, due = 0, 0, 0.0
+    try:
+        watched = psutil.Process(process.pid)
+    except psutil.NoSuchProcess:
+        process.wait()
+        return peak
+    while True:
+        family = _family(watched)
+        held = sum(_asked(each.memory_info, "rss") for each in family)
+        # To count what is shared takes the system 25 ms, so it is asked where there may be more.
+        if held - shared > peak or time.monotonic() >= due:
+            now = _memory(family)
+            peak, shared, due = max(peak, now), held - now, time.monotonic() + COUNTING
+        try:
+            process.wait(SAMPLING)
+        except subprocess.TimeoutExpired:
+            continue
+        return peak
+
+
+def _family(process: Any) -> list[Any]:
+    """A process and its children; none if it has ended."""
+    import psutil
+
+    try:
+        return [process, *process.children(recursive=True)]
+    except psutil.Error:
+        return []
+
+
+def _memory(family: list[Any]) -> int:
+    """Bytes of processes now; memory that they share counts once where the system says so (PSS,
+    Linux).
+    """
+    if sys.platform == "linux":
+        return sum(_asked(each.memory_full_info, "pss") for each in family)
+    return sum(_asked(each.memory_info, "rss") for each in family)
+
+
+def _asked(about: Callable[[], Any], name: str) -> int:
+    """A figure of a process's memory; 0 if it has ended."""
+    import psutil
+
+    try:
+        return int(getattr(about(), name))
+    except (psutil.Error, OSError):
+        return 0
+
+
+def summary_of(store: Store, name: str) -> Json | None:
+    """The summary in `store` of the finished study `name`."""
+    values = store.read(name, SUMMARY)
+    return values if isinstance(values, dict) else None

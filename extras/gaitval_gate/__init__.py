@@ -1,0 +1,1 @@
+"""Accuracy over versions: walks compared, figures over commits, and the pytest plug-in."""

@@ -1,0 +1,1 @@
+"""Ground contact: the laws, and what they do to the feet."""

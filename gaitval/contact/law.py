@@ -1,0 +1,89 @@
+"""What a contact law is, and which there are.
+
+A law is a named tuple of its numbers with a compiled `force`. From the type of the tuple numba
+knows which force to compile into the engines, so choosing a law costs nothing in a physics step.
+docs/how-to/contact-law.md shows how to add one.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final, Protocol, Self
+
+from numba.extending import overload
+
+from gaitval.arrays import Array
+from gaitval.configuration import ContactSettings
+from gaitval.contact.cubic import Cubic
+from gaitval.contact.hunt_crossley import HuntCrossley
+
+
+class ContactLaw(Protocol):
+    """The force of the ground on a sphere, and the numbers that it depends on, by name.
+
+    Attributes
+    ----------
+    settings : the names of `configuration.ContactSettings` that it reads.
+    """
+
+    settings: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    def of(cls, contact: ContactSettings, friction: float) -> Self:
+        """The law of these settings, with a static friction coefficient (body parameter sigma)."""
+
+    def force(
+        self, radius: float, height: float, velocity: Array, out: Array
+    ) -> tuple[float, float]:
+        """Force of the ground on one sphere; compiled, for numbers and for lanes (`gaitval.lanes`).
+
+        Parameters
+        ----------
+        radius, height : m, of the sphere and of its centre above the ground.
+        velocity : (3,) m/s, of the sphere's lowest point, world.
+        out : (3,) N out, world.
+
+        Returns
+        -------
+        Slopes, Ns/m, neither negative: of the normal force in the penetration rate, at rest, and
+        friction / slip. `contact.forces` makes the force implicit in the velocity with them.
+        """
+
+    def static_force(self, radius: Array, depth: Array) -> Array:
+        """Normal force N on spheres of these radii (m) at rest at depths (≥ 0, m)."""
+
+    def opensim(self) -> tuple[str, dict[str, float]] | None:
+        """OpenSim's force between a sphere and a half-space: its class and the values of its
+        properties; None if OpenSim has no such force.
+        """
+
+
+LAWS: Final[Mapping[str, type[ContactLaw]]] = {"hunt_crossley": HuntCrossley, "cubic": Cubic}
+"""Laws by their name in the configuration, `contact.law`."""
+
+
+def contact_law(contact: ContactSettings, friction: float) -> ContactLaw:
+    """The law that `contact` names, with a static friction coefficient (body parameter sigma)."""
+    return LAWS[contact.law].of(contact, friction)
+
+
+def _sphere_force(law: Any, radius: Any, height: Any, velocity: Any, out: Any) -> Any:
+    """`ContactLaw.force` of any law, in Python and in compiled functions."""
+    return law.force(radius, height, velocity, out)
+
+
+sphere_force: Any = _sphere_force
+
+
+# As `compiled.njit_borrowing` compiles: no references are counted.
+_BORROWING: Any = {"_nrt": False, "error_model": "numpy"}
+
+
+@overload(sphere_force, jit_options=_BORROWING)
+def _force_of_the_type(law, radius, height, velocity, out):  # type: ignore[no-untyped-def]
+    # numba calls this once for each type of law, with types instead of values, and compiles what it
+    # returns: the named tuple's own `force`, known without a look-up at run time.
+    force = law.instance_class.force
+
+    def call(law, radius, height, velocity, out):  # type: ignore[no-untyped-def]
+        return force(law, radius, height, velocity, out)
+
+    return call

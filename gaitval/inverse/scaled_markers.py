@@ -1,0 +1,68 @@
+"""A scaled body with the markers on its segments, and its folder."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Self
+
+import pandas as pd
+
+from gaitval.artefacts import replacing
+from gaitval.inverse.marker_placement import place_markers
+from gaitval.model.markers import MARKERS, ModelMarker, load_markers, save_markers
+from gaitval.model.urdf import read_urdf, write_urdf
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.scaling.scaling import ScaledBody
+from gaitval.scaling.segments import ScaledSegment
+
+
+@dataclass(frozen=True, repr=False)
+class MarkedBody(ScaledBody):
+    """A scaled body and where markers sit on it, if that is known.
+
+    Attributes
+    ----------
+    marker_set : name or file of the marker set that `markers` are of; "" for a body without.
+    standing : (3,) m, where each marker of the set was in standing; empty for a body without.
+    fitted : markers on the segments where a session's fit placed them; `standing` is then empty.
+    """
+
+    marker_set: str = ""
+    standing: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    fitted: tuple[ModelMarker, ...] = ()
+
+    @cached_property
+    def markers(self) -> tuple[ModelMarker, ...]:
+        """Markers on the segments: as fitted, else placed by standing; empty for a body without.
+
+        Raises ScalingError where the standing markers cannot be placed.
+        """
+        if self.fitted or not self.standing:
+            return self.fitted
+        marker_set = load_marker_set(self.marker_set)
+        measured = measure(marker_set.on_landmarks(self.standing))
+        return place_markers(self.model, measured, self.standing, marker_set).markers
+
+    def save(self, path: str | Path) -> None:
+        """Write `model.urdf` and `scaling.csv` into a folder, as `gaitval scale` does, and the
+        markers, if there are any, as `markers.json`.
+        """
+        write_urdf(self.model, Path(path) / "model.urdf")
+        with replacing(Path(path) / "scaling.csv") as temporary:
+            self.frame().to_csv(temporary, index=False)
+        if self.marker_set:
+            save_markers(Path(path) / MARKERS, self.fitted, self.marker_set, self.standing)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read the folder that `save` or `gaitval scale` wrote, or `recording` in the folder of an
+        import. Raises ModelError, ArtefactError.
+        """
+        rows = pd.read_csv(Path(path) / "scaling.csv").astype(object)
+        rows = rows.where(rows.notna(), None)
+        table = tuple(ScaledSegment(**row) for row in rows.to_dict("records"))  # type: ignore[arg-type]
+        stored = Path(path) / MARKERS
+        fitted, marker_set, standing = load_markers(stored) if stored.is_file() else ((), "", {})
+        return cls(read_urdf(Path(path) / "model.urdf"), table, marker_set, standing, fitted)

@@ -1,0 +1,63 @@
+"""Which measures compare the walk with data known to the run (fitted), and which are predicted."""
+
+from collections.abc import Collection, Mapping
+from typing import Final, Literal, get_args
+
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject import Subject
+from gaitval.prediction.known import QUANTITIES, Quantity, quantities_told
+
+Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
+STATUSES: Final[tuple[Status, ...]] = get_args(Status)
+
+ReadBy = Literal["reference", "feed-forward", "reward", "identification"]
+"""What a run uses a known quantity for. Scaling uses standing markers or lengths, and no gait; the
+correction reads the reference and no record."""
+
+_READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
+    "angles": ("reference", "reward", "identification"),
+    "timing": ("reference", "reward", "identification"),
+    "moments": get_args(ReadBy),
+    "forces": ("reference", "reward", "identification"),
+    "stance": ("reference",),
+}
+
+QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
+    "angle_rmse": ("angles",),
+    "angle_skill": ("angles",),
+    "moment_rmse": ("moments",),
+    "moment_skill": ("moments",),
+    "force_rmse": ("forces",),
+    "force_skill": ("forces",),
+    "unfiltered_force_rmse": ("forces",),
+    "power_burst_error": ("angles", "moments"),
+    "joint_work_error": ("angles", "moments"),
+    "centre_of_mass_rmse": ("forces",),
+    "loading_peak_error": ("forces",),
+    "pressure_arm_rmse": ("moments", "forces"),
+    "speed_error": ("timing",),
+    "stride_time_error": ("timing",),
+    "step_length_error": ("timing",),
+    "stance_fraction_error": ("stance",),
+    "epsilon": ("angles", "moments", "forces"),
+}
+"""Recorded quantities that a measure is compared with; the others have no record."""
+
+
+def uses(subject: Subject, configuration: Configuration) -> dict[str, list[ReadBy]]:
+    """What reads each quantity of the compared record of `subject` before the comparison; nothing
+    reads those that `configuration` keeps from the run.
+    """
+    told = quantities_told(subject, configuration.record)
+    return {
+        quantity: list(_READ_BY[quantity]) if quantity in told else [] for quantity in QUANTITIES
+    }
+
+
+def status(measure: str, told: Collection[str]) -> Status:
+    """Whether `measure` is compared with quantities known to the run, which are `told`."""
+    of = QUANTITIES_OF.get(measure, ())
+    if not of:
+        return "not compared"
+    known = [quantity in told for quantity in of]
+    return "fitted" if all(known) else "partly fitted" if any(known) else "predicted"

@@ -1,0 +1,65 @@
+"""Warnings about a walking trial: its forces, its clock, the events of its file."""
+
+from collections.abc import Mapping, Sequence
+
+from gaitval.gait.event_checks import StoredEvents, contact_doubts, event_doubts
+from gaitval.gait.events import marker_events
+from gaitval.gait.force_checks import force_doubts, place_doubts, whole_stances
+from gaitval.gait.motion_checks import motion_doubts, swing_doubts, weight_doubts
+from gaitval.gait.plate_contacts import OUTSIDE
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.gait.sampling import interpolated
+from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.mocap.findings import Finding
+from gaitval.mocap.foot_markers import pelvis_markers
+from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.session.request import Request
+
+
+def trial_doubts(
+    request: Request,
+    recording: Recording,
+    landmarks: Mapping[str, str],
+    events: Sequence[Event],
+    stored: Sequence[StoredEvents],
+    findings: Sequence[Finding],
+    measured: tuple[FootForces, FootForces, InverseDynamics] | None,
+) -> tuple[QualityFlag, ...]:
+    """All warnings about a trial of `request`.
+
+    Parameters
+    ----------
+    recording : cleaned and zeroed; `landmarks` names its markers.
+    events : found; `stored` : those of the file beside them.
+    findings : of `assign_forces`.
+    measured : forces at their own rate, at the marker frames, and inverse dynamics with these; None
+        without forces.
+    """
+    found = [*event_doubts(stored), *swing_doubts(events, request.height_m)]
+    if measured is None:
+        return tuple(found)
+    forces, loads, dynamics = measured
+    needed = loads.force.sum(axis=1) + dynamics.residual_force
+    if weight := [*weight_doubts(needed, loads)]:
+        return (*found, *weight)  # everything else is off for the same reason
+    frames = (forces.time - recording.start) * recording.marker_rate
+    pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
+    stances = whole_stances(recording, forces)
+    of_plates = [*force_doubts(recording, forces, pelvis)]
+    for plate in recording.plates:
+        outside = sum(
+            OUTSIDE in one.action and one.names[0] == f"plate {plate.name}" for one in findings
+        )
+        used = sum(stance.plate == plate.name for stance in stances)
+        of_plates += place_doubts(plate.name, outside, used)
+    of_motion = motion_doubts(
+        needed,
+        loads,
+        stances,
+        forces.rate,
+        request.mass_kg,
+    )
+    found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
+    named = {doubt.plate for doubt in of_plates}
+    # a plate with a warning already explains why its force and the motion disagree
+    return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

@@ -1,0 +1,118 @@
+"""A stored policy with all that it needs to walk."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+import pandas as pd
+
+from gaitval.arrays import Array
+from gaitval.artefacts import copy_files, read_json
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import load_subject
+from gaitval.display import Displayed, value_frame
+from gaitval.errors import PolicyError
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS
+from gaitval.model.urdf import model_hash
+from gaitval.policy.storage import Policy, load_policy
+from gaitval.reference.adjustment import Adjustment, adjusted
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.baseline import STORED_FILES
+from gaitval.study.inputs import body_parameters
+
+
+@dataclass(frozen=True, repr=False)
+class StoredPolicy(Displayed):
+    """A stored policy with all that it needs to walk.
+
+    Attributes
+    ----------
+    subject : whom it walks as.
+    network : the policy itself.
+    configuration : that it was trained and validated with.
+    nominal, identified : (14,) body parameters mu, see `gaitval.model.parameters`.
+    correction : of the reference, for the identified body.
+    folder : that it was read from.
+    """
+
+    subject: Subject
+    network: Policy
+    configuration: Configuration
+    nominal: Array
+    identified: Array
+    correction: Adjustment
+    folder: Path
+
+    @cached_property
+    def model(self) -> BodyModel:
+        """The subject's scaled body model."""
+        return scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric).model
+
+    @cached_property
+    def task(self) -> WalkingTask:
+        """What it was trained for. The reference motion takes seconds, once."""
+        return WalkingTask.of(self.model, self.subject.record(), self.configuration)
+
+    @cached_property
+    def corrected_task(self) -> WalkingTask:
+        """The task of the identified body with the corrected reference, as it is validated."""
+        task = self.task
+        if not np.array_equal(self.identified[2:], self.nominal[2:]):  # another body
+            record = self.subject.record()
+            task = WalkingTask.of(self.model, record, self.configuration, mu=self.identified)
+        reference = adjusted(task.reference, task.reference_body, self.correction)
+        return replace(task, reference=reference)
+
+    def title(self) -> str:
+        """Whose policy, from where."""
+        return f"Policy of {self.subject.identifier}, {self.network.hidden_units} hidden units"
+
+    def overview(self) -> pd.DataFrame:
+        """The identified body parameters."""
+        return self.to_frame()[["quantity", "value", "unit"]]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Identified body parameters mu, one row each."""
+        units = {"damping": "Nms/rad", "friction": "1"}
+        return value_frame(
+            ("", name, float(value), units.get(name, "1" if name.endswith("_length") else "m"))
+            for name, value in zip(PARAMETERS, self.identified, strict=True)
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Copy the files of the policy into a folder, each whole or not at all."""
+        copy_files(self.folder, Path(path), STORED_FILES[:-1])
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what `save` wrote, a run folder or a baseline. Raises PolicyError."""
+        folder = Path(path).resolve()
+        missing = [name for name in STORED_FILES[:-1] if not (folder / name).is_file()]
+        if missing:
+            raise PolicyError(
+                f"{folder}: {', '.join(missing)} missing, so there is no policy to walk here. Give "
+                "a finished run folder, a baseline, or a built-in subject."
+            )
+        subject = load_subject(folder / "subject.toml")
+        configuration = load_configuration(folder / "configuration.toml")
+        path = folder / "correction.json"
+        return cls(
+            subject=subject,
+            network=load_policy(
+                folder / "policy",
+                model_hash=model_hash(
+                    scale_subject(subject, symmetric=configuration.scaling.symmetric).model
+                ),
+                environment=configuration.environment,
+            ),
+            configuration=configuration,
+            nominal=body_parameters(folder / "identification.json", "nominal"),
+            identified=body_parameters(folder / "identification.json"),
+            correction=Adjustment.from_dict(read_json(path), str(path)),
+            folder=folder,
+        )

@@ -1,1 +1,0 @@
-"""The pytest plug-in: accuracy tests against stored baselines, in any project."""

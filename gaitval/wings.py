@@ -1,0 +1,37 @@
+"""Optional parts of gaitval, its wings, which register themselves as entry points.
+
+The core imports none of them. It asks for an entry point by its group and its name, so that a wing
+is loaded only when a user asks for what it does. Wings of other distributions are found as well.
+"""
+
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Final
+
+from gaitval.errors import ConfigurationError
+
+COMMANDS: Final = "gaitval.commands"
+"""Group of the commands: each an `gaitval.cli.app.Added`, by the name of the command."""
+HISTORIES: Final = "gaitval.histories"
+"""Group of what keeps the figures of `gaitval check --history` (`gaitval.cli.study.History`)."""
+
+
+def names(group: str) -> list[str]:
+    """The names that installed wings register in `group`, in alphabetical order."""
+    return sorted(entry_points(group=group).names)
+
+
+def load(group: str, name: str) -> Any:
+    """The object that a wing registers as `name` in `group`. Raises ConfigurationError if none does
+    or it cannot be imported; the message says how to install it.
+    """
+    found: EntryPoint | None = next(iter(entry_points(group=group, name=name)), None)
+    try:
+        if found is not None:
+            return found.load()
+        why = "is not installed"
+    except ImportError as error:
+        why = f"cannot be loaded ({error})"
+    raise ConfigurationError(
+        f"{name}: this optional part of gaitval {why}. Install it: python -m pip install "
+        "'gaitval[all]', or, in a checkout, make setup."
+    )

@@ -1,0 +1,218 @@
+"""The report of many walks: its numbers are those of the metrics, text from outside stays text."""
+
+import csv
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from html_page import Page, only_html
+
+from gaitval.metrics.groups import group_rows
+from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.reporting.drawing import WIDTH
+from gaitval.reporting.page import number
+from gaitval_gate.compare_command import _flip_line
+from gaitval_gate.comparison_page import SUBJECTS, write_comparison
+from gaitval_gate.versions import StoredWalk, matched
+
+REPORTS = Path(__file__).parents[2] / "reports"
+HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"
+
+
+def walk(name: str, folder: str = "runs") -> StoredWalk:
+    return StoredWalk(
+        folder=Path(folder) / name,
+        metrics=read_metrics(REPORTS / name / "baseline"),
+        margins=None,
+    )
+
+
+def changed(walk: StoredWalk, **by: float) -> StoredWalk:
+    """The walk with the values of some measures changed."""
+    rows = [
+        row.model_copy(update={"value": row.value + by.get(row.measure, 0.0)})
+        for row in walk.metrics.measures
+    ]
+    return replace(walk, metrics=walk.metrics.model_copy(update={"measures": rows}))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("comparison")
+    walks = [changed(walk("S05", "new"), epsilon=0.5), changed(walk("S02", "new"), epsilon=-0.1)]
+    versions = matched([walk("S02", "old"), walk("S05", "old"), walk("S03", "old")], walks)
+    write_comparison(found, "comparison", walks, versions)
+    return found
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Page:
+    return Page((folder / "comparison.html").read_text(encoding="utf-8"))
+
+
+def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> None:
+    assert page.open == []
+    assert not {"link", "iframe", "object"} & set(page.tags)
+    beside = {link for link in page.links if not link.startswith("#")}
+    assert beside == {"comparison.csv", "comparison_curves.csv"}
+    assert all((folder / name).is_file() for name in beside)
+    assert len(page.identifiers) == len(set(page.identifiers))
+    assert page.tags.count("svg") == 1 + 9
+    assert (folder / "comparison.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_what_got_worse_stands_before_what_improved(page: Page) -> None:
+    text = " ".join(page.text.split())
+    assert "No walk now of S03" in text
+    assert "of these 16 walked in the compiled engine, the others in DART" in text
+    assert "1 of 258 measures got worse by more than their margin, 1 better" in text
+    worse, better = text.index("S05epsilon"), text.index("S02epsilon")
+    assert worse < better
+    before = next(row.value for row in walk("S05").metrics.measures if row.measure == "epsilon")
+    assert f"{before:.4g}{before + 0.5:.4g}10.0150.0worse" in text
+
+
+def test_the_errors_are_those_of_each_subject(page: Page) -> None:
+    rows = [group_rows(walk(name).metrics) for name in ("S05", "S02")]
+    text = " ".join(page.text.split())
+    for row in (each for rows_of_one in rows for each in rows_of_one):
+        skill = next(iter(row.skills().values()))
+        digits = 3 if row.unit == "Nm/kg" else 2
+        assert f"{number(row.walked, digits)}{number(skill, 2)}" in text
+    angles = [each[0].walked for each in rows]
+    mean, sd = np.mean(angles), np.std(angles, ddof=1)
+    assert f"{number(mean, 2)} ± {number(sd, 2)}" in text
+
+
+def test_the_tables_beside_have_every_value(folder: Path) -> None:
+    with (folder / "comparison.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 129
+    moved = {(row["subject"], row["measure"]): row for row in rows if row["change"] != "kept"}
+    assert set(moved) == {("S05", "epsilon"), ("S02", "epsilon")}
+    assert moved["S05", "epsilon"]["change"] == "lost"
+    assert {row["comparison"] for row in rows} == {"fitted", "not compared"}
+    with (folder / "comparison_curves.csv").open(newline="") as file:
+        curves = list(csv.DictReader(file))
+    assert len(curves) == 2 * 32 * 101
+    metrics = walk("S05").metrics
+    recorded = metrics.record.curves.moments["knee_angle_l"]
+    mine = [
+        float(row["recorded"]) for row in curves
+        if (row["walk"], row["quantity"], row["side"]) == ("S05", "knee_angle moment", "left")
+    ]  # fmt: skip
+    assert mine == recorded
+    assert {row["before"] == row["simulated"] for row in curves} == {True}
+
+
+def test_names_from_outside_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_html(monkeypatch)
+    found = walk("S05", HOSTILE)
+    values = found.metrics.as_dict()
+    values["subject"] = {name: f"={HOSTILE}" for name in values["subject"]}
+    hostile = replace(found, metrics=metrics_from(values, "here"))
+    write_comparison(tmp_path, "c", [hostile, hostile], None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert html.count("<script") == 1  # what copies tables
+    text = Page(html).text
+    assert "{{ 7 * 7 }}" in text
+    assert "What got worse" not in text
+    assert f"={HOSTILE} ({HOSTILE}/S05)" in " ".join(text.split())
+    with (tmp_path / "c.csv").open(newline="") as file:
+        assert all(row["walk"].startswith("'=") for row in csv.DictReader(file))
+
+
+def test_a_walk_that_fell_at_once_has_dashes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    found = walk("S05")
+    values = found.metrics.as_dict()
+    walked = values["walks"][values["final"]]
+    nothing = {kind: dict.fromkeys(errors) for kind, errors in walked["errors"].items()}
+    empty = {
+        kind: {name: {"mean": None, "sd": None} for name in errors}
+        for kind, errors in nothing.items()
+    }
+    walked |= {"errors": nothing, "curves": empty}
+    values["measures"] = [row | {"value": None} for row in values["measures"]]
+    values["push_recovery"] = None
+    now = replace(found, metrics=metrics_from(values, "here"))
+    write_comparison(tmp_path, "c", [now], matched([walk("S05", "old")], [now]))
+    text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
+    assert "129 of 129 measures got worse" in text
+    assert "and 69 more" in text.lower()
+    assert "not measured" in text
+
+
+def test_many_walks_are_shared_out_over_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    walks = [walk("S05", f"run{number}") for number in range(SUBJECTS + 1)]
+    write_comparison(tmp_path, "c", walks, None)
+    page = Page((tmp_path / "c.html").read_text(encoding="utf-8"))
+    assert page.tags.count("svg") == 2 * 9
+    assert page.text.count("MeasureUnit") == 2
+    assert "S05 (run10/S05)" in page.text
+
+
+def judged_otherwise(found: StoredWalk, target: str, value: float) -> StoredWalk:
+    """The walk with one push limit failed, and its measure moved by less than any margin."""
+    rows = [
+        row.model_copy(update={"value": value, "passed": False, "reached": False})
+        if (row.id, row.target) == ("push-survival", target)
+        else row
+        for row in found.metrics.tolerances
+    ]
+    return replace(found, metrics=found.metrics.model_copy(update={"tolerances": rows}))
+
+
+def test_a_limit_with_another_verdict_is_listed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even where its value moved by less than the margin of its measure."""
+    only_html(monkeypatch)
+    now = judged_otherwise(walk("S05", "new"), "phase 0.5", 71.4)
+    versions = matched([walk("S05", "old")], [now])
+    assert not versions.lost()
+    [(subject, flip)] = versions.flipped()
+    assert (subject, flip.target, flip.now, flip.kept, flip.decides) == (
+        *("S05", "phase 0.5", 71.4, False),
+        True,
+    )
+    write_comparison(tmp_path, "c", [now], versions)
+    text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
+    assert "Limits with another verdict" in text
+    assert "survivedphase 0.510071.4≥ 80%not kept" in text
+    again = matched([now], [walk("S05", "old")]).flipped()
+    assert [flip.kept for _, flip in again] == [True]
+    assert "is no longer kept" in _flip_line("S05", flip)
+    assert "phase 0.5: 100 → 71.4 % (at least 80)" in _flip_line("S05", flip)
+
+
+def test_who_walked_twice_counts_once_in_the_mean(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
+    write_comparison(tmp_path, "c", walks, None)
+    text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
+    assert "mean ± SD, 2 people (3 walks, those of one person averaged first)" in text
+    errors = [group_rows(walk(name).metrics)[0].walked for name in ("S05", "S02")]
+    assert f"{number(np.mean(errors), 2)} ± {number(np.std(errors, ddof=1), 2)}" in text
+    write_comparison(tmp_path, "d", walks[:2], None)
+    assert "mean ± SD" not in (tmp_path / "d.html").read_text(encoding="utf-8")
+
+
+def test_the_curves_of_one_walk_fill_the_width(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_comparison(tmp_path, "c", [walk("S05")], None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert html.count('class="third"') == 9
+    widths = {round(float(each)) for each in re.findall(r'<svg[^>]* width="([\d.]+)pt"', html)}
+    assert widths == {round(72 * WIDTH / 3)}

@@ -1,0 +1,142 @@
+"""The page of a history: steps by commit, text from outside as text, all values as CSV."""
+
+import csv
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from html_page import Page, only_html
+
+from gaitval_gate.history import Check, Figure
+from gaitval_gate.history_page import find_steps, write_history
+
+HOSTILE = "<script>alert(1)</script>$x^2$ \\n --> {{ 7 * 7 }}"
+WORSE_AT, SMALL_AT, COUNT = 8, 5, 12
+
+
+def figure(target: str, value: float | None, *, better: str = "lower") -> Figure:
+    return Figure("angle_rmse", target, "deg", value, 1.0, 0.3, better)
+
+
+def checks() -> list[Check]:
+    """Twelve commits: the right knee gets worse by twice its margin at one, the left one by a third
+    of it at another; the hip never changes; a benchmark gets faster on one of two machines."""
+    random = np.random.default_rng(0)
+    found = []
+    for number in range(COUNT):
+        revision = f"{number:02d}" * 20
+        day = f"2026-11-{number + 1:02d}T10:00:00+00:00"
+        noise = 0.01 * random.normal(size=2)
+        figures = (
+            figure("knee_angle_r", 1.0 + 0.6 * (number >= WORSE_AT) + noise[0]),
+            figure("knee_angle_l", 1.0 + 0.1 * (number >= SMALL_AT) + noise[1]),
+            figure("hip_flexion_r", 1.0),
+        )
+        found.append(Check("check", revision, day, day, "m1", "S05", figures))
+        for machine in ("m1", "m2"):
+            seconds = 1.0 + 0.001 * random.normal() - 0.5 * (machine == "m2" and number >= 6)
+            times = (Figure("benchmark", "b.py::test_a", "s", seconds, None, None, "lower"),)
+            found.append(Check("benchmark", revision, day, day, machine, "", times))
+    return found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("history")
+    write_history(found, "accuracy", checks())
+    return found
+
+
+def test_steps_are_found_at_their_commits_and_held_against_the_margin() -> None:
+    found = {(step.subject, step.target, step.machine): step for step in find_steps(checks())}
+    assert len(found) == 3
+    worse = found["S05", "knee_angle_r", ""]
+    assert (worse.revision[:2], worse.last[:2], worse.change) == ("08", "07", "worse")
+    assert worse.after - worse.before == pytest.approx(0.6, abs=0.02)
+    assert found["S05", "knee_angle_l", ""].change == "within the margin"
+    assert found["S05", "knee_angle_l", ""].revision[:2] == "05"
+    faster = found["", "b.py::test_a", "m2"]
+    assert (faster.revision[:2], faster.change) == ("06", "better")
+
+
+def test_better_may_be_higher() -> None:
+    turned = [
+        replace(
+            check,
+            figures=tuple(replace(each, better="higher", margin=0.3) for each in check.figures),
+        )
+        for check in checks()
+    ]
+    found = {step.target: step.change for step in find_steps(turned)}
+    assert found == {
+        "knee_angle_r": "better", "knee_angle_l": "within the margin", "b.py::test_a": "worse",
+    }  # fmt: skip
+
+
+def test_what_could_not_be_measured_is_left_out_of_the_search() -> None:
+    some = checks()
+    some[0] = replace(some[0], figures=(figure("knee_angle_r", None), *some[0].figures[1:]))
+    assert find_steps(some)[-1].revision[:2] in ("06", "08")
+
+
+def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
+    html = (folder / "accuracy.html").read_text(encoding="utf-8")
+    page = Page(html)
+    assert page.open == []
+    assert page.tags.count("script") == 1  # what copies tables
+    text = " ".join(page.text.split())
+    assert re.search(r"08080808 ?07070707 ?S05 ?angle rmse knee_angle_r", text)
+    assert "worse" in text
+    assert "within the margin" in text
+    assert page.tags.count("svg") == 3  # the subject, and the benchmark on two machines
+    assert f"{5 - 4} of 5 figures never changed" in text
+    assert len(re.findall(r"2026-11-\d\d 10:00", text)) == 3 * COUNT
+    assert page.links[-1] == "accuracy.csv" or "accuracy.csv" in page.links
+
+
+def test_the_csv_has_every_value(folder: Path) -> None:
+    with (folder / "accuracy.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == COUNT * 5
+    knee = [row for row in rows if row["target"] == "knee_angle_r"]
+    wanted = [check.figures[0].value for check in checks() if check.kind == "check"]
+    assert [float(row["value"]) for row in knee] == wanted
+    assert {row["margin"] for row in knee} == {"0.3"}
+
+
+def test_text_from_outside_stays_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_html(monkeypatch)
+    hostile = [
+        replace(
+            check,
+            revision=HOSTILE,
+            machine=HOSTILE,
+            subject=HOSTILE if check.subject else "",
+            figures=tuple(
+                replace(each, measure=HOSTILE + each.measure, target="=" + HOSTILE, unit=HOSTILE)
+                for each in check.figures[:1]
+            ),
+        )
+        for check in checks()
+    ]
+    write_history(tmp_path, "a<b>", hostile)
+    html = (tmp_path / "a<b>.html").read_text(encoding="utf-8")
+    page = Page(html)
+    assert page.tags.count("script") == 1  # what copies tables
+    assert "b" not in page.tags
+    assert html.count("<script>") == 1
+    assert "{{ 7 * 7 }}" in page.text
+    with (tmp_path / "a<b>.csv").open(newline="") as file:
+        assert all(row["target"].startswith("'=") for row in csv.DictReader(file))
+
+
+def test_too_few_checks_are_said_to_be_too_few(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    assert write_history(tmp_path, "few", checks()[:12]) == []
+    text = Page((tmp_path / "few.html").read_text(encoding="utf-8")).text
+    assert "here the longest series has 4" in " ".join(text.split())
+    assert write_history(tmp_path, "none", []) == []

@@ -1,0 +1,98 @@
+"""The one declaration of an import's options: values as text, messages, what follows from it."""
+
+from pathlib import Path
+
+import pytest
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
+from gaitval.session.request import ImportOptions, Request, checked
+
+GIVEN = {"trials": ["walk1.c3d"], "sex": "F"}
+
+
+def request_of(*trials: str, **about: object) -> Request:
+    given = {"static": "stand.c3d", "mass": 60.0, "height": 1.7, "sex": "F", "identifier": "out"}
+    return Request(**(given | {"trials": trials} | about))
+
+
+def test_values_are_the_same_as_text_as_numbers_and_left_out():
+    text = {"knee_width": "0.1,0.102", "ankle_width": "0.07", "static_time": "0.5:2"}
+    numbers = {"knee_width": [0.1, 0.102], "ankle_width": 0.07, "static_time": [0.5, 2]}
+    assert checked(ImportOptions, GIVEN | text) == checked(ImportOptions, GIVEN | numbers)
+    assert checked(ImportOptions, GIVEN | {"forces": None, "axes": None}) == ImportOptions(**GIVEN)
+    one = checked(ImportOptions, {"trials": "walk1.c3d", "sex": "F"})
+    assert one.trials == (Path("walk1.c3d"),)
+
+
+@pytest.mark.parametrize("text", ["2", "2:1", "nan:2", "a:b", "1:2:3", "0:inf"])
+def test_a_window_is_two_times_the_second_later(text):
+    with pytest.raises(ConfigurationError, match=f"static_time {text}: two times in s"):
+        checked(ImportOptions, GIVEN | {"static_time": text})
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"knee_width": "1,2,3"}, r"^--knee_width 1,2,3: not a width\. Give metres"),
+        ({"hip_centre": "best"}, r"^--hip_centre best: give regression or functional\.$"),
+        ({"floor": "low"}, r"^--floor = 'low': input should be a valid number"),
+        ({"mirrors": True}, r"^--mirrors: unknown, did you mean --mirror\?$"),
+        ({"feet_flat": True}, r"^--feet_flat: unknown, did you mean --feet_not_flat\?$"),
+        ({"sex": None}, r"^--sex: missing\. Give it: Selects the segment tables\.$"),
+        ({"trials": []}, r"^--trials = .* at least 1 item"),
+        ({"trial_name": "slow walk"}, r"^--trial_name = 'slow walk': .* match pattern"),
+    ],
+)
+def test_a_message_names_the_option_what_was_seen_and_what_to_give(values, message):
+    with pytest.raises(ConfigurationError, match=message):
+        checked(ImportOptions, GIVEN | values, shown=lambda name: f"--{name}")
+
+
+def test_every_option_has_a_help():
+    assert not [name for name, each in ImportOptions.model_fields.items() if not each.description]
+
+
+def test_paths_are_placed_and_nothing_else(tmp_path):
+    options = ImportOptions(**GIVEN, static="stand.c3d", no_plate=("2",), marker_set="wbds")
+    placed = options.below(tmp_path)
+    assert placed.trials == (tmp_path / "walk1.c3d",)
+    assert placed.static == tmp_path / "stand.c3d"
+    assert (placed.no_plate, placed.marker_set) == (("2",), "wbds")
+
+
+def test_two_strangers_with_files_of_the_same_names_are_two_people():
+    one = request_of("walk1.c3d", "walk2.c3d", identifier="A").who
+    other = request_of("walk1.c3d", "walk2.c3d", identifier="B").who
+    assert one[:2] != other[:2]
+    assert 'person "A", the name of the subject' in one.guessed
+
+
+@pytest.mark.parametrize(
+    ("trials", "about", "assumed"),
+    [
+        (["WBDS01walkT01.c3d"], {}, "as WBDS01walkT01.c3d says"),
+        (["walk.c3d"], {"person": "WBDS01"}, "the dataset of that person"),
+        (["walk.c3d"], {"person": "WBDS01", "laboratory": "WBDS"}, None),
+        (["walk.c3d"], {"recorded_name": ("WBDS01", "walk.c3d")}, "the name in walk.c3d"),
+    ],
+)
+def test_a_recording_of_wbds_is_of_its_person_and_says_what_was_assumed(trials, about, assumed):
+    subject = load_subject("S01")
+    found = request_of(*trials, **about).who
+    assert (found.person, found.laboratory) == (subject.person, subject.laboratory)
+    assert found.guessed is None if assumed is None else assumed in found.guessed
+
+
+@pytest.mark.parametrize(
+    ("trials", "about", "name"),
+    [
+        (["WBDS01walkT03.c3d"], {}, "T03"),
+        (["WBDS01walkO01Cmkr.txt"], {}, "O01C"),
+        (["slow walk.c3d"], {}, "slowwalk"),
+        (["walk1.c3d", "walk2.c3d"], {}, "walk1-and-1-more"),
+        (["walk1.c3d"], {"trial_name": "slow"}, "slow"),
+    ],
+)
+def test_a_trial_is_called_as_given_or_as_its_file(trials, about, name):
+    assert request_of(*trials, **about).trial == name
