@@ -185,7 +185,10 @@ SAMPLE = samples.version_4()
         (SAMPLE.replace("<axis>0 0 2</axis>", "<axis>0 0 0</axis>"), "no length"),
         (SAMPLE.replace(">/bodyset/tibia_r<", ">/bodyset/nowhere<"), "'nowhere'"),
         (SAMPLE.replace('"knee_angle_r"', '"hip_flexion_r"'), "name of its own|one coordinate"),
-        (SAMPLE.replace("offset_c</socket_parent", "/bodyset/tibia_r</socket_parent"), "no joint to"),
+        (
+            SAMPLE.replace("offset_c</socket_parent", "/bodyset/tibia_r</socket_parent"),
+            "no joint to",
+        ),
         (SAMPLE.replace(">beta_r<", ">gamma_r<"), "must join two coordinates"),
     ],
 )  # fmt: skip

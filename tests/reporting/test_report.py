@@ -82,7 +82,7 @@ def test_every_section_is_there(page):
         *(
             "Spatiotemporal parameters",
             "Walks from each start phase",
-            "Body parameters μ: what this record can tell",
+            "Body parameters μ: what this record determines",
         ),
         *("Where the joint moments come from", "Correction of the reference"),
         *("Whole curves", "Beside healthy people"),
