@@ -154,7 +154,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("language", TRANSLATED)
+@pytest.mark.parametrize("language", ["de", pytest.param("pt", marks=pytest.mark.slow)])
 def test_the_catalogue_knows_every_text_of_a_report(
     run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str
 ) -> None:

@@ -55,6 +55,7 @@ def test_it_touches_two_files() -> None:
     assert len({name for name, _ in BLOCKS}) == len(BLOCKS) == 2
 
 
+@pytest.mark.slow  # Python has it, by the same declaration
 def test_the_command_has_it(place: Path) -> None:
     shown = ran(place, "-m", "gaitval", "import", "--help")
     assert re.search(r"--note .* A remark of the laboratory, kept with the decisions\.", shown)
@@ -64,6 +65,7 @@ def test_the_command_has_it(place: Path) -> None:
     assert "at most 200 characters" in refused
 
 
+@pytest.mark.slow  # Python has it, by the same declaration
 def test_a_session_file_has_it(place: Path) -> None:
     text = f'[[people]]\nname = "P01"\nsex = "F"\ntrials = ["no.c3d"]\nnote = "{NOTE}"\n'
     (place / "session.toml").write_text(text)
