@@ -10,7 +10,6 @@ import pytest
 from fuzz import BAD, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
-
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the limits of a case are those of Linux"
 )
