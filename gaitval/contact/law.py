@@ -14,6 +14,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.contact.cubic import Cubic
 from gaitval.contact.hunt_crossley import HuntCrossley
+from gaitval.contact.linear import Linear
 
 
 class ContactLaw(Protocol):
@@ -56,7 +57,11 @@ class ContactLaw(Protocol):
         """
 
 
-LAWS: Final[Mapping[str, type[ContactLaw]]] = {"hunt_crossley": HuntCrossley, "cubic": Cubic}
+LAWS: Final[Mapping[str, type[ContactLaw]]] = {
+    "hunt_crossley": HuntCrossley,
+    "cubic": Cubic,
+    "linear": Linear,
+}
 """Laws by their name in the configuration, `contact.law`."""
 
 
