@@ -135,10 +135,9 @@ class ContactSettings(Section):
     PredSim's 1 MPa the foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
     """
 
-    law: Literal["hunt_crossley", "cubic", "linear"] = "hunt_crossley"
+    law: Literal["hunt_crossley", "cubic"] = "hunt_crossley"
     """`hunt_crossley`: OpenSim's smooth form (Serrancolí et al. 2019). `cubic`: a cubic spring
-    (Ackermann and van den Bogert 2010). `linear`: a linear one. Both read the settings that begin
-    with their names."""
+    (Ackermann and van den Bogert 2010); it reads the settings that begin with its name."""
     stiffness: Positive = 3_067_776.0
     """Plane strain modulus E, Pa."""
     dissipation: Positive = 2.0
@@ -156,10 +155,6 @@ class ContactSettings(Section):
     """Force of a penetration rate of 1 m/s over that at rest, s/m."""
     cubic_friction_velocity: Positive = 0.05
     """Slip velocity at which friction is 46 % developed, m/s."""
-    linear_stiffness: Positive = 3e4
-    """Force on a sphere / penetration, N/m: a body that stands on six spheres sinks in by 4 mm."""
-    linear_dissipation: Positive = 1.0
-    """Force of a penetration rate of 1 m/s over that at rest, s/m, less 1."""
     event_threshold: Positive = 20.0
     """Vertical force above which a foot counts as on the ground, N (the smooth form leaves a
     few newtons just above the ground)."""

@@ -14,7 +14,6 @@ from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.contact.cubic import Cubic
 from gaitval.contact.hunt_crossley import HuntCrossley
-from gaitval.contact.linear import Linear
 
 
 class ContactLaw(Protocol):
@@ -57,11 +56,7 @@ class ContactLaw(Protocol):
         """
 
 
-LAWS: Final[Mapping[str, type[ContactLaw]]] = {
-    "hunt_crossley": HuntCrossley,
-    "cubic": Cubic,
-    "linear": Linear,
-}
+LAWS: Final[Mapping[str, type[ContactLaw]]] = {"hunt_crossley": HuntCrossley, "cubic": Cubic}
 """Laws by their name in the configuration, `contact.law`."""
 
 
