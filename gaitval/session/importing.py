@@ -96,8 +96,6 @@ def _import(
 
 def _request(options: ImportOptions, out: Path, tell: Tell) -> Request:
     """What is to be worked out: what is not given of the person comes from the files."""
-    if options.note is not None:
-        tell("note", options.note)
     known = person_of_session(options, tell)
     static = options.trials[0] if options.static is None else options.static
     given = {name: getattr(options, name) for name in ImportOptions.model_fields}

@@ -130,8 +130,6 @@ class ImportOptions(BaseModel):
     """Where the recording is published."""
     licence: str = "not stated"
     """Its licence."""
-    note: Annotated[str, Field(max_length=200)] | None = None
-    """A remark of the laboratory, kept with the decisions."""
     consistent: bool = False
     """Make the smallest change of motion and masses that lowers the residuals."""
     kinematics_only: bool = False
