@@ -71,9 +71,9 @@ def test_a_plantarflexion_moment_needs_a_force_ahead_of_the_ankle():
     np.testing.assert_allclose(arm, 0.5)
 
 
-def test_a_side_without_a_mean_curve_is_not_measured():
-    left = {name: curve for name, curve in RECORDED.forces.items() if name.endswith("_l")}
-    walked = Curves(RECORDED.angles, RECORDED.moments, left)
+def test_a_side_without_mean_curves_is_not_measured():
+    parts = (RECORDED.angles, RECORDED.moments, RECORDED.forces)
+    walked = Curves(*({n: curve for n, curve in part.items() if n[-1] == "l"} for part in parts))
     values = list(side_values(walked, RECORDED))
     assert {value for _, side, value in values if side == "right"} == {None}
     assert {value for _, side, value in values if side == "left"} == {0.0}
