@@ -65,20 +65,9 @@ def _pressure_arm(walked: "Curves", recorded: "Curves") -> float:
     return 1e3 * float(np.sqrt(np.mean((ours - theirs) ** 2)))
 
 
-SWING: Final = slice(60, 101)
-"""% of a side's cycle in which its foot swings, and the knee bends furthest."""
-
-
-def _swing_knee(walked: "Curves", recorded: "Curves") -> float:
-    """Largest knee flexion of swing, size of the difference, deg."""
-    ours, theirs = (each.angles["knee_angle"][SWING].max() for each in (walked, recorded))
-    return abs(float(np.degrees(ours - theirs)))
-
-
 SIDE_MEASURES: Final = (
     SideMeasure("loading_peak_error", "% BW", ("forces",), _loading_peak),
     SideMeasure("pressure_arm_rmse", "mm", ("moments", "forces"), _pressure_arm),
-    SideMeasure("swing_knee_error", "deg", ("angles",), _swing_knee),
 )
 
 
