@@ -68,8 +68,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/study/stages.py",
     ),
     "read": (
-        "gaitval/datasets/wbds.py",
-        "gaitval/datasets/wbds_files.py",
+        "extras/gaitval_curves/wbds.py",
+        "extras/gaitval_curves/wbds_files.py",
         "gaitval/mocap/*.py",
         "gaitval/session/read.py",
     ),
@@ -113,7 +113,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/study/seal.py",
     ),
     "cohort": (
-        "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds_archive
+        "extras/gaitval_cohort/[!cfr]*.py",  # not command, figures, report, results
         "extras/gaitval_cohort/cluster.py",
     ),
 }
