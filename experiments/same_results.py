@@ -24,8 +24,8 @@ from typing import Any
 
 import evidence
 from gaitval.artefacts import write_json
-from gaitval.metrics.regression import compare
 from gaitval.metrics.results import Metrics, metrics_from
+from gaitval_gate.regression import compare
 
 ROOT = Path(__file__).resolve().parent.parent
 WALK = """

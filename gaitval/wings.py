@@ -13,8 +13,6 @@ COMMANDS: Final = "gaitval.commands"
 """Group of the commands: each an `gaitval.cli.app.Added`, by the name of the command."""
 PARTS: Final = "gaitval.parts"
 """Group of functions and modules that the core, or another wing, asks for by name."""
-HISTORIES: Final = "gaitval.histories"
-"""Group of what keeps the figures of `gaitval check --history` (`gaitval.cli.study.History`)."""
 
 
 def names(group: str) -> list[str]:

@@ -45,7 +45,7 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 
 
 PANELS = {
-    "Main jobs": ("subject", "import", "predict", "check", "report"),
+    "Main jobs": ("subject", "import", "predict", "report"),
     "More ways in, and many people": ("subjects", "imports"),
     "Stored accuracy": ("baseline",),
     "Single stages of a run": (
@@ -298,17 +298,6 @@ def with_pages(
 
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
-]
-HistoryOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--history",
-        metavar="FILE",
-        envvar="GAITVAL_HISTORY",
-        help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
-        "history`.",
-        show_default=False,
-    ),
 ]
 RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[

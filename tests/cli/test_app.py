@@ -23,12 +23,12 @@ from gaitval.cli import app as cli
 from gaitval.cli import display, study
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics import regression
 from gaitval.metrics.tolerances import Verdict
 from gaitval.study.baseline import STORED_FILES
 from gaitval.study.watching import BESIDE
 from gaitval_curves import archive
 from gaitval_curves.download import Progress
+from gaitval_gate import regression
 
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),

@@ -7,11 +7,11 @@ import pytest
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
-from gaitval.metrics.regression import compare
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
 from gaitval.study.seal import SealedMargin, seal
 from gaitval_gate.collect import collect, collect_versions
+from gaitval_gate.regression import compare
 from gaitval_gate.versions import in_margins, matched
 
 REPORTS = Path(__file__).parents[2] / "reports"
