@@ -113,7 +113,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/study/seal.py",
     ),
     "cohort": (
-        "extras/gaitval_cohort/[!cfr]*.py",  # not command, figures, report, results
+        "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds
         "extras/gaitval_cohort/cluster.py",
     ),
 }

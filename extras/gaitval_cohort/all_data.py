@@ -1,54 +1,20 @@
 """The studies of all data there is: treadmill trials of WBDS in a folder, and virtual people."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.datasets.identity import WBDS
-from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval_cohort.table import Study, Virtual
+from gaitval_cohort.wbds import Archive, Held
 
 PEOPLE_PER_PERSON: Final = 2
 """Virtual people in a row around the same built-in subject."""
-
-
-class Held(Protocol):
-    """What a folder holds of WBDS (`gaitval_curves.wbds_archive.Holdings`)."""
-
-    @property
-    def trials(self) -> Mapping[tuple[str, str], Mapping[str, Path]]:
-        """By person and trial, the files by kind."""
-
-    @property
-    def standing(self) -> Mapping[str, Path]:
-        """The standing trial of each person."""
-
-    def missing(self, person: str, trial: str) -> list[str]:
-        """What is not there of a trial to make a subject of its mean curves."""
-
-
-class Archive(Protocol):
-    """Reads a folder of WBDS; a wing registers it as "wbds" in `wings.PARTS`."""
-
-    PEOPLE: tuple[str, ...]
-    TREADMILL: tuple[str, ...]
-    FURTHER_TRIALS: Mapping[str, tuple[str, ...]]
-    CITATION: str
-    LICENCE: str
-
-    def holdings(self, folder: Path) -> Held:
-        """The files of WBDS in a folder."""
-
-    def person_values(self, held: Held, person: str) -> dict[str, Any]:
-        """Sex, age, mass (kg), height and leg length (m), by the names of `Subject`."""
-
-    def subject_of(self, held: Held, person: str, trials: Iterable[str]) -> Subject:
-        """A person with the mean curves of some trials."""
 
 
 @dataclass(frozen=True)
