@@ -109,8 +109,9 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "checked": (
         "extras/gaitval_gate/regression.py",
-        "gaitval/study/baseline.py",
-        "gaitval/study/seal.py",
+        "extras/gaitval_gate/baseline.py",
+        "extras/gaitval_gate/seal.py",
+        "gaitval/study/inputs.py:STORED_FILES",
     ),
     "cohort": (
         "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds

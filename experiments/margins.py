@@ -37,8 +37,8 @@ from gaitval.metrics.validation import validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.baseline import STORED_FILES, walking_stages
 from gaitval.study.inputs import (
+    STORED_FILES,
     body_parameters,
     stored,
     stored_policy,
@@ -46,6 +46,7 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval_gate.baseline import walking_stages
 from gaitval_gate.regression import LONG_MEASURES
 
 ROOT = Path(__file__).parent.parent

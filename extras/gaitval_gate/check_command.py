@@ -67,12 +67,12 @@ def check(
     what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
     stored; otherwise 0.
     """
-    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.study.inputs import METRICS
-    from gaitval.study.seal import inputs_in_words
     from gaitval_gate import history as histories
+    from gaitval_gate.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval_gate.moved import judge_moved
     from gaitval_gate.regression import LONG_MEASURES, check_same_measures, compare, write_junit
+    from gaitval_gate.seal import inputs_in_words
     from gaitval_gate.stored_baselines import find_baseline
 
     folder = find_baseline(baseline)

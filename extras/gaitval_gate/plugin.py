@@ -118,11 +118,11 @@ def _compared(
 
     from gaitval.artefacts import value_hash, write_json
     from gaitval.metrics.results import read_metrics
-    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.study.inputs import METRICS
-    from gaitval.study.seal import inputs_in_words
     from gaitval.study.stage import Observer
+    from gaitval_gate.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval_gate.regression import LONG_MEASURES, compare
+    from gaitval_gate.seal import inputs_in_words
 
     if config.getoption("--gaitval-update"):
         _check_own(folder)
@@ -159,8 +159,8 @@ def _check_own(folder: Path) -> None:
 def _update(folder: Path, now: "Metrics") -> None:
     """Write what is measured now into a baseline, and seal it."""
     from gaitval.artefacts import write_json
-    from gaitval.study.baseline import seal_again
     from gaitval.study.inputs import METRICS
+    from gaitval_gate.baseline import seal_again
 
     write_json(folder / METRICS, now.as_dict())
     seal_again(folder)
@@ -174,8 +174,8 @@ def _names(row: "Row | Measure") -> set[str]:
 def _check_quantities(folder: Path, quantities: Sequence[str] | None) -> None:
     """Raise ArtefactError, which names near ones, if a baseline has none of a measure's name."""
     from gaitval.errors import ArtefactError
-    from gaitval.study.baseline import stored_metrics
     from gaitval.study.inputs import METRICS
+    from gaitval_gate.baseline import stored_metrics
 
     known = sorted(set().union(*map(_names, stored_metrics(folder / METRICS).measures)))
     for wanted in quantities or ():

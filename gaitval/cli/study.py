@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitval import wings
 from gaitval.artefacts import read_json
 from gaitval.cli import display
 from gaitval.cli.app import (
@@ -428,14 +429,14 @@ def baseline(
     from which `check` knows whether it is as it was stored.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.study.baseline import seal_again, store_baseline
 
+    stored = wings.load(wings.PARTS, "baseline")
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier
     target = target or folder / "baseline"
     if seal:
-        seal_again(target)
+        stored.seal_again(target)
         display.output.print(f"Sealed {target}", highlight=False)
         return
-    store_baseline(folder, target)
+    stored.store_baseline(folder, target)
     display.output.print(f"Stored {target}", highlight=False)
