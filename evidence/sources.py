@@ -68,8 +68,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/study/stages.py",
     ),
     "read": (
-        "gaitval/datasets/wbds.py",
-        "gaitval/datasets/wbds_files.py",
+        "extras/gaitval_curves/wbds.py",
+        "extras/gaitval_curves/wbds_files.py",
         "gaitval/mocap/*.py",
         "gaitval/session/read.py",
     ),
@@ -108,12 +108,13 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/opensim/*.py",
     ),
     "checked": (
-        "gaitval/metrics/regression.py",
-        "gaitval/study/baseline.py",
-        "gaitval/study/seal.py",
+        "extras/gaitval_gate/regression.py",
+        "extras/gaitval_gate/baseline.py",
+        "extras/gaitval_gate/seal.py",
+        "gaitval/study/inputs.py:STORED_FILES",
     ),
     "cohort": (
-        "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds_archive
+        "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds
         "extras/gaitval_cohort/cluster.py",
     ),
 }

@@ -32,7 +32,6 @@ from gaitval.metrics.origin import (
     is_judged,
     measure_origin,
 )
-from gaitval.metrics.regression import compare, write_junit
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.tolerances import evaluate, load_registry, measured
 from gaitval.metrics.verdicts import target_text
@@ -42,6 +41,7 @@ from gaitval.study.stage import Run
 from gaitval.study.stages import metrics_of
 from gaitval_cohort.study import summary_of
 from gaitval_gate.comparison_page import write_comparison
+from gaitval_gate.regression import compare, write_junit
 from gaitval_gate.versions import StoredWalk, matched
 
 Json = Mapping[str, Any]

@@ -31,7 +31,7 @@ PAGE: Final = ROOT / "docs" / "learning.md"
 Json = dict[str, Any]
 MEASURES = {
     "*": {
-        "code": ("@study", "gaitval/virtual/person.py", "experiments/general_policy.py"),
+        "code": ("@study", "extras/gaitval_virtual/person.py", "experiments/general_policy.py"),
         "allowed": 60,
         "why": "a share of 430 goals, told apart in steps of 0.2 %: it bears changes that leave "
         "each walk within the margins of gaitval check, which must pass at every change",

@@ -26,7 +26,6 @@ import numpy as np
 from gaitval.artefacts import copy_files, read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.metrics.regression import LONG_MEASURES
 from gaitval.metrics.results import (
     CorrectionResult,
     IdentificationResult,
@@ -38,8 +37,8 @@ from gaitval.metrics.validation import validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.baseline import STORED_FILES, walking_stages
 from gaitval.study.inputs import (
+    STORED_FILES,
     body_parameters,
     stored,
     stored_policy,
@@ -47,6 +46,8 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval_gate.baseline import walking_stages
+from gaitval_gate.regression import LONG_MEASURES
 
 ROOT = Path(__file__).parent.parent
 SCATTER = ROOT / "benchmarks" / "margins.json"

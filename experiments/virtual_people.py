@@ -35,7 +35,7 @@ from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy, load_start
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.virtual.person import virtual_person
+from gaitval_virtual.person import virtual_person
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "virtual.json"

@@ -11,8 +11,8 @@ from gaitval.errors import ConfigurationError
 
 COMMANDS: Final = "gaitval.commands"
 """Group of the commands: each an `gaitval.cli.app.Added`, by the name of the command."""
-HISTORIES: Final = "gaitval.histories"
-"""Group of what keeps the figures of `gaitval check --history` (`gaitval.cli.study.History`)."""
+PARTS: Final = "gaitval.parts"
+"""Group of functions and modules that the core, or another wing, asks for by name."""
 
 
 def names(group: str) -> list[str]:

@@ -47,6 +47,13 @@ MODULES = {
 }
 
 
+SOURCES = MODULES | {
+    ".".join(path.relative_to(ROOT / "extras").with_suffix("").parts): path
+    for path in sorted((ROOT / "extras").rglob("[!_]*.py"))
+}
+"""With those of the wings, through which a test may reach a module."""
+
+
 def own_test(path: Path) -> Path:
     """Where the test of a module is, if it has one."""
     inside = path.relative_to(PACKAGE)
@@ -61,9 +68,9 @@ def steps_to(test: Path, module: str) -> int | None:
         names = set().union(*map(imported, at))
         if module in names or any(module in started(path) for path in at):
             return steps
-        reached = {name for name in names if name in MODULES} - seen
+        reached = {name for name in names if name in SOURCES} - seen
         seen |= reached
-        at = {MODULES[name] for name in reached}
+        at = {SOURCES[name] for name in reached}
         steps += 1
     return None
 

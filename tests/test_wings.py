@@ -78,7 +78,7 @@ def test_every_wing_is_in_the_wheel_and_has_an_extra() -> None:
     assert set(names) <= set(EXTRAS)
 
 
-@pytest.mark.parametrize("group", [wings.COMMANDS, wings.HISTORIES, "pytest11"])
+@pytest.mark.parametrize("group", [wings.COMMANDS, wings.PARTS, "pytest11"])
 def test_what_is_registered_is_there(group: str) -> None:
     for name, target in PROJECT["entry-points"][group].items():
         module, _, attribute = target.partition(":")
@@ -117,11 +117,11 @@ def without(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("command", ["check", "compare", "judge", "history", "cohort"])
+@pytest.mark.parametrize("command", sorted(PROJECT["entry-points"][wings.COMMANDS]))
 def test_help_needs_no_library_of_a_wing(tmp_path: Path, command: str) -> None:
     done = without(tmp_path, command, "--help")
     assert done.returncode == 0, done.stderr
-    assert f"gaitval {command}" in done.stdout
+    assert re.search(rf"Usage: .* {command} ", done.stdout)
 
 
 def test_a_cohort_without_its_libraries_says_which_extra_it_needs(tmp_path: Path) -> None:

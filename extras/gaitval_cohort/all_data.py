@@ -5,20 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.datasets.wbds import CITATION, FURTHER_TRIALS, LICENCE
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval_cohort.table import Study, Virtual
-from gaitval_cohort.wbds_archive import (
-    PEOPLE,
-    TREADMILL,
-    Holdings,
-    holdings,
-    person_values,
-    subject_of,
-)
+from gaitval_cohort.wbds import Archive, Held
 
 PEOPLE_PER_PERSON: Final = 2
 """Virtual people in a row around the same built-in subject."""
@@ -54,26 +47,27 @@ def wbds_studies(folder: Path, subjects: Path, *, trials: Sequence[str] = ()) ->
     RecordError : the folder has no trial of WBDS.
     ConfigurationError : no such trial, or none of them can be used.
     """
-    unknown = [name for name in trials if name not in TREADMILL]
+    archive: Archive = wings.load(wings.PARTS, "wbds")
+    unknown = [name for name in trials if name not in archive.TREADMILL]
     if unknown:
         raise ConfigurationError(
-            f"--trials {unknown[0]}: no treadmill trial. There are {', '.join(TREADMILL)}."
+            f"--trials {unknown[0]}: no treadmill trial. There are {', '.join(archive.TREADMILL)}."
         )
-    held = holdings(folder)
-    wanted = tuple(trials) or TREADMILL
+    held = archive.holdings(folder)
+    wanted = tuple(trials) or archive.TREADMILL
     studies: list[Study] = []
     lines: list[str] = []
     absent: list[str] = []
-    for person in PEOPLE:
-        found, lacking = _of_person(held, person, wanted, subjects)
+    for person in archive.PEOPLE:
+        found, lacking = _of_person(archive, held, person, wanted, subjects)
         studies += found
         if not found and all("ang.txt" in each for each in lacking.values()):
             absent.append(person)
         else:
             lines += _told(person, lacking)
     first = (
-        f"{folder}: {len(studies)} of {len(PEOPLE) * len(wanted)} treadmill trials of "
-        f"{len(PEOPLE)} people can be run."
+        f"{folder}: {len(studies)} of {len(archive.PEOPLE) * len(wanted)} treadmill trials of "
+        f"{len(archive.PEOPLE)} people can be run."
     )
     if absent:
         lines.append(f"not there: {', '.join(absent)}. `gaitval data fetch wbds` fetches them.")
@@ -93,10 +87,10 @@ def _told(person: str, lacking: dict[str, str]) -> list[str]:
 
 
 def _of_person(
-    held: Holdings, person: str, wanted: Sequence[str], subjects: Path
+    archive: Archive, held: Held, person: str, wanted: Sequence[str], subjects: Path
 ) -> tuple[list[Study], dict[str, str]]:
     """The studies of a person, and what is missing of the other trials, by trial."""
-    builtin = _builtin_trials(person)
+    builtin = _builtin_trials(archive, person)
     studies: list[Study] = []
     own: list[str] = []
     lacking: dict[str, str] = {}
@@ -107,13 +101,13 @@ def _of_person(
             studies.append(Study(name=f"{name}-{trial}", subject=name, trial=trial))
         elif not absent:
             own.append(trial)
-        elif (recorded := _recorded(held, person, trial)) is not None:
+        elif (recorded := _recorded(archive, held, person, trial)) is not None:
             studies.append(recorded)
         else:
             lacking[trial] = f"no {', no '.join(absent)}"
     if own:
         try:
-            text = subject_of(held, person, own).to_toml()
+            text = archive.subject_of(held, person, own).to_toml()
         except GaitvalError as error:
             lacking |= dict.fromkeys(own, " ".join(str(error).split()))
         else:
@@ -124,17 +118,17 @@ def _of_person(
     return studies, lacking
 
 
-def _builtin_trials(person: str) -> dict[str, str]:
+def _builtin_trials(archive: Archive, person: str) -> dict[str, str]:
     """Trials of a person that are built in, with the subject's name."""
     return {
         trial: name
         for name, (built_in, first) in BUILTIN.items()
-        for trial in (first, *FURTHER_TRIALS.get(name, ()))
+        for trial in (first, *archive.FURTHER_TRIALS.get(name, ()))
         if built_in == person
     }
 
 
-def _recorded(held: Holdings, person: str, trial: str) -> Study | None:
+def _recorded(archive: Archive, held: Held, person: str, trial: str) -> Study | None:
     """The study of a trial's recording; None if it is not there whole."""
     files = held.trials.get((person, trial), {})
     if "c3d" in files:
@@ -147,7 +141,7 @@ def _recorded(held: Holdings, person: str, trial: str) -> Study | None:
     else:
         return None
     try:
-        about = person_values(held, person)
+        about = archive.person_values(held, person)
     except GaitvalError:
         return None
     if person not in held.standing:
@@ -162,8 +156,8 @@ def _recorded(held: Holdings, person: str, trial: str) -> Study | None:
         "person": person,
         "trial_name": trial,
         "laboratory": WBDS,
-        "citation": CITATION,
-        "licence": LICENCE,
+        "citation": archive.CITATION,
+        "licence": archive.LICENCE,
     }
     return Study(name=f"{person}-{trial}-raw", recording=recording)
 

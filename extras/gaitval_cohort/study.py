@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from gaitval import wings
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -16,7 +17,6 @@ from gaitval.session.summary import limits_of_record
 from gaitval.session.write import FOLDER, RECORD
 from gaitval.study.run import general_walker, run_subject
 from gaitval.study.stage import Observer, open_run
-from gaitval.virtual.person import virtual_person
 from gaitval_cohort.identity import Json, configuration_of, record_parts, subject_in_table
 from gaitval_cohort.results import PROFILE_SCORES
 from gaitval_cohort.table import Study
@@ -61,6 +61,7 @@ def _virtual(study: Study, folder: Path) -> Subject:
         around = around.by_stature()
     configuration = configuration_of(study)
     policy = general_walker(configuration.environment)
+    virtual_person = wings.load(wings.PARTS, "virtual_person")
     found = virtual_person(wanted.number, wanted.seed, around, policy, configuration)
     truth = {name: float(each) for name, each in zip(PARAMETERS, found.truth, strict=True)}
     write_json(folder / "truth.json", truth)

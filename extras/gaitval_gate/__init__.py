@@ -1,1 +1,1 @@
-"""Accuracy over versions: walks compared, figures over commits, and the pytest plug-in."""
+"""Accuracy over versions: walks checked and compared, figures over commits, the pytest plug-in."""

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
-from gaitval.study.baseline import check_complete
 from gaitval.study.inputs import METRICS
-from gaitval.study.seal import SEAL, check_parts
+from gaitval_gate.baseline import check_complete
+from gaitval_gate.seal import SEAL, check_parts
 from gaitval_gate.versions import StoredWalk, twice
 
 

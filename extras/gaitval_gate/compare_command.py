@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     "gaitval compare reports                  # all runs and baselines below reports/",
     "gaitval compare reports/S05 runs/patient --out comparison",
     "gaitval compare runs/new --before runs/old --strict",
-    after="check",
+    after="predict",
 )
 def compare(
     runs: Annotated[
@@ -57,6 +57,7 @@ def compare(
     """
     from gaitval_gate.collect import collect, collect_versions
     from gaitval_gate.comparison_page import write_comparison
+    from gaitval_gate.moved import print_moved
     from gaitval_gate.versions import matched
 
     if strict and not before:
@@ -70,7 +71,7 @@ def compare(
     for subject, flip in versions.flipped():
         display.plain(_flip_line(subject, flip))
     lost, improved = versions.lost(), versions.improved()
-    display.print_moved([row for _, row in (*lost, *improved)])
+    print_moved([row for _, row in (*lost, *improved)])
     missing = versions.only_before
     told = f"{len(lost)} measures got worse by more than their margin, {len(improved)} better"
     told += f"; no walk now of {', '.join(missing)}" if missing else ""

@@ -19,7 +19,6 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.record_results import KINDS, Kind
-from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
@@ -27,6 +26,7 @@ from gaitval.reporting.facts import compiled_walks
 from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import number, write_page
 from gaitval_gate.csv_text import csv_text
+from gaitval_gate.regression import Row
 from gaitval_gate.versions import Flip, StoredWalk, Versions, in_margins
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (

@@ -21,9 +21,9 @@ from pydantic import Field
 
 from gaitval.artefacts import read_json, writing
 from gaitval.errors import ArtefactError
-from gaitval.metrics.regression import Row
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Count, OpenResult, Size
+from gaitval_gate.regression import Row
 
 Kind = Literal["check", "benchmark"]
 

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 if TYPE_CHECKING:
-    from gaitval.metrics.regression import Row
     from gaitval.metrics.results import Metrics
     from gaitval.metrics.tolerances import Measure
+    from gaitval_gate.regression import Row
 
 Check = Callable[..., "list[Row]"]
 
@@ -68,7 +68,7 @@ def gaitval_check(
     of them if left out. It returns the rows that were compared.
     """
     from gaitval.errors import GaitvalError
-    from gaitval.study.stored_baselines import find_baseline
+    from gaitval_gate.stored_baselines import find_baseline
 
     def check(baseline: str | Path, quantities: Sequence[str] | None = None) -> "list[Row]":
         __tracebackhide__ = True
@@ -117,12 +117,12 @@ def _compared(
     import filelock
 
     from gaitval.artefacts import value_hash, write_json
-    from gaitval.metrics.regression import LONG_MEASURES, compare
     from gaitval.metrics.results import read_metrics
-    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.study.inputs import METRICS
-    from gaitval.study.seal import inputs_in_words
     from gaitval.study.stage import Observer
+    from gaitval_gate.baseline import changed_inputs, stored_metrics, walk_again
+    from gaitval_gate.regression import LONG_MEASURES, compare
+    from gaitval_gate.seal import inputs_in_words
 
     if config.getoption("--gaitval-update"):
         _check_own(folder)
@@ -147,7 +147,7 @@ def _compared(
 def _check_own(folder: Path) -> None:
     """Raise ArtefactError for a baseline of the installed package."""
     from gaitval.errors import ArtefactError
-    from gaitval.study.stored_baselines import is_installed
+    from gaitval_gate.stored_baselines import is_installed
 
     if is_installed(folder):
         raise ArtefactError(
@@ -159,8 +159,8 @@ def _check_own(folder: Path) -> None:
 def _update(folder: Path, now: "Metrics") -> None:
     """Write what is measured now into a baseline, and seal it."""
     from gaitval.artefacts import write_json
-    from gaitval.study.baseline import seal_again
     from gaitval.study.inputs import METRICS
+    from gaitval_gate.baseline import seal_again
 
     write_json(folder / METRICS, now.as_dict())
     seal_again(folder)
@@ -174,8 +174,8 @@ def _names(row: "Row | Measure") -> set[str]:
 def _check_quantities(folder: Path, quantities: Sequence[str] | None) -> None:
     """Raise ArtefactError, which names near ones, if a baseline has none of a measure's name."""
     from gaitval.errors import ArtefactError
-    from gaitval.study.baseline import stored_metrics
     from gaitval.study.inputs import METRICS
+    from gaitval_gate.baseline import stored_metrics
 
     known = sorted(set().union(*map(_names, stored_metrics(folder / METRICS).measures)))
     for wanted in quantities or ():

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval.metrics.regression import Allowed, Row, compare
 from gaitval.metrics.results import Metrics
+from gaitval_gate.regression import Allowed, Row, compare
 
 
 @dataclass(frozen=True)

@@ -45,10 +45,8 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 
 
 PANELS = {
-    "Main jobs": ("subject", "import", "predict", "check", "report"),
-    "More ways in, and many people": (
-        *("curves", "subjects", "data", "imports", "virtual", "screen"),
-    ),
+    "Main jobs": ("subject", "import", "predict", "report"),
+    "More ways in, and many people": ("subjects", "imports"),
     "Stored accuracy": ("baseline",),
     "Single stages of a run": (
         *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),
@@ -190,6 +188,7 @@ class _Commands(Group):
         added: Added = wings.load(wings.COMMANDS, name)
         self._loaded[name] = get_command(added.app)
         self._loaded[name].name = name
+        self._loaded[name].rich_help_panel = panel_of(added.after)  # a group has none of its own
         self._after[name] = added.after
 
     def invoke(self, ctx: Any) -> Any:
@@ -300,17 +299,6 @@ def with_pages(
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
 ]
-HistoryOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--history",
-        metavar="FILE",
-        envvar="GAITVAL_HISTORY",
-        help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
-        "history`.",
-        show_default=False,
-    ),
-]
 RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, and not from the general policy.")
@@ -363,14 +351,18 @@ def command(
     return register
 
 
-def added_command(*examples: str, after: str) -> Callable[[Callable[..., None]], Added]:
-    """Make a wing's command of a function, shown in the help behind the core's command `after`."""
+def added_command(
+    *examples: str, after: str, complete: Callable[[Function], Function] | None = None
+) -> Callable[[Function], Added]:
+    """Make a wing's command of a function, shown in the help behind the core's command `after`;
+    `complete` as `command` takes it.
+    """
 
-    def make(function: Callable[..., None]) -> Added:
+    def make(function: Function) -> Added:
         alone = typer.Typer(
             add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
         )
-        _register(alone, function, examples, panel=panel_of(after))
+        _register(alone, function, examples, panel=panel_of(after), complete=complete)
         return Added(alone, after)
 
     return make

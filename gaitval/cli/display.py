@@ -21,12 +21,10 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from gaitval.errors import ToleranceError
 from gaitval.study.stage import INTERRUPTED, Observer
 from gaitval.study.watching import BESIDE
 
 if TYPE_CHECKING:
-    from gaitval.metrics.regression import Row
     from gaitval.metrics.results import Metrics
     from gaitval.metrics.walk_results import PushRecovery
     from gaitval.session.session import Import
@@ -416,45 +414,3 @@ def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
     mean, deviation = pair
     spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
     return f"{mean:.{digits}f}{spread}"
-
-
-def print_moved(rows: "Sequence[Row]") -> None:
-    """Print the `rows` of measures that moved by more than their margin, if there are any."""
-    moved = [row for row in rows if row.change != "kept"]
-    if not moved:
-        return
-    table = Table(title="Measures that moved by more than their margin")
-    for name in ("measure", "of", "baseline", "now", "margin", "unit", "change"):
-        table.add_column(name)
-    for row in moved:
-        table.add_row(
-            row.measure,
-            row.target,
-            _number(row.baseline),
-            _number(row.current),
-            f"{row.margin:g}",
-            row.unit,
-            "[red]lost[/]" if row.change == "lost" else row.change,
-        )
-    output.print(table)
-
-
-def judge_moved(rows: "Sequence[Row]", baseline: Path) -> None:
-    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost."""
-    from gaitval.metrics.regression import lost
-
-    print_moved(rows)
-    failures = lost(rows)
-    if failures:
-        raise ToleranceError(
-            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
-            "more than their margin (table above). If the change is intended, store a new baseline "
-            "with `gaitval baseline SUBJECT`."
-        )
-    output.print(
-        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
-    )
-
-
-def _number(value: float | None) -> str:
-    return "not measured" if value is None else f"{value:.4g}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, Function, SetOption, command
 
@@ -35,9 +36,7 @@ def subjects(
     from gaitval.datasets.subject_file import builtin_subjects
 
     if build is not None:
-        from gaitval.datasets.wbds import build_subjects
-
-        build_subjects(build, out)
+        wings.load(wings.PARTS, "build_subjects")(build, out)
         display.output.print(f"Wrote the subjects to {out}", highlight=False)
         return
     table = Table(title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)")

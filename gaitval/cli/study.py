@@ -4,10 +4,10 @@ It is long because each command declares its own options, in a line each.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,7 +17,6 @@ from gaitval.cli import display
 from gaitval.cli.app import (
     ConfigOption,
     ForceOption,
-    HistoryOption,
     LanguageOption,
     OutOption,
     PaperOption,
@@ -34,18 +33,7 @@ from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
-    from gaitval.metrics.regression import Row
     from gaitval.study.stage import Run
-
-
-class History(Protocol):
-    """Keeps the figures of checks; a wing registers it as "history" in `wings.HISTORIES`."""
-
-    def prepare(self, path: Path) -> None:
-        """Refuse a file that no check can be added to; make it if it is not there."""
-
-    def keep(self, path: Path, rows: "Sequence[Row]", subject: str) -> None:
-        """Add the figures of a check of this moment to a file."""
 
 
 def _configuration(
@@ -441,87 +429,14 @@ def baseline(
     from which `check` knows whether it is as it was stored.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.study.baseline import seal_again, store_baseline
 
+    stored = wings.load(wings.PARTS, "baseline")
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier
     target = target or folder / "baseline"
     if seal:
-        seal_again(target)
+        stored.seal_again(target)
         display.output.print(f"Sealed {target}", highlight=False)
         return
-    store_baseline(folder, target)
+    stored.store_baseline(folder, target)
     display.output.print(f"Stored {target}", highlight=False)
-
-
-@command(
-    "gaitval check --baseline S05     # the one that comes with gaitval",
-    "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
-    "gaitval check --baseline S05 --quick --history accuracy.db",
-)
-def check(
-    baseline: Annotated[
-        str,
-        typer.Option(
-            "--baseline",
-            metavar="FOLDER|SUBJECT",
-            help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
-            "(S05), whose baseline comes with gaitval.",
-            show_default=False,
-        ),
-    ],
-    junit: Annotated[
-        Path | None,
-        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
-    ] = None,
-    quick: Annotated[
-        bool,
-        typer.Option(
-            "--quick", help="Compare the curves only: about a minute; no long walks, no pushes."
-        ),
-    ] = False,
-    fewer: Annotated[
-        str | None,
-        typer.Option(
-            "--fewer",
-            metavar="WHY",
-            help="Compare with a baseline that lacks measures of this gaitval, and say why.",
-            show_default=False,
-        ),
-    ] = None,
-    history: HistoryOption = None,
-) -> None:
-    """Simulate a stored policy again, and fail if accuracy was lost.
-
-    Simulates and validates with the installed code and libraries, and compares every measure
-    with the stored one. There are two verdicts: whether the walk depends on the same as then
-    (code, libraries, record), and whether its figures are the same. Exit code 1 and a table of
-    what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
-    stored; otherwise 0.
-    """
-    from gaitval.metrics.regression import LONG_MEASURES, check_same_measures, compare, write_junit
-    from gaitval.study.baseline import changed_inputs, stored_metrics, walk_again
-    from gaitval.study.inputs import METRICS
-    from gaitval.study.seal import inputs_in_words
-    from gaitval.study.stored_baselines import find_baseline
-
-    folder = find_baseline(baseline)
-    stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
-    display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
-    figures: History | None = None
-    if history is not None:
-        figures = wings.load(wings.HISTORIES, "history")
-        figures.prepare(history)  # before minutes of walking
-    with display.live_view() as live:
-        now = walk_again(folder, live, quick=quick)
-    rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
-    if fewer is None:
-        check_same_measures(rows)
-    inputs = inputs_in_words(changed_inputs(folder, now))
-    if history is not None and figures is not None:
-        figures.keep(history, rows, now.subject.identifier)
-    if junit is not None:
-        about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
-        write_junit(rows, junit, about=about)
-    display.plain(f"Inputs: {inputs}")
-    display.judge_moved(rows, folder)

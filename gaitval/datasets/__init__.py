@@ -1,1 +1,1 @@
-"""Subjects, and the data sets that they come from."""
+"""Subjects: their files, the built-in ones, and who they are."""

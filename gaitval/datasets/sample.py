@@ -33,3 +33,14 @@ def copy_sample(folder: Path) -> list[Path]:
         with replacing(folder / name) as temporary:
             temporary.write_bytes(content)
     return [folder / name for name in SAMPLE]
+
+
+def import_line(folder: Path, mass_kg: float, height_m: float, sex: str) -> str:
+    """The command that imports the recording in `folder` of `gaitval virtual --c3d`, of a person of
+    `mass_kg`, `height_m` and `sex`.
+    """
+    out = Path("reports") / "sample"
+    files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
+    return (
+        f"gaitval import {files} --mass {mass_kg:g} --height {height_m:g} --sex {sex} --out {out}"
+    )

@@ -3,7 +3,7 @@
 Two faults of plates show in a mean gait cycle. The mean vertical force of both feet is not one body
 weight, which it is in every periodic motion: the plates' calibration, or the body mass, is off. And
 the centre of pressure of a plate is too far forward or back, which changes the sagittal moments of
-its leg by the vertical force times that distance (`reference.plates` finds it from the motion).
+its leg by the vertical force times that distance (`gaitval_curves.plates` finds it).
 """
 
 from collections.abc import Mapping
@@ -66,7 +66,7 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
     Parameters
     ----------
     record : as measured.
-    plates : the faults, for example of `reference.plates`.
+    plates : the faults, for example of `gaitval_curves.plates`.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Comparison with the record: cycles, errors, ε, limits, pushes, validation, regression."""
+"""Comparison with the record: cycles, errors, ε, limits, pushes, validation."""

@@ -40,6 +40,15 @@ WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""
+STORED_FILES = (
+    "subject.toml",
+    "configuration.toml",
+    *(f"policy/{name}" for name in (*POLICY_FILES, GAIN)),
+    "identification.json",
+    "correction.json",
+    METRICS,
+)
+"""What a baseline keeps of a run folder; enough to simulate the policy again."""
 UNFINISHED = {name: f"unfinished/{name}" for name in ("correct", "simulate", "push")}
 """Where an unfinished stage keeps the walks that it has done."""
 REPEATS = "rollouts/repeats.json"

@@ -22,8 +22,7 @@ from gaitval.policy.storage import Policy, load_policy
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.baseline import STORED_FILES
-from gaitval.study.inputs import body_parameters
+from gaitval.study.inputs import STORED_FILES, body_parameters
 
 
 @dataclass(frozen=True, repr=False)

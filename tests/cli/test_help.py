@@ -16,9 +16,9 @@ from gaitval.cli import display
 from gaitval.configuration import load_configuration
 from gaitval.datasets.sample import SAMPLE
 from gaitval.datasets.subject_file import load_subject
-from gaitval.study.stored_baselines import find_baseline
 from gaitval.wings import COMMANDS as WINGS
 from gaitval.wings import names
+from gaitval_gate.stored_baselines import find_baseline
 
 ROOT: Any = get_command(cli.app)
 
@@ -105,7 +105,7 @@ def test_the_template_makes_a_subject(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_main_jobs_come_first_and_single_stages_last() -> None:
     assert list(ROOT.commands)[:7] == [
-        *("subject", "import", "predict", "judge", "check", "compare", "report")
+        *("subject", "import", "predict", "check", "compare", "judge", "report")
     ]
     core = {name for names in cli.PANELS.values() for name in names}
     assert set(ROOT.commands) == core | set(names(WINGS))

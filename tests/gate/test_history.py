@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from gaitval.errors import ArtefactError
-from gaitval.metrics.regression import Row
 from gaitval_gate import history
 from gaitval_gate.history import Check, Figure
+from gaitval_gate.regression import Row
 
 FIGURE = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
 CHECK = Check(

@@ -24,7 +24,7 @@ from gaitval.policy.storage import load_start
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
-from gaitval.virtual.person import virtual_person
+from gaitval_virtual.person import virtual_person
 
 CONFIGURATION = load_configuration()
 GENERAL = Path(__file__).parents[2] / "reports" / "general"

@@ -38,8 +38,8 @@ from gaitval.policy.rollouts import RolloutPool, record_together
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
-from gaitval.study.baseline import walk_again
 from gaitval.study.stage import Observer
+from gaitval_gate.baseline import walk_again
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -33,8 +33,8 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
-from gaitval.study.baseline import believed
-from gaitval.study.seal import check_seal
+from gaitval_gate.baseline import believed
+from gaitval_gate.seal import check_seal
 
 ROOT = Path(__file__).resolve().parents[2]
 BASELINE = ROOT / "reports" / "S05" / "baseline"

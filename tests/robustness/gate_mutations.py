@@ -38,12 +38,12 @@ from gaitval.artefacts import read_json, versions, write_json
 from gaitval.compiled import SOURCES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
-from gaitval.metrics.regression import LONG_MEASURES, compare, lost
 from gaitval.metrics.results import Metrics, read_metrics
-from gaitval.study import baseline as study
 from gaitval.study.inputs import METRICS
-from gaitval.study.seal import seal
 from gaitval.study.stage import Observer
+from gaitval_gate import baseline as study
+from gaitval_gate.regression import LONG_MEASURES, compare, lost
+from gaitval_gate.seal import seal
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 STORE: Final = ROOT / "reports" / "robustness" / "gate.json"

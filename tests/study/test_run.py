@@ -24,17 +24,8 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import run as study
-from gaitval.study.baseline import (
-    STORED_FILES,
-    TIMES,
-    WALKING,
-    by_folder,
-    installed_code,
-    processors,
-    store_baseline,
-)
+from gaitval.study.inputs import STORED_FILES
 from gaitval.study.run import finished_rounds, plan, run_one, run_subject
-from gaitval.study.seal import SEAL, read_seal
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
@@ -44,6 +35,15 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
+from gaitval_gate.baseline import (
+    TIMES,
+    WALKING,
+    by_folder,
+    installed_code,
+    processors,
+    store_baseline,
+)
+from gaitval_gate.seal import SEAL, read_seal
 
 FOUND = {
     "names": PARAMETERS,

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from gaitval.errors import ArtefactError
-from gaitval.study import stored_baselines
-from gaitval.study.stored_baselines import find_baseline, installed_baselines, is_installed
+from gaitval_gate import stored_baselines
+from gaitval_gate.stored_baselines import find_baseline, installed_baselines, is_installed
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
 

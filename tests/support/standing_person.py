@@ -13,7 +13,7 @@ from gaitval.scaling.joint_centres import FOOT_SHAPE, MARKER_OFFSET, measure
 from gaitval.scaling.marker_sets import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body
-from gaitval.virtual.standing import (
+from gaitval_virtual.standing import (
     ANKLE_WIDTH,
     ELBOW_WIDTH,
     KNEE_WIDTH,

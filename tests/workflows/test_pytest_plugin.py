@@ -43,7 +43,7 @@ def weaken(project: Path, factor: float) -> None:
     """Scale the last layer of the stored policy, and seal it as if it had been so."""
     from safetensors.numpy import load_file, save_file
 
-    from gaitval.study.baseline import seal_again
+    from gaitval_gate.baseline import seal_again
 
     (file,) = (project / "baseline" / "policy").glob("*.safetensors")
     tensors = load_file(file)

@@ -16,7 +16,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import Configuration, NoiseSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.accuracy import RecordAccuracy

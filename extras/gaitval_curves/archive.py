@@ -12,11 +12,11 @@ from typing import Any, Final, Literal
 import pooch
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.datasets.download import Progress, download_part
-from gaitval.datasets.registry import ArchiveFile, Dataset, registry
-from gaitval.datasets.repository import Mirror, Repository
-from gaitval.datasets.unpacking import check_disk, unpack
 from gaitval.errors import ArchiveError
+from gaitval_curves.download import Progress, download_part
+from gaitval_curves.registry import ArchiveFile, Dataset, registry
+from gaitval_curves.repository import Mirror, Repository
+from gaitval_curves.unpacking import check_disk, unpack
 
 HashFrom = Literal["registry", "repository", "earlier download"]
 

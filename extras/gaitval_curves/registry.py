@@ -42,7 +42,7 @@ class Dataset:
 
 def registry() -> dict[str, Dataset]:
     """Data sets that can be fetched, by name."""
-    text = resources.files("gaitval.datasets").joinpath("registry.toml").read_text("utf-8")
+    text = resources.files("gaitval_curves").joinpath("registry.toml").read_text("utf-8")
     return {
         name: Dataset(
             name=name,

@@ -35,8 +35,8 @@ from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Walker, WalkingTask
-from gaitval.virtual.person import VirtualError, drawn_parameters, walked
-from gaitval.virtual.standing import landmarks_on, standing_pose
+from gaitval_virtual.person import VirtualError, drawn_parameters, walked
+from gaitval_virtual.standing import landmarks_on, standing_pose
 
 MARKER_SET: Final = "isb"
 CAMERA_STEPS: Final = 5

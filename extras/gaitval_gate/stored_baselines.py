@@ -4,11 +4,12 @@ import re
 from pathlib import Path
 from typing import Final
 
+import gaitval
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import ArtefactError
 
 METRICS: Final = "metrics.json"
-_PACKAGE: Final = Path(__file__).parents[1]
+_PACKAGE: Final = Path(gaitval.__file__).parent
 _USUAL: Final = re.compile(r"(?:\./)?reports/(S\d\d)/baseline(?:/metrics\.json)?/?")
 """Where `gaitval baseline` stores those of the built-in subjects, and a checkout has them."""
 

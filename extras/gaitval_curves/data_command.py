@@ -15,15 +15,17 @@ from rich.progress import (
 )
 
 from gaitval.cli import display
-from gaitval.cli.app import Command, Group, app, panel_of
+from gaitval.cli.app import Added, Command, Group
 
 data_app = typer.Typer(
     cls=Group,
     no_args_is_help=True,
     rich_markup_mode="rich",
+    add_completion=False,
+    pretty_exceptions_enable=False,
     help="List and download published data sets; copy the sample recording.",
 )
-app.add_typer(data_app, name="data", rich_help_panel=panel_of("data"))
+data = Added(data_app, after="subjects")
 
 FolderOption = Annotated[
     Path | None,
@@ -41,7 +43,7 @@ FolderOption = Annotated[
 )
 def data_list(folder: FolderOption = None) -> None:
     """List the data sets."""
-    from gaitval.datasets.archive import datasets
+    from gaitval_curves.archive import datasets
 
     for state in datasets(folder):
         dataset = state.dataset
@@ -66,7 +68,7 @@ def data_fetch(
     folder: FolderOption = None,
 ) -> None:
     """Download a data set."""
-    from gaitval.datasets.archive import fetch
+    from gaitval_curves.archive import fetch
 
     bar = Progress(
         TextColumn("{task.description}"),
@@ -96,17 +98,6 @@ def data_fetch(
         )
 
 
-def import_line(folder: Path, mass_kg: float, height_m: float, sex: str) -> str:
-    """The command that imports the recording in `folder` of `gaitval virtual --c3d`, of a person of
-    `mass_kg`, `height_m` and `sex`.
-    """
-    out = Path("reports") / "sample"
-    files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
-    return (
-        f"gaitval import {files} --mass {mass_kg:g} --height {height_m:g} --sex {sex} --out {out}"
-    )
-
-
 @data_app.command(
     "sample",
     cls=Command,
@@ -121,7 +112,7 @@ def data_sample(
 ) -> None:
     """Copy the sample recording."""
     from gaitval.artefacts import read_json
-    from gaitval.datasets.sample import copy_sample
+    from gaitval.datasets.sample import copy_sample, import_line
 
     files = copy_sample(folder)
     size = sum(file.stat().st_size for file in files)

@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from gaitval.cli import display
-from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, command
+from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
-@command("gaitval screen 5", "gaitval screen 5 --out screening.csv")
+@added_command("gaitval screen 5", "gaitval screen 5 --out screening.csv", after="imports")
 def screen(
     subject: SubjectArgument,
     out: Annotated[
@@ -29,10 +29,10 @@ def screen(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.prior import prior_sd
-    from gaitval.identification.screening import screened, table
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.run import general_walker
+    from gaitval_virtual.screening import screened, table
 
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)

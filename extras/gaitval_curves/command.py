@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from gaitval.cli import display
-from gaitval.cli.app import Function, command
+from gaitval.cli.app import Function, added_command
 from gaitval.errors import ConfigurationError
 
 CurveFilesArgument = Annotated[
@@ -84,13 +84,14 @@ def _with_person_options(function: Function) -> Function:
     return with_fields(function, ImportOptions, *about)
 
 
-@command(
+@added_command(
     "gaitval curves --template     # writes means.csv, to fill in",
     "gaitval curves WBDS03walkT05ang.txt WBDS03walkT05knt.txt --speed 1.2 --stride-time 1.08 "
     "--mass 70 --height 1.75 --leg-length 0.9 --sex M --trial-name T05 --out wbds03.toml",
     "gaitval curves means.csv --speed 1.2 --stride-time 1.08 --mass 70 --height 1.75 "
     "--leg-length 0.9 --sex F --tape thigh=0.41 --tape shank=0.40 --out mine.toml",
     "gaitval curves slow.csv --speed 0.8 --stride-time 1.3 --trial-name slow --to mine.toml",
+    after="subjects",
     complete=_with_person_options,
 )
 def curves(
@@ -119,7 +120,7 @@ def curves(
     angle; forces of the ground on the foot forward, left, up. docs/how-to/own-subject.md has all
     names. Signs, units and sides are checked. Without moments and forces the walk predicts them.
     """
-    from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
+    from gaitval_curves.curve_subject import PersonDetails, add_trial, new_subject
 
     if template:
         _write_template(files or [])
@@ -152,8 +153,8 @@ def curves(
 def _write_template(files: Sequence[Path]) -> None:
     """Write the table to fill in, and print the next step."""
     from gaitval.artefacts import write_text
-    from gaitval.datasets.curve_template import curve_template
     from gaitval.datasets.subject_file import load_subject
+    from gaitval_curves.curve_template import curve_template
 
     if len(files) > 1:
         raise ConfigurationError("--template writes one FILE.")

@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitval.cli import display
-from gaitval.cli.app import ConfigOption, SetOption, command
+from gaitval.cli.app import ConfigOption, SetOption, added_command
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from gaitval.virtual.person import VirtualPerson
-    from gaitval.virtual.recording import RecordedPerson
+    from gaitval_virtual.person import VirtualPerson
+    from gaitval_virtual.recording import RecordedPerson
 
 
-@command(
+@added_command(
     "gaitval virtual --number 3 --out runs/virtual",
     "gaitval virtual --around 8 --by stature --seed 7 --out runs/virtual",
     "gaitval subject runs/virtual/V7_000.toml     # identify it, and walk as it does",
     "gaitval virtual --c3d --out runs/recorded",
+    after="imports",
 )
 def virtual(
     out: Annotated[
@@ -62,7 +63,7 @@ def virtual(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import general_walker
-    from gaitval.virtual.person import virtual_person
+    from gaitval_virtual.person import virtual_person
 
     if by not in ("markers", "stature"):
         raise ConfigurationError(f"--by {by}: give markers or stature.")
@@ -77,7 +78,7 @@ def virtual(
         highlight=False,
     )
     if c3d:
-        from gaitval.virtual.recording import recorded_person
+        from gaitval_virtual.recording import recorded_person
 
         made = recorded_person(number, seed, person, policy, configuration)
         _write_recording(out / f"V{seed}_{number:03d}", made)
@@ -106,7 +107,7 @@ def _write_person(out: Path, found: "VirtualPerson") -> None:
 def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     """The files of a recorded virtual person, and how to go on."""
     from gaitval.artefacts import write_json, write_text
-    from gaitval.cli.data import import_line
+    from gaitval.datasets.sample import import_line
     from gaitval.mocap.c3d_writing import write_c3d
     from gaitval.model.parameters import PARAMETERS
 

@@ -20,21 +20,32 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import MARKERS, Subject, make_subject
-from gaitval.datasets.wbds import CITATION, LICENCE, left_phase_from_force
-from gaitval.datasets.wbds_files import (
+from gaitval.errors import GaitvalError, RecordError
+from gaitval.mocap.mot import read_ground_reaction
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.wbds_text import read_wbds_forces
+from gaitval_curves.wbds import CITATION, FURTHER_TRIALS, LICENCE, left_phase_from_force
+from gaitval_curves.wbds_files import (
     MOMENT_SEAM,
     read_angles,
     read_kinetics,
     read_static_markers,
     table_rows,
 )
-from gaitval.errors import GaitvalError, RecordError
-from gaitval.mocap.mot import read_ground_reaction
-from gaitval.mocap.reading import read_recording
-from gaitval.mocap.wbds_text import read_wbds_forces
+
+__all__ = [  # what a cohort uses, `gaitval_cohort.all_data.Archive`
+    "CITATION",
+    "FURTHER_TRIALS",
+    "LICENCE",
+    "PEOPLE",
+    "TREADMILL",
+    "holdings",
+    "person_values",
+    "subject_of",
+]
 
 PEOPLE: Final = tuple(f"WBDS{number:02d}" for number in range(1, 43))
 TREADMILL: Final = tuple(f"T{number:02d}" for number in range(1, 9))

@@ -14,8 +14,7 @@ from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.folder_lock import held
-from gaitval.study.inputs import GAIN, METRICS, POLICY_FILES, start_kind
-from gaitval.study.seal import changes, check_seal, read_seal, seal
+from gaitval.study.inputs import METRICS, STORED_FILES, start_kind
 from gaitval.study.sources import code_of
 from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
@@ -28,23 +27,13 @@ from gaitval.study.stages import (
     simulate_stage,
     validate_stage,
 )
+from gaitval_gate.seal import changes, check_seal, read_seal, seal
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
 
 TEMPORARY = "gaitval-check-"
 """How the names of folders begin in which a check walks."""
-
-STORED_FILES = (
-    "subject.toml",
-    "configuration.toml",
-    *(f"policy/{name}" for name in (*POLICY_FILES, GAIN)),
-    "identification.json",
-    "correction.json",
-    METRICS,
-)
-"""What a baseline keeps of a run folder; enough to simulate the policy again."""
-
 
 TIMES = "times.json"
 """Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""

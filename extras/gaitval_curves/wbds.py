@@ -22,7 +22,7 @@ is the least certain (it depends on using the foot's axes).
 The moments show a calibration error of the force plates against the markers: over the ten subjects
 the ankle moment divided by vertical force at 45 % of the cycle is 0.14 m on the right and 0.10 m on
 the left, a difference that no gait has (docs/decisions.md). The curves are left as recorded;
-`reference.plates` finds the correction, which each subject's file has beside them.
+`plates` finds the correction, which each subject's file has beside them.
 """
 
 from collections.abc import Mapping
@@ -35,11 +35,12 @@ from scipy.optimize import minimize_scalar
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.curve_files import MeanCurves, gait_values
+from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.datasets.wbds_files import (
+from gaitval.errors import RecordError
+from gaitval_curves.wbds_files import (
     MOMENT_SEAM,
     number_in,
     read_angles,
@@ -47,7 +48,6 @@ from gaitval.datasets.wbds_files import (
     read_static_markers,
     table_rows,
 )
-from gaitval.errors import RecordError
 
 CITATION: Final = (
     "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "

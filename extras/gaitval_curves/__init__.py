@@ -1,0 +1,1 @@
+"""Subjects from mean curves: tables, the files of WBDS, and the download of published data sets."""

@@ -1,0 +1,95 @@
+"""`gaitval check`: a stored policy simulated again, and compared with its stored figures."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.cli import display
+from gaitval.cli.app import added_command
+
+HistoryOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--history",
+        metavar="FILE",
+        envvar="GAITVAL_HISTORY",
+        help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
+        "history`.",
+        show_default=False,
+    ),
+]
+
+
+@added_command(
+    "gaitval check --baseline S05     # the one that comes with gaitval",
+    "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
+    "gaitval check --baseline S05 --quick --history accuracy.db",
+    after="predict",
+)
+def check(
+    baseline: Annotated[
+        str,
+        typer.Option(
+            "--baseline",
+            metavar="FOLDER|SUBJECT",
+            help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
+            "(S05), whose baseline comes with gaitval.",
+            show_default=False,
+        ),
+    ],
+    junit: Annotated[
+        Path | None,
+        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="Compare the curves only: about a minute; no long walks, no pushes."
+        ),
+    ] = False,
+    fewer: Annotated[
+        str | None,
+        typer.Option(
+            "--fewer",
+            metavar="WHY",
+            help="Compare with a baseline that lacks measures of this gaitval, and say why.",
+            show_default=False,
+        ),
+    ] = None,
+    history: HistoryOption = None,
+) -> None:
+    """Simulate a stored policy again, and fail if accuracy was lost.
+
+    Simulates and validates with the installed code and libraries, and compares every measure
+    with the stored one. There are two verdicts: whether the walk depends on the same as then
+    (code, libraries, record), and whether its figures are the same. Exit code 1 and a table of
+    what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
+    stored; otherwise 0.
+    """
+    from gaitval.study.inputs import METRICS
+    from gaitval_gate import history as histories
+    from gaitval_gate.baseline import changed_inputs, stored_metrics, walk_again
+    from gaitval_gate.moved import judge_moved
+    from gaitval_gate.regression import LONG_MEASURES, check_same_measures, compare, write_junit
+    from gaitval_gate.seal import inputs_in_words
+    from gaitval_gate.stored_baselines import find_baseline
+
+    folder = find_baseline(baseline)
+    stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
+    display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
+    if history is not None:
+        histories.prepare(history)  # before minutes of walking
+    with display.live_view() as live:
+        now = walk_again(folder, live, quick=quick)
+    rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
+    if fewer is None:
+        check_same_measures(rows)
+    inputs = inputs_in_words(changed_inputs(folder, now))
+    if history is not None:
+        histories.keep(history, rows, now.subject.identifier)
+    if junit is not None:
+        about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
+        write_junit(rows, junit, about=about)
+    display.plain(f"Inputs: {inputs}")
+    judge_moved(rows, folder)

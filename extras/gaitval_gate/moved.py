@@ -1,0 +1,50 @@
+"""What moved since a baseline was stored, for the terminal."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from gaitval.cli import display
+from gaitval.errors import ToleranceError
+from gaitval_gate.regression import Row, lost
+
+
+def print_moved(rows: Sequence[Row]) -> None:
+    """Print the `rows` of measures that moved by more than their margin, if there are any."""
+    moved = [row for row in rows if row.change != "kept"]
+    if not moved:
+        return
+    table = Table(title="Measures that moved by more than their margin")
+    for name in ("measure", "of", "baseline", "now", "margin", "unit", "change"):
+        table.add_column(name)
+    for row in moved:
+        table.add_row(
+            row.measure,
+            row.target,
+            _number(row.baseline),
+            _number(row.current),
+            f"{row.margin:g}",
+            row.unit,
+            "[red]lost[/]" if row.change == "lost" else row.change,
+        )
+    display.output.print(table)
+
+
+def judge_moved(rows: Sequence[Row], baseline: Path) -> None:
+    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost."""
+    print_moved(rows)
+    failures = lost(rows)
+    if failures:
+        raise ToleranceError(
+            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
+            "more than their margin (table above). If the change is intended, store a new baseline "
+            "with `gaitval baseline SUBJECT`."
+        )
+    display.output.print(
+        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
+    )
+
+
+def _number(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"

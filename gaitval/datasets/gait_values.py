@@ -1,0 +1,142 @@
+"""Mean curves of one trial, and what a subject takes from them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
+from gaitval.errors import RecordError
+from gaitval.gait.mean_curves import (
+    ANGLE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    fit_curve,
+    fit_force,
+    mean_vertical_force,
+    stance_fraction,
+)
+from gaitval.gait.record import PeriodicCurve
+from gaitval.gait.sampling import SAMPLES
+
+_PHASE: Final = np.arange(SAMPLES) / (SAMPLES - 1)
+
+PELVIS_MISMATCH: Final = float(np.radians(2.0))
+"""rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
+
+
+@dataclass(frozen=True)
+class MeanCurves:
+    """Mean curves of one trial (101,), in the convention of `GaitRecord`.
+
+    Attributes
+    ----------
+    angles : rad.
+    moments : Nm/kg; empty if none were given.
+    forces : body weights, (101, 3) of each side; empty likewise.
+    seam : rows whose moments are not to be trusted.
+    left_out : names of the columns that are no curves.
+    """
+
+    angles: Mapping[str, Array]
+    moments: Mapping[str, Array]
+    forces: Mapping[Side, Array]
+    seam: tuple[int, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    def in_words(self) -> str:
+        """What was read, and what was left out."""
+        sides = sorted({name[-1] for name in self.angles}, reverse=True)
+        both = " and ".join({"r": "right", "l": "left"}[side] for side in sides)
+        kinds = [f"{len(self.angles)} angles"]
+        kinds.append(f"{len(self.moments)} moments (Nm/kg)" if self.moments else "no moments")
+        forces = 3 * len(self.forces)
+        kinds.append(f"{forces} forces (body weights)" if forces else "no forces")
+        shown = [*self.left_out[:6], *(["…"] if len(self.left_out) > 6 else [])]
+        rest = f"; left out: {', '.join(shown)}" if shown else ""
+        return f"{both}, {', '.join(kinds)}{rest}"
+
+
+def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
+    """Phase of the right cycle at left heel strike, from the pelvis' curves in `angles` (rad); and
+    the root-mean-square difference of the worst curve at this phase, rad.
+
+    The pelvis is one body, so its tilt over the left cycle is its tilt over the right cycle,
+    shifted in time; list and rotation are too, with the sign changed. The phase is the shift with
+    the smallest sum of squared differences, each curve less its mean (the means differ by the
+    markers' asymmetry, below 0.25°).
+    """
+    phase = np.arange(200) / 200
+
+    def differences(shift: float) -> Array:
+        return np.stack(
+            [
+                angles[f"{name}_r"](phase)
+                - angles[f"{name}_r"].mean
+                - sign * (angles[f"{name}_l"](phase - shift) - angles[f"{name}_l"].mean)
+                for name, sign in (("pelvis_tilt", 1), ("pelvis_list", -1), ("pelvis_rotation", -1))
+            ]
+        )
+
+    best = minimize_scalar(
+        lambda shift: float(np.sum(differences(shift) ** 2)),
+        # A step is about half a stride.
+        bounds=(0.4, 0.6),
+        method="bounded",
+        options={"xatol": 1e-7},
+    )
+    mismatch = np.sqrt(np.mean(differences(best.x) ** 2, axis=1)).max()
+    return float(best.x), float(mismatch)
+
+
+def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> dict[str, Any]:
+    """The values of a subject, or of one of its trials, that follow from mean curves; `stance` is
+    the stance fraction, where there are no forces to find it from.
+
+    Raises RecordError, which says `where`, if the `curves` of right and left are not of one pelvis,
+    or too noisy.
+    """
+    angles = {
+        name: fit_curve(name, _PHASE, values, ANGLE_TOLERANCE, where)
+        for name, values in curves.angles.items()
+    }
+    left, mismatch = left_phase({name: curve.periodic() for name, curve in angles.items()})
+    if mismatch > PELVIS_MISMATCH:
+        raise RecordError(
+            f"{where}: the pelvis curves of right and left differ by {np.degrees(mismatch):.1f}° "
+            "however they are shifted, which is impossible for one pelvis. Own side up and own "
+            "side forward are positive on both sides. Are the sides of some columns exchanged, or "
+            "is the sign of one side changed?"
+        )
+    found: dict[str, Any] = {"left_phase": left}
+    if not curves.forces:
+        if stance is None:
+            raise RecordError(
+                f"{where}: there are no forces to show when the feet leave the ground. Give "
+                "--stance, the stance fraction of the gait cycle (about 0.62), or forces."
+            )
+        both = StanceFraction(right=stance, left=stance)
+        return found | {
+            "stance_fraction": both,
+            "gait": Gait(samples=SAMPLES, angles=angles),
+        }
+    # Rows where the source's own filter leaves an edge are left out of the fit of moments.
+    trusted = np.delete(np.arange(SAMPLES), curves.seam)
+    ends = {side: stance_fraction(curves.forces[side][:, 2]) for side in SIDES}
+    fitted = {side: fit_force(curves.forces[side], ends[side], where) for side in SIDES}
+    return found | {
+        "mean_vertical_force": mean_vertical_force(curves.forces),
+        "stance_fraction": StanceFraction(right=ends["right"], left=ends["left"]),
+        "gait": Gait(
+            samples=SAMPLES,
+            angles=angles,
+            moments={
+                name: fit_curve(name, _PHASE[trusted], values[trusted], MOMENT_TOLERANCE, where)
+                for name, values in curves.moments.items()
+            },
+            forces=Forces(right=fitted["right"], left=fitted["left"]),
+        ),
+    }
