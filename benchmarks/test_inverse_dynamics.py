@@ -15,12 +15,12 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import (
-    read_motion,
     write_external_loads,
     write_ground_reaction,
     write_moments,
     write_motion,
 )
+from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import evidence
 from evidence import ROOT
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.metrics.baselines import dimensionless_speed
+from gaitval.prediction.speed_line import dimensionless_speed
 
 FORCES = {"vertical": (0.5, 0.3), "forward": (0.4, 0.15), "medial": (0.4, 0.15)}
 MOMENTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
@@ -37,7 +37,7 @@ MEASURES = {
     },
     "general policy to report, *": {"data": ("reports/S05/baseline/times.json",)},
     "*": {
-        "code": ("gaitval/prediction/population.py:dimensionless_speed",),
+        "code": ("gaitval/prediction/speed_line.py:dimensionless_speed",),
         "data": ("reports/S??/baseline/metrics.json",),
     },
 }

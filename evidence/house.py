@@ -45,6 +45,7 @@ ROOMS = ("docs/build", "evidence", "experiments", "scripts", "tests/robustness")
 RUNS = 5
 CSV = evidence.FOLDER / "house.csv"
 LINES = "lines of gaitval/"
+REACHED = "lines reached by gaitval subject and gaitval import together, without gaitval/cli"
 MEASURES = {
     "lines *": {
         "code": ("evidence/house.py:size,reached,_modules_of,lines_of", "gaitval/*.py"),
@@ -256,14 +257,15 @@ def _at_least(what: str, value: float, unit: str, goal: float, must: float, n: i
 
 @evidence.measurement()
 def size(_: Namespace) -> list[evidence.Row]:
-    """Lines of the package, and of what `gaitval subject` and `gaitval import` reach."""
-    both = reached()
+    """Lines of the package, and of what `gaitval subject` and `gaitval import` reach behind the
+    command line, whose own modules are the same for every command.
+    """
+    both = [path for path in reached() if PACKAGE / "cli" not in path.parents]
     extras = ROOT / "extras"
     print(f"beside it, extras/: {lines_of(modules(extras)) if extras.is_dir() else 0} lines")
     return [
         _row(LINES, lines_of(modules()), "lines", 50_000, 53_000, len(modules())),
-        _row("lines reached by gaitval subject and gaitval import together", lines_of(both),
-             "lines", 38_000, 40_000, len(both)),
+        _row(REACHED, lines_of(both), "lines", 38_000, 40_000, len(both)),
     ]  # fmt: skip
 
 

@@ -267,6 +267,6 @@ def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) 
 def _cohort(out: Path) -> dict[str, Said]:
     """Of the rows that a study of a recording adds to the cohort's tables."""
     from gaitval.artefacts import read_json
-    from gaitval.session.summary import limits_of_record
+    from gaitval.session.stored import limits_of_record
 
     return _rows(limits_of_record(read_json(out / "recording" / "import.json")))

@@ -21,7 +21,8 @@ import numpy as np
 import pandas as pd
 
 from gaitval.artefacts import write_text
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, GaitProfile, gait_profile, load_controls
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.statistics_results import GaitProfile
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "gps_controls.csv"
 

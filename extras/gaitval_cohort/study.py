@@ -9,11 +9,11 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
-from gaitval.metrics.walk_statistics import WalkStatistics
+from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
-from gaitval.session.summary import limits_of_record
+from gaitval.session.stored import limits_of_record
 from gaitval.session.write import FOLDER, RECORD
 from gaitval.study.run import general_walker, run_subject
 from gaitval.study.stage import Observer, open_run

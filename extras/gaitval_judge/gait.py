@@ -18,8 +18,8 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle, average, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events, marker_events
 from gaitval.gait.foot_forces import assign_forces
-from gaitval.mocap.reading import with_plates
 from gaitval.mocap.recording import FootForces, Recording
+from gaitval.mocap.separate_forces import with_plates
 from gaitval_judge.loads import Loads
 from gaitval_judge.opensim.placing import Motion, at_times, centre_of_mass, place
 from gaitval_judge.skeleton import Skeleton

@@ -14,7 +14,8 @@ from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
-from gaitval.mocap.mot import StorageTable, read_storage
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.reading import read_recording
 from gaitval.scaling.anthropometry import WINTER
 from gaitval_judge import markers as of_markers

@@ -7,7 +7,8 @@ import numpy as np
 
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
-from gaitval.mocap.mot import StorageTable, read_ground_reaction, read_storage
+from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.text_table import XYZ, sample_rate

@@ -30,7 +30,8 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import segment_frames
 from gaitval.policy.storage import Policy
 from gaitval.scaling.anthropometry import mean_length
-from gaitval.scaling.marker_sets import MarkerSet, load_marker_set
+from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.simulation.rollout import Rollout

@@ -21,8 +21,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from gaitval.study.stage import INTERRUPTED, Observer
-from gaitval.study.watching import BESIDE
+from gaitval.study.stage import BESIDE, INTERRUPTED, Observer
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics

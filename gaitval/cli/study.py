@@ -79,7 +79,7 @@ def _stage(
     scratch: bool = False,
 ) -> Path:
     """Run one stage; returns the run folder."""
-    from gaitval.study.run import run_one
+    from gaitval.study.one_stage import run_one
 
     with _opened(subject, out, config, settings, keep_settings=True) as run:
         run_one(run, name, round_number=round_number, scratch=scratch, force=force)

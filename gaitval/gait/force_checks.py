@@ -18,8 +18,7 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_axes
-from gaitval.mocap.pressed_plates import LONGEST_LEVER_M
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, plate_axes
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
 LEAST_BRAKING: Final = 0.02

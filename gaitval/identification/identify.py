@@ -32,7 +32,7 @@ from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation,
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.extended import EXTENDED
-from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
+from gaitval.model.parameters import PARAMETERS, parameter_bounds
 from gaitval.reference.dynamic_fit import Solution
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
@@ -148,41 +148,6 @@ def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
     )
 
 
-def unidentified(configuration: Configuration, prior_sd: Array) -> FoundParameters:
-    """The result if nothing is looked for: the body stays as scaled.
-
-    Parameters
-    ----------
-    configuration : its bounds of the parameters are entered.
-    prior_sd : (14,) of mu about the body as scaled; also entered as the posterior's.
-    """
-    mu = nominal_parameters()
-    lower, upper = parameter_bounds(configuration.randomisation)
-    numbers, sd = mu.tolist(), prior_sd.tolist()
-    return FoundParameters(
-        names=list(PARAMETERS),
-        nominal=numbers,
-        identified=numbers,
-        prior_standard_deviation=sd,
-        posterior_mean=numbers,
-        standard_deviation=sd,
-        lower=lower.tolist(),
-        upper=upper.tolist(),
-        on_bound=[False] * len(mu),
-        verdicts=["not identified"] * len(mu),
-        profiles=[],
-        correlation=np.eye(len(mu)).tolist(),
-        combinations=[],
-        extended=[],
-        plates=[0.0, 0.0],
-        deviance_nominal=None,
-        deviance_identified=None,
-        converged=False,
-        search_distance=None,
-        history=[],
-    )
-
-
 def identify(
     record: GaitRecord,
     model: BodyModel,
@@ -206,8 +171,6 @@ def identify(
     on_progress : called after each generation with generation, total and value.
     """
     settings = configuration.identification
-    if settings.method == "none":
-        return unidentified(configuration, prior_sd)
     noise = configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
     fit = BodyFit(
         record, model, configuration.contact, noise, prior_sd=prior_sd,

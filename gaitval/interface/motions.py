@@ -14,7 +14,8 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.mocap.recording import Recording
-from gaitval.scaling.marker_sets import MarkerSet, load_marker_set
+from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.read import named, prepared
 from gaitval.session.trial import leg_shown, trial_loads, trial_motion
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gaitval.mocap import reading
-from gaitval.mocap.axes import parse_axes
+from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.recording import Recording
 
 
@@ -38,7 +38,7 @@ def read_recording(
     >>> from pathlib import Path
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.mocap.trc import write_trc
+    >>> from gaitval.mocap.trc_writing import write_trc
     >>> from gaitval.mocap.recording import Recording
     >>> places = np.array([[0.1, -0.1, 0.9], [0.1, 0.1, 0.9], [0.0, -0.1, 0.0]])
     >>> names = ("R.ASIS", "L.ASIS", "R.Heel")

@@ -10,7 +10,8 @@ from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.metrics.results import METRICS, Metrics, read_metrics
 from gaitval.reporting import report
-from gaitval.study.run import run_one, run_subject
+from gaitval.study.one_stage import run_one
+from gaitval.study.run import run_subject
 from gaitval.study.stage import RECORDS, Observer, open_run
 
 REPORT = ("report.html", "report.pdf")

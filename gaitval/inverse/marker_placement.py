@@ -30,7 +30,7 @@ from gaitval.scaling.joint_centres import (
     pelvis_frame,
 )
 from gaitval.scaling.landmarks import Place, Width
-from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Limbs, Measurements
 
 CHECKLIST: Final = "OpenSim, Simulation with OpenSim - Best Practices"

@@ -17,18 +17,17 @@ Policy, body and physics are unchanged, and nothing supports the body: it is the
 a motion that differs from the reference by about a degree.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
+from gaitval.learning_control.walked import Walked, accuracy_of, fitted
 from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
@@ -43,89 +42,12 @@ from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
-ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
-    "angles": {
-        **dict.fromkeys(JOINT_ANGLES, 2.0),
-        "hip_rotation": 4.0,
-        "subtalar_angle": 4.0,
-    },
-    "moments": dict.fromkeys(JOINT_MOMENTS, 0.06),
-    "forces": {"vertical": 2.5, "forward": 0.8, "medial": 0.6},
-}
-"""Errors that weigh the same, in the units of `metrics.recorded.CURVE_UNITS`: of moments and forces
-half the error of a prediction from other people, of angles the repeatability of a laboratory."""
-
-_INDEPENDENT = 12
+INDEPENDENT = 12
 """Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the filter."""
 _ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
 """Standard deviation of the prior, rad and m: of each harmonic, and of the height."""
-_PROBE = 0.75
-"""Change of an unknown by which its effect is measured, in prior SDs: the effect is then several
-times the scatter of mean curves between walks."""
-_STEPS = 6
-"""Largest number of steps with the same slopes, which cost ten times as many walks as a step."""
-_SMALLEST_GAIN = 0.02
-"""Relative decrease of the objective at which the steps end."""
-_DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1000.0)
-"""Damping of a step, in units of the prior's weight. All of them are tried: a walk does not respond
-linearly, so no rule gives the best one beforehand."""
-_LENGTHS = (1.0, 0.5, 0.25)
-"""Fractions of each step that are tried."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
-
-
-@dataclass(frozen=True)
-class Walked:
-    """A walk beside its reference.
-
-    Attributes
-    ----------
-    deviations : (n,) of the mean fitted curves, over `ACCURACY`; their sum of squares counts
-        `_INDEPENDENT` for a curve that is off by its accuracy throughout.
-    rmse : by (kind, curve), in the units of `metrics.recorded.CURVE_UNITS`; also of curves that are
-        not fitted, the pelvis's angles.
-    scatter : degrees, RMS difference of one cycle's angles of the pelvis from their means.
-    """
-
-    deviations: Array
-    rmse: Mapping[tuple[Kind, str], float]
-    scatter: float
-
-    def error(self) -> float:
-        """Root mean square over the fitted curves of error / accuracy."""
-        squares = [(self.rmse[key] / accuracy_of(*key)) ** 2 for key in self.rmse if fitted(*key)]
-        return float(np.sqrt(np.mean(squares)))
-
-    def left_out(self) -> float:
-        """RMS error of the curves that are not fitted, degrees."""
-        return float(np.sqrt(np.mean([v**2 for key, v in self.rmse.items() if not fitted(*key)])))
-
-    def as_list(self) -> list[Any]:
-        """For a `Journal`; `from_list` gives the same numbers bit for bit."""
-        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()], self.scatter]
-
-    @classmethod
-    def from_list(cls, values: Sequence[Any]) -> "Walked":
-        """The walk from the `values` that `as_list` gave."""
-        deviations, rmse, scatter = values
-        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse}, scatter)
-
-
-Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
-"""Walks at each of several points, (n,) in units of the prior's SD; None for one that fell."""
-
-
-def fitted(kind: str, curve: str) -> bool:
-    """Whether the correction fits a `curve` (with its side, such as `knee_angle_r`) of a `kind`
-    (`angles`, `moments` or `forces`); the others only show whether it does harm.
-    """
-    return curve[:-2] in ACCURACY[kind]
-
-
-def accuracy_of(kind: str, curve: str) -> float:
-    """Error of weight 1 of a `fitted` curve (`kind`, `curve`), in the units of `CURVE_UNITS`."""
-    return ACCURACY[kind][curve[:-2]]
 
 
 @dataclass(frozen=True)
@@ -173,114 +95,6 @@ class Corrected:
         )
 
 
-@dataclass(frozen=True)
-class Optimum:
-    """What a search found: the best point (n,), the error before and after each step, and the
-    effective number of free unknowns (`effective_number`).
-    """
-
-    point: Array
-    errors: tuple[float, ...]
-    effective_number: float
-
-
-def search(
-    walk: Walk,
-    unknowns: int,
-    *,
-    rounds: int,
-    allowed: Callable[[Array], bool],
-    on_round: Callable[[int, float], None] | None = None,
-) -> Optimum:
-    """Minimise the deviations' sum of squares plus the prior's, starting from zero.
-
-    Parameters
-    ----------
-    walk : walks at several points at once.
-    unknowns : n.
-    rounds : how often the slopes are measured.
-    allowed : whether a point may be tried.
-    on_round : called with the finished round and the error.
-    """
-    point = np.zeros(unknowns)
-
-    def probing() -> list[Array]:
-        return [point + _PROBE * each for each in np.eye(unknowns)]
-
-    # In one call, so that all of these walks share the workers.
-    found, *probes = walk([point, *(probing() if rounds else [])])
-    if found is None:
-        return Optimum(point, (), 0.0)
-    errors, free = [found.error()], 0.0
-    for number in range(rounds):
-        if number > 0:
-            probes = list(walk(probing()))
-        # A walk that falls gives no slope. With a slope of zero the unknown is left where it is.
-        answers = [
-            0.0 * found.deviations
-            if each is None
-            else (each.deviations - found.deviations) / _PROBE
-            for each in probes
-        ]
-        # (m, n): a column for each unknown, in prior SDs.
-        slopes = np.column_stack(answers)
-        free = effective_number(slopes)
-        for _ in range(_STEPS):
-            steps = [each for each in _steps(slopes, found, point) if allowed(point + each)]
-            walked = [
-                (_objective(each, point + step), index, step, each)
-                for index, (step, each) in enumerate(
-                    zip(steps, walk([point + step for step in steps]), strict=True)
-                )
-                if each is not None
-            ]
-            least = _objective(found, point)
-            # By objective, then by index: of equal steps the first is taken, and arrays are never
-            # compared.
-            best = min(walked, default=None, key=lambda each: each[:2])
-            if best is None or best[0] >= least:
-                break
-            _, _, step, after = best
-            change = after.deviations - found.deviations
-            # Broyden's update: the smallest change of the slopes with which they would have
-            # predicted what this step did. It saves measuring them again, n walks.
-            slopes = slopes + np.outer(change - slopes @ step, step) / float(step @ step)
-            point, found = point + step, after
-            errors.append(found.error())
-            if best[0] > (1.0 - _SMALLEST_GAIN) * least:
-                break
-        if on_round is not None:
-            on_round(number + 1, errors[-1])
-    return Optimum(point, tuple(errors), free)
-
-
-def _objective(found: Walked, point: Array) -> float:
-    return float(found.deviations @ found.deviations + point @ point)
-
-
-def effective_number(slopes: Array) -> float:
-    """Numbers that a linear answer leaves free under a prior of SD 1 of each, 0 to n: the trace of
-    the matrix from the deviations to the fitted ones (Hastie, Tibshirani, Friedman 2009, 3.50).
-    `slopes` (m, n) are derivatives of the deviations by the unknowns in prior SDs.
-    """
-    # Σ d² / (d² + 1) over the singular values d: a direction that the walk determines better than
-    # the prior counts almost 1, one that it does not almost 0.
-    squares = np.linalg.svd(slopes, compute_uv=False) ** 2
-    return float(np.sum(squares / (squares + 1.0)))
-
-
-def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
-    """Gauss-Newton steps with each of `_DAMPINGS` and `_LENGTHS`, from the longest on."""
-    # Gradient of half the objective: slopesᵀ deviations + point, the second from the prior, whose
-    # weight of 1 is also the 1.0 on the diagonal.
-    normal, right = slopes.T @ slopes, slopes.T @ found.deviations + point
-    steps = [
-        np.asarray(-np.linalg.solve(normal + (1.0 + damping) * np.eye(len(point)), right), float)
-        for damping in _DAMPINGS
-    ]
-    return [length * step for step in steps for length in _LENGTHS]
-
-
 def beside_reference(
     environment: WalkingEnvironment, cases: Sequence["Case"]
 ) -> list["Walked | None"]:
@@ -320,7 +134,7 @@ def _compared(task: WalkingTask, rollout: Rollout) -> Walked | None:
             if fitted(kind, name):
                 # A curve has 101 samples but is worth 12 independent numbers: so weighted, its sum
                 # of squares is 12 where it is off by its accuracy throughout.
-                weight = float(np.sqrt(_INDEPENDENT / len(curve))) / accuracy_of(kind, name)
+                weight = float(np.sqrt(INDEPENDENT / len(curve))) / accuracy_of(kind, name)
                 parts.append(weight * (mean - curve))
             else:
                 scatters.append(rms(walked[kind][name] - mean))
@@ -403,6 +217,13 @@ def correct(
                 read=lambda values: None if values is None else Walked.from_list(values),
             )
 
+        none = np.zeros(unknowns)
+        if wanted == 0:  # nothing is looked for: the walk as it is
+            (before,) = walk([none], start)
+            errors = () if before is None else (before.error(),)
+            return Corrected(_correction(none), errors, 0.0, None, before, before)
+        from gaitval.learning_control.search import harm, search
+
         found = search(
             lambda points: walk(points, start),
             unknowns,
@@ -410,7 +231,6 @@ def correct(
             allowed=allowed,
             on_round=progress,
         )
-        none = np.zeros(unknowns)
         walked = walk([none, found.point], start, (start + 0.5) % 1.0)
     point, refused = found.point, None
     # Order of `walked`: uncorrected and corrected from the start phase, then the same from half a
@@ -421,30 +241,3 @@ def correct(
     after = walked[1] if refused is None else before
     number = found.effective_number
     return Corrected(_correction(point), found.errors, number, refused, before, after)
-
-
-def harm(
-    before: Walked | None,
-    after: Walked | None,
-    before_other: Walked | None,
-    after_other: Walked | None,
-) -> str | None:
-    """Why a correction is not to be used; None if it may be. `before` and `after` are walks without
-    and with it from the phase that the search used, None if one fell; `before_other` and
-    `after_other` are the same from another start phase.
-    """
-    if before is None or after is None or before_other is None or after_other is None:
-        return "a walk from another start phase fell"
-    if after_other.error() >= before_other.error():
-        return "a walk from another start phase gets no better"
-    # A difference smaller than between the cycles of one walk is no harm.
-    scatter = max(before.scatter, before_other.scatter)
-    worse = max(
-        after.left_out() - before.left_out(), after_other.left_out() - before_other.left_out()
-    )
-    if worse > scatter:
-        return (
-            f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; cycles "
-            f"differ by {scatter:.2f}"
-        )
-    return None

@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 from scipy.stats import t as student
 
 from gaitval.arrays import Array, runs
-from gaitval.metrics.typed import Count, Result, Share
+from gaitval.metrics.statistics_results import Region
 
 ALPHA: Final = 0.05
 """Probability of calling any point of a cycle different where nothing is; convention."""
@@ -43,17 +43,6 @@ _NO_SPREAD: Final = 1e-9
 
 _TOGETHER: Final = 500
 """Permutations worked out at a time, so that some MB suffice."""
-
-
-class Region(Result):
-    """Neighbouring points at which curves differ."""
-
-    first: Count
-    """Index of the first point; % of the gait cycle where there are 101."""
-    last: Count
-    """Of the last one, which is part of the region."""
-    p: Share
-    """Probability that the cycle has a |t| as large as the largest here by chance."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.typed import Sides, Size
+from gaitval.metrics.statistics_results import GaitProfile
 
 PROFILE_ANGLES: Final[tuple[str, ...]] = (
     "pelvis_tilt",
@@ -58,15 +58,6 @@ class Controls:
     scores: Mapping[str, tuple[float, float]]
     total: tuple[float, float]
     people: int
-
-
-class GaitProfile(Sides[Size]):
-    """Gait Profile Score of each side, deg, and its variables."""
-
-    scores: dict[str, Size]
-    """Gait variable scores by name with `_r` or `_l`: the Movement Analysis Profile."""
-    total: Size
-    """Of both sides."""
 
 
 @cache

@@ -33,6 +33,7 @@ from gaitval.metrics.record_results import (
     UnseenResult,
 )
 from gaitval.metrics.round_errors import Epsilon
+from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, Verdict
 from gaitval.metrics.typed import (
     Count,
@@ -53,7 +54,6 @@ from gaitval.metrics.walk_results import (
     PushRecovery,
     TorqueShares,
 )
-from gaitval.metrics.walk_statistics import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.known import QUANTITIES, Quantity
 

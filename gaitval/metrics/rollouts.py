@@ -26,7 +26,7 @@ from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.metrics.typed import number
 from gaitval.metrics.walk_results import CountBySide, Endurance
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout, travel_together
+from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout, Travel
@@ -117,6 +117,8 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> _Walk:
 
 def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[_Walk]:
     """At most eight walks that are not compared, of one policy, body and length."""
+    from gaitval.policy.travel import travel_together
+
     first = starts[0]
     phases = [start.phase for start in starts]
     travels = travel_together(

@@ -5,7 +5,6 @@ the person's own variation: the floor below which no model can be expected to go
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 
@@ -25,22 +24,9 @@ from gaitval.metrics.record_results import (
     UnseenResult,
 )
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.typed import array, number
 from gaitval.metrics.walk_results import MeanCurve
-
-SAME_SPEED: Final = 0.03
-"""Relative difference of speed up to which two trials are repetitions of one another."""
-
-
-def repetitions(subject: Subject) -> list[Subject]:
-    """`subject` on each further trial with kinetics at the speed of its own."""
-    trials = [subject.on_trial(trial.name) for trial in subject.trials]
-    return [
-        trial
-        for trial in trials
-        if trial.has_kinetics
-        and abs(trial.walking_speed_m_s / subject.walking_speed_m_s - 1.0) <= SAME_SPEED
-    ]
 
 
 def multiple_correlation(curves: Sequence[Array]) -> float | None:

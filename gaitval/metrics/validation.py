@@ -40,6 +40,7 @@ from gaitval.metrics.record_results import (
     RecordedFigures,
     RecordResult,
     SideOrigins,
+    UnseenResult,
 )
 from gaitval.metrics.recorded import (
     by_kind,
@@ -47,6 +48,7 @@ from gaitval.metrics.recorded import (
     mean_curves,
     recorded_part,
 )
+from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import (
     SCHEMA_VERSION,
     CorrectionResult,
@@ -68,10 +70,10 @@ from gaitval.metrics.results import (
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
+from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
-from gaitval.metrics.unseen import unseen
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
 from gaitval.metrics.walk_results import (
     CountBySide,
@@ -82,7 +84,6 @@ from gaitval.metrics.walk_results import (
     Repeat,
     TorqueShares,
 )
-from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.prediction.known import is_unrecorded, quantities_recorded
@@ -401,6 +402,38 @@ def _witness(walks: Rollouts, measures: Sequence[Measure], origins: Origins) -> 
     )
 
 
+def _statistics(
+    subject: "Subject",
+    record: GaitRecord,
+    model: BodyModel,
+    rollout: Rollout,
+    compared: _Compared,
+    of: Comparator,
+) -> WalkStatistics | None:
+    """The statistics of whole curves; None with one cycle, which has no scatter."""
+    if min(map(compared.cycles.count, SIDES)) < 2:
+        return None
+    from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
+
+    return walk_statistics(
+        compared.curves,
+        foot_progression(rollout, compared.cycles, model),
+        record,
+        by_kind(of.curves),
+        of.origins,
+        age_years=subject.age_years,
+    )
+
+
+def _unseen(subject: "Subject", walk: WalkResult) -> list[UnseenResult]:
+    """The walk against each trial that repeats the subject's own."""
+    if not repetitions(subject):
+        return []
+    from gaitval.metrics.unseen import unseen
+
+    return unseen(subject, walk.curves)
+
+
 def provenance_of(
     subject: str, settings: Mapping[str, object], recorded: RecordResult
 ) -> Provenance:
@@ -499,7 +532,7 @@ def validate(
             recorded=[] if unrecorded_speed else list(quantities_recorded(subject)),
             told=known,
             predictions=list(of.guesses),
-            unseen=[] if unrecorded_speed else unseen(subject, walk.curves),
+            unseen=[] if unrecorded_speed else _unseen(subject, walk),
             prediction_errors=prediction_errors,
             walks=WalkResults(
                 nominal=walk if identified is None else _measured(nominal, of, configuration)[0],
@@ -516,14 +549,7 @@ def validate(
             summary=summary(verdicts),
             push_recovery=pushes,
             torque_shares=torque_shares,
-            curve_statistics=walk_statistics(
-                compared.curves,
-                foot_progression(last.compared, compared.cycles, model),
-                record,
-                by_kind(of.curves),
-                of.origins,
-                age_years=subject.age_years,
-            ),
+            curve_statistics=_statistics(subject, record, model, last.compared, compared, of),
             witness=None
             if witness is None
             else _witness(witness, _measured(witness, of, configuration)[1], of.origins),

@@ -11,7 +11,7 @@ import csv
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -21,18 +21,22 @@ from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.curve_statistics import ALPHA, Region, one_sample_test
+from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.cycles import GaitCycles, cut
-from gaitval.metrics.gait_profile import (
-    PROFILE_ANGLES,
-    GaitProfile,
-    gait_profile,
-    load_controls,
-)
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.metrics.origin import Origins, curve_origin
-from gaitval.metrics.record_results import KINDS, Kind, Kinds
+from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.typed import Count, Result, Share, Size, number, sided
+from gaitval.metrics.statistics_results import (
+    BandPeople,
+    BandShares,
+    CurveStatistics,
+    GaitProfiles,
+    People,
+    StatisticsOfCurves,
+    WalkStatistics,
+)
+from gaitval.metrics.typed import number, sided
 from gaitval.metrics.unseen import multiple_correlation
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
@@ -45,77 +49,8 @@ BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""
 
 
-class CurveStatistics(Result):
-    """What is said of one curve, see gaitval/metrics/walk_statistics.py."""
-
-    multiple_correlation: Share | None
-    """Of record and mean of the walk (Kadaba 1989); null where they differ more than they move, and
-    where the curve was not recorded."""
-    repeatability: Share | None
-    """The same of the cycles of the walk."""
-    threshold: Size | None
-    """|t| above which the walk differs at `alpha`; null with too few cycles."""
-    normal_threshold: Size | None
-    """The same by random field theory, which takes the cycles for normal."""
-    p: Share | None
-    """Null where the curve was not recorded: nothing is tested there."""
-    regions: list[Region]
-    """Where the walk differs from the record."""
-
-    @property
-    def share(self) -> float | None:
-        """% of the points of the cycle at which the walk differs; None where nothing is tested."""
-        width = sum(each.last - each.first + 1 for each in self.regions)
-        return None if self.p is None else 100.0 * width / SAMPLES
-
-
-class GaitProfiles(Result):
-    """Of the record and of the walk, from the same variables."""
-
-    variables: list[str]
-    record: GaitProfile | None
-    """Null unless the angles of both sides were recorded."""
-    walk: GaitProfile
-
-
-People = Literal["adults", "children"]
-"""Whose band it is: 42 adults over ground (Fukuchi et al. 2018), or typically developing children
-(Schwartz et al. 2008)."""
-
 ADULT: Final = 18.0
 """Years of age from which a person is held against adults, where there are any."""
-
-
-class BandPeople(Result):
-    """Whose bands they are, by kind of curve."""
-
-    angles: People = "children"
-    moments: People = "children"
-
-
-class BandShares(Result):
-    """Shares of the cycle within `BAND` SD of healthy people's mean."""
-
-    record: Share | None
-    """Null where the curve was not recorded."""
-    walk: Share
-
-
-class StatisticsOfCurves(Kinds[CurveStatistics]):
-    """What is said of every curve."""
-
-
-class WalkStatistics(Result):
-    """Statistics of whole curves of the final walk."""
-
-    alpha: Share
-    permutations: Count
-    curves: StatisticsOfCurves
-    profiles: GaitProfiles
-    bands: dict[str, dict[str, BandShares]]
-    """By kind and curve, of those that have a band."""
-    band_people: BandPeople = BandPeople()
-    """Files without it are from when all bands were those of children."""
 
 
 Bands = dict[Kind, dict[str, tuple[Array, Array]]]

@@ -11,7 +11,6 @@ It is long because the same few measures of the body (up, facing, sides) find th
 that the user gives, and turn a walk.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -50,7 +49,8 @@ _HEEL: Final = ("Heel",)
 _TOES: Final = ("MT1", "MT2", "MT5", "Toe")
 _FRONT: Final = ("R.ASIS", "L.ASIS")
 _REAR: Final = ("R.PSIS", "L.PSIS", "Sacrum")
-_LETTERS: Final = "xyz"
+LETTERS: Final = "xyz"
+"""Names of the axes, in their order."""
 
 
 @dataclass(frozen=True)
@@ -73,78 +73,16 @@ class LaboratoryAxes:
         forward, _, up = self.rotation
         return f"forward={_axis_name(forward)} up={_axis_name(up)}"
 
-
-def parse_axes(text: str) -> LaboratoryAxes:
-    """Laboratory axes as a user writes them: `forward=+x up=+y`.
-
-    Parameters
-    ----------
-    text : two or more of forward, backward, left, right, up and down, each with a signed axis; a
-        plus sign may be left out (`up=z` is `up=+z`).
-
-    Raises
-    ------
-    RecordError
-        The text has another form, an axis is not x, y or z, two directions share an axis, or three
-        of them form a left-handed system.
-    """
-    form = (
-        'Name the axis that the person faces along and the axis that points up: "forward=+x up=+y".'
-    )
-    found: dict[str, Array] = {}
-    for part in text.replace(",", " ").split():
-        name, _, axis = part.lower().partition("=")
-        match = re.fullmatch(r"([+-]?)([xyz])", axis)
-        if name not in ("forward", "backward", "left", "right", "up", "down") or match is None:
-            raise RecordError(f'axes "{text}": {part!r} is not understood. {form}')
-        vector = np.zeros(3)
-        vector[_LETTERS.index(match[2])] = -1.0 if match[1] == "-" else 1.0
-        opposite = {"backward": "forward", "right": "left", "down": "up"}
-        if name in opposite:
-            name, vector = opposite[name], -vector
-        if name in found:
-            raise RecordError(f'axes "{text}": {name} is given twice. {form}')
-        found[name] = vector
-    if len(found) < 2:
-        raise RecordError(f'axes "{text}": two directions are needed. {form}')
-    given = list(found.values())
-    # Signed unit vectors are at right angles unless they lie along the same axis.
-    if any(a @ b for i, a in enumerate(given) for b in given[:i]):
-        raise RecordError(f'axes "{text}": two directions share an axis. {form}')
-    forward = found.get("forward")
-    left = found.get("left")
-    up = found.get("up")
-    # The third axis of a right-handed system: x = y × z, z = x × y, y = z × x.
-    if forward is None:
-        forward = np.cross(_given(left), _given(up))
-    if up is None:
-        up = np.cross(forward, _given(left))
-    if left is None:
-        left = np.cross(up, forward)
-    rotation = np.stack([forward, left, up])
-    # Three given directions may contradict each other; two never do.
-    if np.linalg.det(rotation) < 0:
-        raise RecordError(
-            f'axes "{text}": forward, left and up as given form a left-handed system, which no '
-            f"recording has: one of them is reversed. {form}"
-        )
-    axes = LaboratoryAxes(rotation, "")
-    return LaboratoryAxes(rotation, f"Axes of the laboratory as given: {_spoken(axes)}.")
-
-
-def _given(vector: Array | None) -> Array:
-    assert vector is not None  # two of the three were found
-    return vector
+    @property
+    def spoken(self) -> str:
+        """The three directions, for a sentence."""
+        forward, left, up = (_axis_name(row) for row in self.rotation)
+        return f"{forward} forward, {left} to the left, {up} up"
 
 
 def _axis_name(vector: Array) -> str:
     index = int(np.argmax(np.abs(vector)))
-    return f"{'-' if vector[index] < 0 else '+'}{_LETTERS[index]}"
-
-
-def _spoken(axes: LaboratoryAxes) -> str:
-    forward, left, up = (_axis_name(row) for row in axes.rotation)
-    return f"{forward} forward, {left} to the left, {up} up"
+    return f"{'-' if vector[index] < 0 else '+'}{LETTERS[index]}"
 
 
 def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
@@ -187,7 +125,7 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
     _check_sides(where, points, axes)
     return LaboratoryAxes(
         axes.rotation,
-        f"Axes of the laboratory found from the standing trial: {_spoken(axes)} (the direction "
+        f"Axes of the laboratory found from the standing trial: {axes.spoken} (the direction "
         f"from the ankles to the pelvis is {np.degrees(lean):.1f}° off the vertical, and the feet "
         f"point {np.degrees(turn):.1f}° off {_axis_name(forward)}).",
     )

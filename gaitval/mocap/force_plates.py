@@ -25,6 +25,11 @@ UNLOADED_N: Final = 10.0
 on the ground, so that everything used later is kept. At this force a plate's noise of 1 N moves the
 centre of pressure by a tenth of its lever arm; at smaller forces by ever more."""
 
+LONGEST_LEVER_M: Final = 0.1
+"""The torque about the centre of pressure is at most this times the force, m: friction keeps it
+below half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
+whose plates are not zeroed)."""
+
 CERTAIN_LOAD_N: Final = 200.0
 """A force above this is a person's, not an offset or noise, N."""
 

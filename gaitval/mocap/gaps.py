@@ -4,9 +4,6 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
-from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
@@ -15,20 +12,12 @@ from gaitval.mocap.recording import Recording
 
 RIGID_GAP_FACTOR: Final = 5.0
 """Rebuilding from the segment bridges gaps this many times longer than a spline does."""
-LARGEST_DEFORMATION: Final = 0.02
-"""m root-mean-square over the markers of a segment between the frames before and after a gap. Skin
-moves by about this much; if it is more, the markers are not on one segment."""
-FLATTEST_CLUSTER: Final = 0.1
-"""Second over first singular value of the markers about their mean; markers on a line (0) do not
-determine the rotation about it."""
 SPLINE_FIRST: Final = 0.5
 """Fraction of `largest_gap_s` up to which a spline is more accurate than the segment's markers,
 because skin moves. Mean of the largest error in gaps cut into the walk of Rajagopal et al. 2016
 (shank, thigh, foot, pelvis): at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by spline and 1.0, 1.1, 1.6, 1.1 mm by
 the segment; at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5, 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4,
 7, 4 mm."""
-SPLINE_SUPPORT: Final = 0.04
-"""s on each side of a gap, over which the velocity at its edge is fitted."""
 
 
 def fill_gaps(
@@ -70,21 +59,23 @@ def fill_gaps(
             # Never seen: `cleaning.clean` reports it as missing.
             if end - begin == len(markers):
                 continue
+            from gaitval.mocap.gap_filling import bridge, rebuilt
+
             duration = (end - begin) / rate
             filled, action = None, "left open"
             if duration <= SPLINE_FIRST * processing.largest_gap_s:
-                filled = _bridge(measured[:, column], begin, end, rate)
+                filled = bridge(measured[:, column], begin, end, rate)
                 action = "filled with a spline"
             if filled is None and duration <= RIGID_GAP_FACTOR * processing.largest_gap_s:
-                rebuilt = _rebuild(measured, seen, column, others, begin, end)
-                if rebuilt is not None:
-                    filled, used, deformation = rebuilt
+                from_others = rebuilt(measured, seen, column, others, begin, end)
+                if from_others is not None:
+                    filled, used, deformation = from_others
                     action = (
                         f"rebuilt from {', '.join(recording.names[i] for i in used)} (which moved "
                         f"{1000 * deformation:.1f} mm relative to each other)"
                     )
             if filled is None and duration <= processing.largest_gap_s:
-                filled = _bridge(measured[:, column], begin, end, rate)
+                filled = bridge(measured[:, column], begin, end, rate)
                 action = "filled with a spline"
             if filled is not None:
                 markers[begin:end, column] = filled
@@ -98,69 +89,3 @@ def fill_gaps(
                 action += ", after a spike was removed"
             findings.append(frame_finding(recording, "gap", [name], begin, end - 1, action))
     return findings
-
-
-def _rebuild(
-    markers: Array, seen: Flags, column: int, others: NDArray[np.int64], begin: int, end: int
-) -> tuple[Array, list[int], float] | None:
-    """Positions (n, 3) of a marker in its gap from the rigid motion of others on its segment.
-
-    Kabsch's method (1976, Acta Cryst A32:922) gives the motion of the others from an edge of the
-    gap to each of its frames; the marker moves with them. At the other edge this is off by the
-    skin's movement, which is spread evenly over the gap so that both edges join.
-    """
-    edges = [frame for frame in (begin - 1, end) if 0 <= frame < len(markers)]
-    # The gap with the seen frames at its edges; at an end of the trial there is only one.
-    frames = np.arange(begin - (begin > 0), end + (end < len(markers)))
-    used = [int(i) for i in others if seen[frames, i].all()]
-    if len(used) < 3:
-        return None
-    template = markers[edges[0]][used]
-    centre = template.mean(axis=0)
-    # Markers on a line leave the rotation about it open.
-    spread = np.linalg.svd(template - centre, compute_uv=False)
-    if spread[1] < FLATTEST_CLUSTER * spread[0]:
-        return None
-    local = markers[edges[0], column] - centre
-    moved = np.empty((len(frames), 3))
-    deformation = 0.0
-    for row, frame in enumerate(frames):
-        cluster = markers[frame][used]
-        middle = cluster.mean(axis=0)
-        turn, distance = Rotation.align_vectors(cluster - middle, template - centre)
-        # `align_vectors` gives the root of the sum of squares over the markers.
-        deformation = max(deformation, float(distance) / np.sqrt(len(used)))
-        # Rotation about the middle of the cluster, and its translation.
-        moved[row] = turn.apply(local) + middle
-    if deformation > LARGEST_DEFORMATION:
-        return None
-    if len(edges) == 2:
-        share = np.linspace(0.0, 1.0, len(frames))[:, None]
-        moved += share * (markers[end, column] - moved[-1])
-    return moved[begin - frames[0] : end - frames[0]], used, deformation
-
-
-def _bridge(path: Array, begin: int, end: int, rate: float) -> Array | None:
-    """Positions (n, 3) in a gap: the cubic with the position and velocity at both edges.
-
-    The velocities are those of parabolas through the frames next to the gap, so that the noise
-    of two single frames does not bulge the curve.
-    """
-    support = max(3, round(SPLINE_SUPPORT * rate))
-    knots, positions, velocities = [], [], []
-    for frame, step in ((begin - 1, -1), (end, 1)):
-        frames = frame + step * np.arange(support)
-        frames = frames[(frames >= 0) & (frames < len(path))]
-        known = seen_frames(path[frames])
-        count = len(frames) if known.all() else int(np.argmin(known))
-        if count < 2:
-            return None
-        # A parabola through three frames would reproduce their noise.
-        degree = 2 if count > 3 else 1
-        fit = np.polyfit(frames[:count] - frame, path[frames[:count]], degree)
-        knots.append(frame)
-        positions.append(path[frame])
-        # The linear coefficient of a polynomial about the edge is the velocity there, per frame.
-        velocities.append(fit[-2])
-    curve = CubicHermiteSpline(knots, np.array(positions), np.array(velocities))
-    return np.asarray(curve(np.arange(begin, end)))

@@ -1,4 +1,4 @@
-"""Read and write MOT and STO, the tables of OpenSim, and the forces in them.
+"""Read MOT and STO, the tables of OpenSim, and the forces in them.
 
 https://opensimconfluence.atlassian.net/wiki/spaces/OpenSim/pages/53089999. All in the laboratory's
 axes.
@@ -6,42 +6,15 @@ axes.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
 
-from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 from gaitval.errors import RecordError
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines
-
-
-@dataclass(frozen=True)
-class StorageTable:
-    """A table over time: what MOT and STO files contain.
-
-    Attributes
-    ----------
-    columns : C names, without the time.
-    time : (T,) s.
-    values : (T, C) in the units of the file.
-    in_degrees : whether angles are in degrees.
-    name : first line of the file; OpenSim shows it.
-    """
-
-    columns: tuple[str, ...]
-    time: Array
-    values: Array
-    in_degrees: bool = False
-    name: str = "gaitval"
-
-    def column(self, name: str) -> Array:
-        """Values (T,) of one column."""
-        return self.values[:, self.columns.index(name)]
 
 
 def read_storage(path: Path) -> StorageTable:
@@ -118,32 +91,6 @@ def read_storage(path: Path) -> StorageTable:
         in_degrees=header.get("indegrees", "no").lower() in ("yes", "true", "1"),
         name=name or path.stem,
     )
-
-
-def write_storage(path: Path, table: StorageTable) -> None:
-    """Write a MOT or STO file that OpenSim reads, whole or not at all.
-
-    Parameters
-    ----------
-    path : of the file.
-    table : with values in the units that the reader expects; numbers get 12 digits.
-
-    Raises
-    ------
-    ArtefactError : the file cannot be written.
-    """
-    lines = [
-        table.name,
-        "version=1",
-        f"nRows={len(table.time)}",
-        f"nColumns={len(table.columns) + 1}",
-        f"inDegrees={'yes' if table.in_degrees else 'no'}",
-        "endheader",
-        "\t".join(["time", *table.columns]),
-    ]
-    rows = StringIO()
-    np.savetxt(rows, np.column_stack([table.time, table.values]), fmt="%.12g", delimiter="\t")
-    write_text(Path(path), "\n".join(lines) + "\n" + rows.getvalue())
 
 
 def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:

@@ -7,13 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, UNLOADED_N
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, UNLOADED_N
 from gaitval.mocap.recording import Plate
-
-LONGEST_LEVER_M: Final = 0.1
-"""The torque about the centre of pressure is at most this times the force, m: friction keeps it
-below half a foot's length. The medians are 0.004 (Rajagopal et al. 2016) and 0.036 (WBDS01 T01,
-whose plates are not zeroed)."""
 
 LONGEST_PLATE_M: Final = 1.0
 """A moment about the middle or a corner of a plate is at most this times the force, m."""

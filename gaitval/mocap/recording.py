@@ -8,7 +8,7 @@ throughout: m, N, Nm, s.
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
+
+PERSON_SPREAD_M: Final = (0.4, 2.2)
+"""m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Read and write markers as TRC, the format of Motion Analysis.
+"""Read markers as TRC, the format of Motion Analysis.
 
 All in the laboratory's axes.
 """
@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitval.artefacts import write_text
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines, with_gaps
@@ -139,35 +138,3 @@ def _named_columns(numbered: Sequence[tuple[int, str]], width: int) -> list[str]
             fields = fields[:width] + [""] * (width - len(fields))
         rows.append("\t".join(fields))
     return rows
-
-
-def write_trc(path: Path, recording: Recording) -> None:
-    """Write markers as TRC in mm, in the axes they are in; gaps are NaN.
-
-    OpenSim expects y up: turn the recording first. OpenSim refuses a row that ends in empty cells,
-    so gaps are not left empty.
-
-    Parameters
-    ----------
-    path : of the file, which is written whole or not at all.
-    recording : whose markers are written; plates and events are not.
-
-    Raises
-    ------
-    ArtefactError : the file cannot be written.
-    """
-    frames, count = recording.markers.shape[:2]
-    rate = f"{recording.marker_rate:.12g}"
-    lines = [
-        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
-        "OrigNumFrames",
-        f"{rate}\t{rate}\t{frames}\t{count}\tmm\t{rate}\t1\t{frames}",
-        "Frame#\tTime\t" + "\t\t\t".join(recording.names) + "\t\t",
-        "\t\t" + "\t".join(f"{axis}{i}" for i in range(1, count + 1) for axis in "XYZ"),
-        "",
-    ]
-    for i, (time, row) in enumerate(zip(recording.time, recording.markers * 1e3, strict=True)):
-        cells = ["NaN" if np.isnan(value) else f"{value:.9g}" for value in row.ravel()]
-        lines.append("\t".join([str(i + 1), f"{time:.12g}", *cells]))
-    write_text(Path(path), "\n".join(lines) + "\n")

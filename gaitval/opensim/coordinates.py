@@ -61,19 +61,6 @@ def to_opensim(positions: Array) -> Array:
     return values
 
 
-def from_opensim(values: Array) -> Array:
-    """The inverse of `to_opensim`: `values` (T, 31) in the order of `OPENSIM_COORDINATES` to
-    positions.
-
-    The rotation vector is the shortest (at most half a turn).
-    """
-    positions = np.array(values, dtype=float)
-    pelvis = Rotation.from_euler("ZXY", positions[:, :3]).as_matrix()
-    positions[:, :3] = Rotation.from_matrix(TO_OPENSIM.T @ pelvis @ TO_OPENSIM).as_rotvec()
-    positions[:, 3:6] = positions[:, 3:6] @ TO_OPENSIM
-    return positions
-
-
 def forces_to_opensim(positions: Array, forces: Array) -> Array:
     """Generalised forces paired with OpenSim's coordinates.
 

@@ -12,17 +12,15 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
-from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.mocap.mot import StorageTable, read_storage, write_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces, Recording
-from gaitval.mocap.trc import write_trc
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.opensim.coordinates import (
     OPENSIM_COORDINATES,
     PELVIS_TRANSLATIONS,
     TO_OPENSIM,
     forces_to_opensim,
-    from_opensim,
     to_opensim,
     vectors_to_opensim,
 )
@@ -48,27 +46,6 @@ def write_motion(path: Path, time: Array, positions: Array) -> None:
         path,
         StorageTable(OPENSIM_COORDINATES, time, values, in_degrees=True, name="Coordinates"),
     )
-
-
-def read_motion(path: Path) -> tuple[Array, Array]:
-    """Read a motion of the exported model from `path`, as OpenSim's inverse kinematics writes it:
-    time (T,) s and positions (T, 31) as `write_motion` takes them.
-
-    Raises RecordError if it is not a storage file, or it lacks coordinates of the model and so is
-    for another model.
-    """
-    table = read_storage(path)
-    missing = [name for name in OPENSIM_COORDINATES if name not in table.columns]
-    if missing:
-        raise RecordError(
-            f"{path}: not a motion of a model that gaitval wrote: the coordinates "
-            f"{', '.join(missing)} are missing. Run OpenSim's inverse kinematics with the .osim "
-            "file of this subject."
-        )
-    values = np.column_stack([table.column(name) for name in OPENSIM_COORDINATES])
-    if table.in_degrees:
-        values[:, _ROTATIONS] = np.deg2rad(values[:, _ROTATIONS])
-    return table.time, from_opensim(values)
 
 
 def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> None:

@@ -11,7 +11,6 @@ It is long because a learner is one class for stable-baselines3.
 """
 
 import math
-import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -23,13 +22,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
-from stable_baselines3.common.logger import configure
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from gaitval.configuration import Configuration
-from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import parameter_bounds
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
@@ -42,7 +39,6 @@ from gaitval.policy.policy_update import (
     outputs,
     square_norm,
 )
-from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import OBSERVATION_CLIP
 
@@ -498,66 +494,3 @@ class Learner:
         seen.count = float(tensors["observation_count"][0])
         mean, variance, count = tensors["return_statistics"].numpy()
         returns.mean, returns.var, returns.count = mean, variance, float(count)
-
-
-def update_seconds(configuration: Configuration, device: str) -> float:
-    """Duration of one update, s, with made-up data.
-
-    Parameters
-    ----------
-    configuration : of the training; its sizes and epochs count.
-    device : `cpu` or `cuda`.
-    """
-    learner = Learner(configuration, device=device)
-    learner.ppo.set_logger(configure(None, []))
-    learner.begin(0)
-    noise = learner.noise()
-    shape = noise.shape[:2]
-    random = np.random.default_rng(0)
-    size = OBSERVATION_SIZES[configuration.environment.observation]
-    never = np.zeros(shape, dtype=bool)
-    experience = RolloutBuffer(
-        observations=random.standard_normal((shape[0] + 1, shape[1], size), dtype=np.float32),
-        actions=noise,
-        rewards=random.random(shape, dtype=np.float32),
-        fell=never,
-        ended=never,
-        final_observations=np.zeros((*shape, size), dtype=np.float32),
-        cycles=np.zeros(shape, dtype=np.float32),
-        terms=np.zeros((*shape, len(REWARD_TERMS)), dtype=np.float32),
-    )
-    seconds = np.inf
-    for _ in range(2):  # the first also loads what the device needs
-        began = time.perf_counter()
-        learner.learn(experience, learning_rate=0.0)
-        learner.actor()
-        seconds = time.perf_counter() - began
-    return seconds
-
-
-def choose_device(configuration: Configuration) -> str:
-    """The device that a training runs on; with `auto`, whichever updates faster here.
-
-    Parameters
-    ----------
-    configuration : its `training.device` is `cpu`, `cuda` or `auto`.
-
-    Returns
-    -------
-    `cpu` or `cuda`.
-
-    Raises
-    ------
-    ConfigurationError : `cuda` is set, but there is none.
-    """
-    wanted = configuration.training.device
-    if wanted == "cpu" or (wanted == "auto" and not torch.cuda.is_available()):
-        return "cpu"
-    if not torch.cuda.is_available():
-        raise ConfigurationError(
-            "training.device: it is cuda, but PyTorch finds no CUDA device here. Set it to auto "
-            "or cpu, or install a build of PyTorch for the device's driver."
-        )
-    if wanted == "cuda":
-        return "cuda"
-    return min(("cpu", "cuda"), key=lambda device: update_seconds(configuration, device))

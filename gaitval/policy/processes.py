@@ -4,23 +4,18 @@ from one piece of work to the next.
 
 import multiprocessing as mp
 import os
-import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext, SpawnContext
-from typing import Any, Final, TypeVar
+from typing import TypeVar
 
 from gaitval.memory import give_back_soon
 
 Result = TypeVar("Result")
-
-_PATIENCE: Final = 10
-"""`nice` of a process beside this one: it only gets processor time that others leave."""
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
@@ -95,63 +90,6 @@ def new_workers(count: int) -> ProcessPoolExecutor:
         for _ in range(count):  # each starts one, because none of them is idle yet
             workers.submit(os.getpid)
     return workers
-
-
-@contextmanager
-def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Callable[[], Result]]:
-    """Run a function in a process of its own, with what other processes leave of the processors.
-
-    Parameters
-    ----------
-    function : a module's function.
-    arguments : its positional arguments; these and the result are pickled.
-
-    Yields
-    ------
-    A function that waits for the result, and raises what the other one raised, or RuntimeError if
-        the process ended without a result. If the block is left before, the process is ended.
-    """
-    context = ready_to_start()
-    here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_answer, args=(there, function, arguments), daemon=True)
-    with one_thread():
-        process.start()
-    # This process's copy of the sending end: as long as one is open, a killed process gives no
-    # EOFError.
-    there.close()
-
-    def result() -> Result:
-        try:
-            value, error = here.recv()
-        except EOFError:
-            process.join()
-            raise RuntimeError(
-                f"The process of {function.__name__} ended with {process.exitcode}."
-            ) from None
-        if error is not None:
-            raise error
-        answer: Result = value
-        return answer
-
-    try:
-        yield result
-    finally:
-        process.terminate()
-        process.join()
-        here.close()
-
-
-def _answer(
-    sending: Connection, function: Callable[..., Any], arguments: tuple[object, ...]
-) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started it ends it
-    begin_as_worker()
-    if hasattr(os, "nice"):
-        os.nice(_PATIENCE)
-    try:
-        sending.send((function(*arguments), None))
-    except Exception as error:  # for the process that waits
-        sending.send((None, error))
 
 
 _kept: list["_Kept"] = []

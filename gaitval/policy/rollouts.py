@@ -1,12 +1,10 @@
 """Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored.
 
-Many walks are simulated eight side by side (`fell_together`, `record_together`,
-`travel_together`), in the compiled engine. The policy then acts on eight observations in one
-matrix product, whose rounding differs from that of a single observation: a walk of eight agrees
-with a single walker's to rounding, and in a long walk rounding errors grow. A walk depends neither
-on the other seven nor on their number, because the policy always acts on eight.
-
-It is long because walks that are recorded, scored or only followed share what is here.
+Many walks are simulated eight side by side (`fell_together`, `record_together`, `travel` for long
+ones), in the compiled engine. The policy then acts on eight observations in one matrix product,
+whose rounding differs from that of a single observation: a walk of eight agrees with a single
+walker's to rounding, and in a long walk rounding errors grow. A walk depends neither on the other
+seven nor on their number, because the policy always acts on eight.
 """
 
 import itertools
@@ -27,7 +25,7 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import kept_workers, new_workers
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout, Travel
+from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Engine, Steps, Trajectory, Walker, WalkingTask
 
 Item = TypeVar("Item")
@@ -158,7 +156,7 @@ def _longest(environment: WalkingEnvironment, cycles: float) -> int:
     return int(np.ceil(longest / environment.walker.action_seconds))
 
 
-def _walks_together(
+def walks_together(
     group: WalkingGroup,
     policy: Policy,
     mu: Array,
@@ -167,6 +165,14 @@ def _walks_together(
 ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """Walks side by side, until each has its cycles or fell: after each action, who still walked in
     it, and who fell (walks,).
+
+    Parameters
+    ----------
+    group : of eight environments.
+    policy : used without noise.
+    mu : (14,) body parameters of all.
+    starts : options of `WalkingEnvironment.reset` of each.
+    cycles : planned length of each in gait cycles.
     """
     ends = np.array([start["phase"] for start in starts]) + cycles
     left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
@@ -210,7 +216,7 @@ def record_together(
     actions = max(_longest(each, cycles) for each in group.environments[:walks])
     recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
     rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
-    for walking, fallen in _walks_together(group, policy, mu, starts, cycles):
+    for walking, fallen in walks_together(group, policy, mu, starts, cycles):
         recording.append(group.beside.account, group.beside.arrays.root_force)
         rows[walking] = recording.rows
         fell |= walking & fallen
@@ -219,75 +225,13 @@ def record_together(
         yield _rollout(steps, group.environments[e].walker, start_phase, bool(fell[e]))
 
 
-_PART = 200
-"""Actions of `travel_together` after which what is not needed of them is forgotten."""
-
-
-def travel_together(
-    group: WalkingGroup,
-    policy: Policy,
-    *,
-    mu: Array,
-    start_phases: Sequence[float],
-    cycles: float,
-) -> list[Travel]:
-    """`record_together` of long walks, of which little is kept: 128 bytes per step instead of 880.
-
-    Parameters
-    ----------
-    group, policy, mu, start_phases, cycles : as `record_together` takes them.
-    """
-    walks = len(start_phases)
-    walkers = [environment.walker for environment in group.environments[:walks]]
-    steps = walkers[0].steps_per_action
-    recording = Trajectory(_PART * steps, WIDTH)
-    parts: list[list[_Kept]] = [[] for _ in walkers]
-    rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
-
-    def keep() -> None:
-        for part, (e, walker) in zip(parts, enumerate(walkers), strict=True):
-            part.append(_kept(recording.steps_of(e, recording.rows), walker))
-        recording.rows = 0
-
-    starts = [{"phase": phase} for phase in start_phases]
-    for walking, fallen in _walks_together(group, policy, mu, starts, cycles):
-        if recording.rows == _PART * steps:
-            keep()
-        recording.append(group.beside.account, group.beside.arrays.root_force)
-        rows[walking] += steps
-        fell |= walking & fallen
-    keep()
-    return [
-        Travel(
-            time=_times(walker, last),
-            ground_reaction=np.concatenate([each[0] for each in part])[:last],
-            centre_of_mass=np.concatenate([each[1] for each in part])[:last],
-            root_force=np.concatenate([each[2] for each in part])[:last],
-            start_phase=np.array([start_phase]),
-            fell=np.array([float(down)]),
-        )
-        for walker, part, last, start_phase, down in zip(
-            walkers, parts, rows.tolist(), start_phases, fell, strict=True
-        )
-    ]
-
-
-_Kept = tuple[Array, Array, Array]
-
-
-def _kept(steps: Steps, walker: Walker) -> _Kept:
-    """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of a `Travel`."""
-    forces = steps.feet[:, :, :3].copy()  # without the moments
-    return forces, _centre_of_mass(steps, walker), steps.root_force
-
-
-def _times(walker: Walker, steps: int) -> Array:
-    """(T,) s after each physics step."""
+def times_of(walker: Walker, steps: int) -> Array:
+    """(T,) s after each of the `steps` physics steps of `walker`."""
     return np.asarray(walker.physics_step * np.arange(1.0, steps + 1.0))
 
 
-def _centre_of_mass(steps: Steps, walker: Walker) -> Array:
-    """(T, 3) m of the whole body."""
+def centre_of_mass_of(steps: Steps, walker: Walker) -> Array:
+    """(T, 3) m, centre of mass of the whole body of `walker` in its `steps`."""
     tree = walker.tree
     found = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, steps.positions)
     return np.asarray(found, dtype=float)
@@ -339,14 +283,14 @@ def record_rollout(
 def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Rollout:
     """What was recorded of a walker."""
     return Rollout(
-        time=_times(walker, len(steps.phase)),
+        time=times_of(walker, len(steps.phase)),
         phase=steps.phase,
         positions=steps.positions,
         velocities=steps.velocities,
         moments=steps.moments,
         ground_reaction=steps.feet[..., :3],
         centre_of_pressure=_centre_of_pressure(steps.feet),
-        centre_of_mass=_centre_of_mass(steps, walker),
+        centre_of_mass=centre_of_mass_of(steps, walker),
         root_force=steps.root_force,
         mu=walker.mu,
         start_phase=np.array([start_phase]),

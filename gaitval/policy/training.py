@@ -19,7 +19,7 @@ from gaitval.artefacts import replacing, versions
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.model.urdf import model_hash
-from gaitval.policy.learner import Learner, choose_device
+from gaitval.policy.learner import Learner
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy
@@ -150,7 +150,7 @@ def _learner(
         learner = Learner(configuration, device=checkpoint.device)
         tensors = checkpoint.tensors
     else:
-        learner = Learner(configuration, device=choose_device(configuration))
+        learner = Learner(configuration, device=_device(configuration))
         if start is None:
             return learner
         tensors = {name: torch.from_numpy(np.array(v)) for name, v in start.tensors.items()}
@@ -246,6 +246,15 @@ def train_general(
         )
     learner = _train(tasks, Path(folder), samples, start, on_progress)
     return _policy(configuration, learner, {"general": True})
+
+
+def _device(configuration: Configuration) -> str:
+    """`cpu` or `cuda`. Raises ConfigurationError if the one that is set does not exist."""
+    if configuration.training.device == "cpu":
+        return "cpu"
+    from gaitval.policy.device import choose_device
+
+    return choose_device(configuration)
 
 
 def _train(

@@ -20,14 +20,6 @@ from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
-from gaitval.prediction.normal_form import record_from, symmetric
-from gaitval.prediction.population import (
-    FEWEST_PEOPLE,
-    dimensionless_speed,
-    expected,
-    other_people,
-)
-from gaitval.prediction.speed import at_speed, trials_told
 
 Quantity = Literal["angles", "timing", "moments", "forces", "stance"]
 QUANTITIES: Final[tuple[Quantity, ...]] = ("angles", "timing", "moments", "forces", "stance")
@@ -143,6 +135,8 @@ def told(
     """
     if not is_predicted(settings) and speed is None:
         return _of_a_trial(subject, settings, others)
+    from gaitval.prediction.speed import at_speed, trials_told
+
     trials = trials_told(subject, settings.holdout or None)
     known = [_of_a_trial(trial, settings, others).record for trial in trials]
     wanted = speed or settings.speed or subject.on_trial(settings.holdout).walking_speed_m_s
@@ -155,6 +149,10 @@ def told(
 def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Subject]) -> Told:
     if settings.use == "all" and subject.has_kinetics:
         return Told(subject.record(), RecordAccuracy())
+    from gaitval.prediction.normal_form import record_from, symmetric
+    from gaitval.prediction.population import expected, other_people
+    from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed
+
     people = other_people(subject, others)
     if len(people) < FEWEST_PEOPLE:
         raise SubjectError(

@@ -9,23 +9,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.prediction.normal_form import NormalForm, combined, normal_form
-
-FEWEST_PEOPLE = 3
-"""People that a straight line needs so that it does not pass through all of them."""
+from gaitval.prediction.speed_line import line_weights
 
 People = Sequence[Sequence[NormalForm]]
 """The gaits of every person, one for each trial."""
-
-
-def dimensionless_speed(subject: Subject) -> float:
-    """Speed of a `subject` over the square root of gravity times leg length (Hof 1996, Gait Posture
-    4:222).
-    """
-    return float(subject.walking_speed_m_s / np.sqrt(GRAVITY * subject.leg_length_m))
 
 
 def gaits_of(subject: Subject) -> list[NormalForm]:
@@ -37,23 +26,6 @@ def gaits_of(subject: Subject) -> list[NormalForm]:
 def other_people(subject: Subject, others: Sequence[Subject]) -> list[list[NormalForm]]:
     """The gaits of all people among `others` but the person of `subject`."""
     return [gaits_of(other) for other in others if not subject.is_person_of(other)]
-
-
-def line_weights(speeds: Array, speed: float) -> Array:
-    """Weights that give the straight line through gaits, by least squares, at a speed.
-
-    Parameters
-    ----------
-    speeds : (n,) dimensionless speeds of the gaits.
-    speed : dimensionless speed at which the line is wanted.
-
-    Returns
-    -------
-    (n,) weights of the gaits, which add up to one.
-    """
-    design = np.column_stack([np.ones(len(speeds)), speeds])
-    # The line at a speed is [1, speed] · (X⁺ y), linear in the gaits y: these are the factors of y.
-    return np.asarray(np.array([1.0, speed]) @ np.linalg.pinv(design))
 
 
 def on_the_line(people: People, speed: float) -> NormalForm:

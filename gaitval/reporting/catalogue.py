@@ -1,52 +1,9 @@
-"""Translations of the texts of the pages: one file for each language, `languages/de.po`.
-
-Texts of the templates are looked up as gettext does. Texts that come with the results (titles of
-limits, names of curves, labels of figures: English in `metrics.json` and in the code) are listed in
-`texts.txt` and found by `Words`, as they are or as a pattern. Some texts stay English and are
-marked so: citations, licences, names from outside, the rows that quote the project's evidence, and
-what an import decided and found.
-"""
+"""The texts of the pages in a language: that of the templates, or one with a translation."""
 
 import gettext
-import io
-import re
-from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib import resources
-from typing import Final
 
-from babel.messages.catalog import Catalog
-from babel.messages.mofile import write_mo
-from babel.messages.pofile import read_po
-from babel.numbers import format_decimal, get_decimal_symbol, get_group_symbol
-
-from gaitval.configuration import LANGUAGES
-
-SOURCE: Final[str] = LANGUAGES[0]
-"""The language that the templates are written in."""
-
-_PLACE: Final = re.compile(r"%\((\w+)\)s")
-_NEUTRAL: Final = re.compile(
-    r"[^A-Za-z]*|[HKA]\d(_[rl])?|[LR]|[0-9a-f]{64}"
-    r"|[^A-Za-z]*(m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|SD|MAP)"
-)
-"""Numbers, units and symbols: the same in all languages but for the decimal mark."""
-_FIGURE: Final = re.compile(
-    r"(?<![\w.,])(?P<thousands>[1-9]\d{0,2}(?:,\d{3})+)(?!\w|[.,]\d)"
-    r"|(?<![\w.])(?P<whole>\d+)\.(?P<part>\d+)(?![\w/]*\.?[\w/])"
-)
-"""Whole numbers with their thousands apart, and those with a decimal point."""
-TEXTS: Final = "texts.txt"
-"""What comes with the results, a text a line (scripts/messages.py)."""
-_SENTENCES: Final = re.compile(r"(?<=[.!?]) (?=[A-Z])")
-_JOINTS: Final = ("; ", ": ", ", ")
-"""What parts of a text that are known one by one are joined with."""
-
-
-@cache
-def _catalogue(language: str) -> Catalog:
-    file = resources.files("gaitval.reporting").joinpath("languages", f"{language}.po")
-    return read_po(io.BytesIO(file.read_bytes()))
+from gaitval.reporting.words import SOURCE, Words
 
 
 @cache
@@ -56,122 +13,16 @@ def translations(language: str) -> gettext.NullTranslations:
     """
     if language == SOURCE:
         return gettext.NullTranslations()
-    binary = io.BytesIO()
-    write_mo(binary, _catalogue(language))
-    binary.seek(0)
-    return gettext.GNUTranslations(binary)
+    from gaitval.reporting.translated import read_translations
+
+    return read_translations(language)
 
 
 @cache
-def words(language: str) -> "Words":
+def words(language: str) -> Words:
     """The words of a `language` for texts that come with the results."""
     if language == SOURCE:
-        return Words(language, {}, {})
-    found = [
-        one
-        for one in _catalogue(language)
-        if isinstance(one.id, str) and one.id and isinstance(one.string, str) and one.string
-    ]
-    patterns = {
-        str(one.id): str(one.string)
-        for one in found
-        if _PLACE.search(str(one.id)) and any(file == TEXTS for file, _ in one.locations)
-    }
-    plain = {str(one.id): str(one.string) for one in found if not _PLACE.search(str(one.id))}
-    return Words(language, plain, patterns)
+        return Words()
+    from gaitval.reporting.translated import read_words
 
-
-class Words:
-    """Texts of the results in one language.
-
-    Parameters
-    ----------
-    plain : translation of each text, `%%` for a per cent sign.
-    patterns : of texts with parts: in both, `%(part)s` stands for one that is translated in its
-        turn, and `%(name)s` for one from outside, such as the name of a trial, which stays.
-    """
-
-    def __init__(
-        self, language: str, plain: Mapping[str, str], patterns: Mapping[str, str]
-    ) -> None:
-        self.language = language
-        self._decimal = get_decimal_symbol(language)
-        self._group = get_group_symbol(language)
-        self._plain = {_percent(text): _percent(said) for text, said in plain.items()}
-        # the one that leaves least open first
-        longest = sorted(patterns.items(), key=lambda pair: -len(_PLACE.sub("", pair[0])))
-        self._patterns = [(_pattern(text), said) for text, said in longest]
-
-    def of(self, text: str) -> str | None:
-        """The text in this language; None where it is not known. In the source language, itself."""
-        if self.language == SOURCE or not text:
-            return text
-        if text in self._plain:
-            return self._plain[text]
-        if _NEUTRAL.fullmatch(text):
-            return self.figures(text)
-        return self._by_pattern(text) or self._by_parts(text)
-
-    def _by_pattern(self, text: str) -> str | None:
-        for pattern, said in self._patterns:
-            found = pattern.fullmatch(text)
-            if found:
-                parts = {
-                    name: part if name.startswith("name") else self.of(part)
-                    for name, part in found.groupdict().items()
-                }
-                if None not in parts.values():
-                    return said % parts
-        return None
-
-    def _by_parts(self, text: str) -> str | None:
-        sentences = _SENTENCES.split(text)
-        if len(sentences) > 1:
-            return self._joined(sentences, " ")
-        if text.endswith("."):
-            found = self.of(text[:-1])
-            return None if found is None else f"{found}."
-        # the loosest joint first: a list may be part of a clause, never the other way round
-        for joint in _JOINTS:
-            if joint in text:
-                found = self._joined(text.split(joint), joint)
-                if found is not None:
-                    return found
-        return None
-
-    def _joined(self, parts: Sequence[str], joint: str) -> str | None:
-        said = [self.of(part) for part in parts]
-        return None if None in said else joint.join(part for part in said if part is not None)
-
-    def figures(self, text: str) -> str:
-        """Figures in a text with the decimal mark and the thousands mark of this language."""
-        return text if self.language == SOURCE else _FIGURE.sub(self._figure, text)
-
-    def _figure(self, found: re.Match[str]) -> str:
-        if found["thousands"]:
-            return found["thousands"].replace(",", self._group)
-        return f"{found['whole']}{self._decimal}{found['part']}"
-
-    def count(self, value: float) -> str:
-        """A whole number with the thousands apart, as this language has them."""
-        return format_decimal(round(value), locale=self.language)
-
-
-def _percent(text: str) -> str:
-    return text.replace("%%", "%")
-
-
-def _pattern(text: str) -> re.Pattern[str]:
-    """What a text with places for its parts matches."""
-    pieces = _PLACE.split(text)  # text, name, text, name, ... text
-    written, seen = "", set()
-    for index, piece in enumerate(pieces):
-        if index % 2 == 0:
-            written += re.escape(_percent(piece))
-        else:
-            # a part from outside may be anything; others end where the next one begins
-            anything = "." if piece.startswith("name") else "[^;:]"
-            # a part named twice must be the same text in both places
-            written += f"(?P={piece})" if piece in seen else f"(?P<{piece}>{anything}+?)"
-            seen.add(piece)
-    return re.compile(written, re.DOTALL)
+    return read_words(language)

@@ -15,8 +15,9 @@ from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVI
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
+from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import array, sided
-from gaitval.metrics.walk_statistics import BAND, GaitProfiles, WalkStatistics
+from gaitval.metrics.walk_statistics import BAND
 from gaitval.reporting.drawing import Draw, new_figure, svg
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -54,11 +55,8 @@ _MARKERS: Final[Mapping[Side, str]] = {"right": ">", "left": "<"}
 """Symbols that point to their side; those of the record are hollow."""
 
 
-def drawings(metrics: Metrics) -> dict[str, Draw]:
-    """The figures of the section for `metrics`, by name; none for metrics without statistics."""
-    found = metrics.curve_statistics
-    if found is None:
-        return {}
+def drawings(metrics: Metrics, found: WalkStatistics) -> dict[str, Draw]:
+    """The figures of the section, by name: of `metrics` and its statistics `found`."""
     # no text from outside is in them
     return {
         "differences": partial(differences, metrics, found),
@@ -151,11 +149,8 @@ def profile(profiles: GaitProfiles) -> str:
         return svg(figure, "profile")
 
 
-def tables(metrics: Metrics, subject: Subject) -> dict[str, object] | None:
-    """What the section's tables show of `metrics` and `subject`; None without statistics."""
-    found = metrics.curve_statistics
-    if found is None:
-        return None
+def tables(found: WalkStatistics, subject: Subject) -> dict[str, object]:
+    """What the section's tables show of the statistics `found` of the walk of `subject`."""
     return {
         "alpha": found.alpha,
         "permutations": found.permutations,

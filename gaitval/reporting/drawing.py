@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
-from gaitval.reporting.catalogue import SOURCE, words
+from gaitval.reporting.catalogue import words
+from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
     "svg.hashsalt": "gaitval",

@@ -24,10 +24,11 @@ from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting import filling
-from gaitval.reporting.catalogue import SOURCE, translations, words
+from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, blank, drawn
 from gaitval.reporting.figure_data import write_tables
+from gaitval.reporting.words import SOURCE
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",

@@ -13,6 +13,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import ReportSettings, load_configuration
 from gaitval.coordinates import split_side
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.origin import not_recorded
@@ -41,7 +42,6 @@ from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     credibility,
-    curve_statistics,
     figure_data,
     figures,
     mechanics_figures,
@@ -340,6 +340,15 @@ def _push_rows(pushes: PushRecovery | None) -> list[tables.Row] | None:
     return rows
 
 
+def _statistics(metrics: Metrics, subject: Subject) -> dict[str, object] | None:
+    """What the section on whole curves shows; None for metrics without statistics."""
+    if metrics.curve_statistics is None:
+        return None
+    from gaitval.reporting import curve_statistics
+
+    return curve_statistics.tables(metrics.curve_statistics, subject)
+
+
 def _drawings(
     metrics: Metrics, training: Mapping[str, Array] | None, traces: list[PushTrace] | None
 ) -> dict[str, Draw]:
@@ -360,7 +369,11 @@ def _drawings(
         drawings["error_bars"] = partial(figures.error_bars, metrics)
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
-    return drawings | curve_statistics.drawings(metrics)
+    if metrics.curve_statistics is not None:
+        from gaitval.reporting import curve_statistics
+
+        drawings |= curve_statistics.drawings(metrics, metrics.curve_statistics)
+    return drawings
 
 
 def _context(folder: Path) -> tables.Row:
@@ -395,7 +408,7 @@ def _context(folder: Path) -> tables.Row:
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "parameters": _parameters(metrics.identification),
-        "statistics": curve_statistics.tables(metrics, subject),
+        "statistics": _statistics(metrics, subject),
         "correlated": _correlated(metrics.identification),
         "correction": _correction(metrics.correction),
         "spatiotemporal": [

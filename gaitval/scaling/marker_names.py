@@ -1,4 +1,4 @@
-"""Names of markers: when two spellings are one name, and which unknown name may be a known one.
+"""Names of markers: which unknown name may be a known one.
 
 A likeness is only ever suggested in a message; nothing is renamed by it.
 """
@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from typing import Final, NamedTuple
+
+from gaitval.scaling.marker_set import plain_name
 
 LEAST_LIKENESS: Final = 0.8
 """Smallest likeness that is suggested (2 × letters in common / letters of both, without the side).
@@ -31,11 +33,6 @@ class Likeness(NamedTuple):
     name: str
     marker: str
     ratio: float
-
-
-def plain_name(name: str) -> str:
-    """A name without what never matters: capitals, dots, blanks, "_", "-" and "Subject:"."""
-    return re.sub(r"[\s._-]", "", name.rsplit(":", 1)[-1]).upper()
 
 
 def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[Likeness]:

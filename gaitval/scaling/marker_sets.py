@@ -1,4 +1,4 @@
-"""Marker sets as data: on which segment a marker sits and which anatomical landmark it marks.
+"""Marker sets as data: those that come with gaitval, a user's own, and which one a recording has.
 
 A set is a TOML file (`markersets/*.toml`, or your own); the keys are explained at the top of
 `markersets/wbds.toml`. Names are compared ignoring capitals, dots, blanks, "_" and "-", and
@@ -7,21 +7,18 @@ anything before a colon ("Subject:RASI").
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Final, Literal, TypeVar
+from typing import Final
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gaitval.artefacts import parse_toml
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
-from gaitval.scaling.marker_names import alike, plain_name
-
-_Point = TypeVar("_Point")
+from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet, plain_name
 
 RECOGNISED_SHARE: Final = 0.75
 """Fraction of a set's markers (without optional ones and those removed after the standing trial)
@@ -32,71 +29,6 @@ NEARLY_AS_MANY: Final = 0.9
 """A set with this fraction of the markers that the best set has in a recording fits nearly as well.
 Where the two then mean different places by one name, neither is taken."""
 
-EXAMPLE: Final = """title = "My laboratory"
-source = "who defined it"
-[markers]
-"R.ASIS" = { segment = "pelvis", landmark = "R.ASIS" }
-"R.Thigh.1" = { segment = "thigh_r" }
-"R.Knee.Medial" = { segment = "thigh_r", landmark = "R.Knee.Medial", static_only = true }"""
-
-
-class MarkerDefinition(BaseModel):
-    """One marker of a set.
-
-    Attributes
-    ----------
-    segment : one of `model.body.SEGMENTS`.
-    landmark : one of `joint_centres.LANDMARK_NAMES`, or None for a marker that only tracks.
-    weight : weight of its squared distance in inverse kinematics, relative to the others.
-    aliases : other names of the marker.
-    static_only : removed after the standing trial.
-    optional : a recording without it is still of this set.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    segment: str
-    landmark: str | None = None
-    weight: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 1.0
-    aliases: tuple[str, ...] = ()
-    static_only: bool = False
-    optional: bool = False
-
-    @property
-    def role(self) -> Literal["anatomical", "tracking"]:
-        """Whether the marker lies on a landmark from which joint centres are found."""
-        return "tracking" if self.landmark is None else "anatomical"
-
-
-@dataclass(frozen=True)
-class Score:
-    """How well the names in a file fit a marker set.
-
-    Attributes
-    ----------
-    required : number of markers that a recording of walking has.
-    missing : those of them that the file lacks.
-    found : number of all markers of the set in the file, also optional ones and those that are
-        removed after the standing trial.
-    """
-
-    required: int
-    missing: tuple[str, ...]
-    found: int
-
-    @property
-    def share(self) -> float:
-        """Fraction of the required markers that are there."""
-        return 1.0 - len(self.missing) / self.required if self.required else 0.0
-
-    def __str__(self) -> str:
-        there = self.required - len(self.missing)
-        lacking = f" (without {', '.join(self.missing)})" if self.missing else ""
-        return (
-            f"{there} of {self.required} required markers{lacking}, {self.found - there} other "
-            "markers of the set"
-        )
-
 
 class _File(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -104,103 +36,6 @@ class _File(BaseModel):
     title: str
     source: str
     markers: dict[str, MarkerDefinition]
-
-
-@dataclass(frozen=True)
-class MarkerSet:
-    """A marker set.
-
-    Attributes
-    ----------
-    name : of a built-in set, or the path of the file.
-    title, source : what it is and who defined it.
-    markers : definition of each marker, in the order of the file.
-    """
-
-    name: str
-    title: str
-    source: str
-    markers: Mapping[str, MarkerDefinition]
-
-    @property
-    def landmarks(self) -> dict[str, str]:
-        """Marker on each landmark."""
-        return {d.landmark: name for name, d in self.markers.items() if d.landmark is not None}
-
-    @property
-    def segments(self) -> dict[str, str]:
-        """Segment that each marker is on."""
-        return {name: d.segment for name, d in self.markers.items()}
-
-    @property
-    def essential(self) -> tuple[str, ...]:
-        """Markers that are on the person in walking and not optional."""
-        return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))
-
-    def renamed(self, names: Iterable[str]) -> dict[str, str]:
-        """For each of `names` in a file, its name in this set; names of other markers are left out.
-        Raises RecordError if two are the same marker, for example because two people were recorded.
-        """
-        known = self._known()
-        found: dict[str, str] = {}
-        for name in names:
-            marker = known.get(plain_name(name))
-            if marker is None:
-                continue
-            if marker in found.values():
-                other = next(seen for seen, as_ in found.items() if as_ == marker)
-                raise RecordError(
-                    f"the markers {other!r} and {name!r} are both {marker} of the marker set "
-                    f"{self.name}. Keep one of them; if several people were recorded, keep one "
-                    "person."
-                )
-            found[name] = marker
-        return found
-
-    def _known(self) -> dict[str, str]:
-        """Marker of each plain name and alias."""
-        return {
-            plain_name(name): marker
-            for marker, definition in self.markers.items()
-            for name in (marker, *definition.aliases)
-        }
-
-    def present(self, names: Iterable[str]) -> frozenset[str]:
-        """Markers of this set that the names refer to."""
-        known = self._known()
-        return frozenset(known[plain] for plain in map(plain_name, names) if plain in known)
-
-    def score(self, names: Iterable[str]) -> Score:
-        """How well the names in a file fit this set."""
-        found = self.present(names)
-        essential = self.essential
-        missing = tuple(marker for marker in essential if marker not in found)
-        return Score(len(essential), missing, len(found))
-
-    def disagreements(self, other: "MarkerSet", names: Iterable[str]) -> tuple[str, ...]:
-        """Names that this and another set put on different landmarks or segments."""
-        mine, theirs = self._known(), other._known()
-        return tuple(
-            name
-            for name in names
-            for plain in [plain_name(name)]
-            if plain in mine and plain in theirs
-            if _differ(self.markers[mine[plain]], other.markers[theirs[plain]])
-        )
-
-    def ignored(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Names of a file that do not belong to this set, such as computed joint centres."""
-        names = tuple(names)
-        found = self.renamed(names)
-        return tuple(name for name in names if name not in found)
-
-    def on_landmarks(self, points: Mapping[str, _Point]) -> dict[str, _Point]:
-        """The points (given by marker of this set) that are on landmarks, by landmark."""
-        return {
-            landmark: points[marker]
-            for landmark, marker in self.landmarks.items()
-            if marker in points
-        }
 
 
 def builtin_marker_sets() -> tuple[MarkerSet, ...]:
@@ -255,67 +90,22 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
     )
     fitting = [(score, fit) for score, fit in scored if score.share >= RECOGNISED_SHARE]
     if not fitting:
-        raise RecordError(_unknown(names, max(scored, key=lambda pair: pair[0].share)[1]))
+        from gaitval.scaling.unrecognised import unknown
+
+        nearest = max(scored, key=lambda pair: pair[0].share)[1]
+        raise RecordError(unknown(names, nearest, builtin=_builtin_names(), least=RECOGNISED_SHARE))
     (best_score, best), *others = fitting
     for score, other in others:
         doubtful = best.disagreements(other, names)
         if doubtful and score.found >= NEARLY_AS_MANY * best_score.found:
-            raise RecordError(_undecided((best, best_score), (other, score), doubtful)).with_way_on(
+            from gaitval.scaling.unrecognised import undecided
+
+            raise RecordError(undecided((best, best_score), (other, score), doubtful)).with_way_on(
                 f"--marker-set {best.name}", f"--marker-set {other.name}"
             )
     # For its error, if two names are one marker.
     best.renamed(names)
     return best
-
-
-def _differ(one: MarkerDefinition, other: MarkerDefinition) -> bool:
-    """Whether two definitions are of different places."""
-    # A tracking marker and a landmark on one segment may be the same place.
-    landmarks = {one.landmark, other.landmark} - {None}
-    return one.segment != other.segment or len(landmarks) > 1
-
-
-def _undecided(
-    one: tuple[MarkerSet, Score], other: tuple[MarkerSet, Score], doubtful: Sequence[str]
-) -> str:
-    lines = ["the markers fit two marker sets nearly equally, which mean different places:"]
-    lines += [f"  {fit.name} ({fit.title}): {score}" for fit, score in (one, other)]
-    for name in doubtful:
-        said = []
-        for fit, _ in (one, other):
-            definition = fit.markers[fit.renamed([name])[name]]
-            said.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
-        lines.append(f"  {name}: {' or '.join(said)}")
-    lines.append(f"Say which it is: --marker-set {one[0].name} or --marker-set {other[0].name}.")
-    return "\n".join(lines)
-
-
-def _unknown(names: tuple[str, ...], nearest: MarkerSet) -> str:
-    score = nearest.score(names)
-    likely = alike(
-        [name for name in names if not nearest.present([name])],
-        {marker: (marker, *nearest.markers[marker].aliases) for marker in score.missing},
-    )
-    lines = [
-        f"the {len(names)} markers match no known marker set ({', '.join(_builtin_names())}).",
-        f"  found: {', '.join(names) or 'none'}",
-        f"  the nearest is {nearest.name} ({nearest.title}): {score.required - len(score.missing)} "
-        f"of {score.required} required markers, at least {RECOGNISED_SHARE:.0%} are needed; "
-        f"its markers missing: {', '.join(score.missing)}",
-    ]
-    if likely:
-        lines.append(
-            "  perhaps: "
-            + ", ".join(f"{like.name} for {like.marker} ({like.ratio:.0%})" for like in likely)
-        )
-    lines += [
-        "Describe your own set in a TOML file and give it with --marker-set FILE, with a line "
-        "for each marker, such as",
-        *(f"  {line}" for line in EXAMPLE.splitlines()),
-        f"Landmarks are {', '.join(LANDMARK_NAMES)}.",
-        f"Segments are {', '.join(SEGMENTS)}.",
-    ]
-    return "\n".join(lines)
 
 
 @cache

@@ -22,7 +22,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.marker_set import MarkerSet
 
 LARGEST_MEDIAN: Final = 0.0025
 """m. Two markers that were moved do not change the median, so both limits must be passed."""

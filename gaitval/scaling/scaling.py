@@ -15,7 +15,7 @@ hips, so in the neutral pose the lumbar joint lies behind the hips.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pandas as pd
@@ -33,9 +33,11 @@ from gaitval.scaling.anthropometry import (
 )
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
-from gaitval.scaling.person import Individual, MeasuredPerson, Person
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
 from gaitval.scaling.tape import measure_by_tape
+
+if TYPE_CHECKING:
+    from gaitval.scaling.person import Individual, MeasuredPerson, Person
 
 SCALED: Final = "de Leva, scaled to stature"
 """Source of lengths that were not measured."""
@@ -96,7 +98,7 @@ class ScaledBody(Displayed):
         )
 
 
-def scale_subject(subject: Person | MeasuredPerson, *, symmetric: bool = True) -> ScaledBody:
+def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True) -> ScaledBody:
     """Scale the body model to a person.
 
     The lengths are the person's `measurements` if there are any, else those between the `markers`
@@ -121,7 +123,7 @@ def scale_subject(subject: Person | MeasuredPerson, *, symmetric: bool = True) -
     return build_body(subject, replace(measurements_of(subject), symmetric=symmetric))
 
 
-def measurements_of(subject: Person | MeasuredPerson) -> Measurements:
+def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:
     """The lengths that `scale_subject` builds the body of `subject` from: those stored, else by
     markers, else by tape. Raises ScalingError if the markers or lengths cannot be used.
     """
@@ -134,7 +136,7 @@ def measurements_of(subject: Person | MeasuredPerson) -> Measurements:
     return measure_by_tape(height_m=subject.height_m, **by_tape)
 
 
-def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
+def build_body(subject: "Individual", measured: Measurements) -> ScaledBody:
     """The body model of a person with these lengths.
 
     Parameters
@@ -151,7 +153,7 @@ def build_body(subject: Individual, measured: Measurements) -> ScaledBody:
     return ScaledBody(body_of(measured, table, subject), table)
 
 
-def _table(measured: Measurements, subject: Individual) -> tuple[ScaledSegment, ...]:
+def _table(measured: Measurements, subject: "Individual") -> tuple[ScaledSegment, ...]:
     stature, sex = subject.height_m, subject.sex
     masses = _masses(measured, subject)
     modelled, trunk = measured.modelled, trunk_factor(measured, subject)
@@ -206,7 +208,7 @@ def _table(measured: Measurements, subject: Individual) -> tuple[ScaledSegment, 
     )
 
 
-def _masses(measured: Measurements, subject: Individual) -> dict[tuple[str, Side], float]:
+def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Side], float]:
     """Mass of each segment of de Leva's table on each side, kg; those of the trunk are "right".
 
     Where some are known, the others share the rest of the body's mass in his proportions.
@@ -240,7 +242,7 @@ def _masses(measured: Measurements, subject: Individual) -> dict[tuple[str, Side
     return known | {key: share * rest for key, share in others.items()}
 
 
-def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: Individual) -> None:
+def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual") -> None:
     problems = []
     for row in table:
         low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR

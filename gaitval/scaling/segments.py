@@ -6,7 +6,7 @@ Masses and inertias are after de Leva (1996); `scaling` describes the pose.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from gaitval.scaling.anthropometry import (
     shifted_inertia,
 )
 from gaitval.scaling.measurements import Limbs, Measurements
-from gaitval.scaling.person import Individual
+
+if TYPE_CHECKING:
+    from gaitval.scaling.person import Individual
 
 TRUNK: Final = ("lower trunk", "middle trunk", "upper trunk", "head")
 """De Leva's segments from the hips upwards."""
@@ -98,7 +100,7 @@ class _Part:
 
 
 def body_of(
-    measured: Measurements, table: Sequence[ScaledSegment], subject: Individual
+    measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual"
 ) -> BodyModel:
     """The model of a body with the lengths and masses of `table`, which add up to exactly the mass
     of `subject`; joints and feet are as `measured`.
@@ -139,7 +141,7 @@ def body_of(
 
 
 def _right_side(
-    measured: Measurements, limbs: Limbs, sized: _Sized, subject: Individual
+    measured: Measurements, limbs: Limbs, sized: _Sized, subject: "Individual"
 ) -> dict[str, tuple[Array, _Part]]:
     """Joint (3,) m in the parent, and body, of a side's segments, as if it were the right side."""
     length = sized.length
@@ -154,7 +156,7 @@ def _right_side(
     }
 
 
-def _shoulder(measured: Measurements, sized: _Sized, subject: Individual) -> Array:
+def _shoulder(measured: Measurements, sized: _Sized, subject: "Individual") -> Array:
     """Right shoulder in the trunk, (3,) m: as fitted or measured, else de Leva's height in
     proportion to the trunk and a mean width.
     """
@@ -169,7 +171,7 @@ def _shoulder(measured: Measurements, sized: _Sized, subject: Individual) -> Arr
     return np.array([0.0, -aside, up])
 
 
-def trunk_factor(measured: Measurements, subject: Individual) -> float:
+def trunk_factor(measured: Measurements, subject: "Individual") -> float:
     """Factor on de Leva's trunk and head that fills the stature of `subject` above the `measured`
     hips.
     """

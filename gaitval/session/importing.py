@@ -8,9 +8,7 @@ from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError, RecordError
 from gaitval.folder_lock import held
-from gaitval.session.halves import halves_of
 from gaitval.session.person import person_of_session
-from gaitval.session.refusal import write_refusal
 from gaitval.session.request import FILES, Halves, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
@@ -80,6 +78,8 @@ def _import(
         symmetric = configuration.scaling.symmetric
         found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
     except GaitvalError as error:
+        from gaitval.session.refusal import write_refusal
+
         page = write_refusal(out, request, progress, error, configuration.report)
         raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
             *error.goes_on
@@ -109,6 +109,8 @@ def _request(options: ImportOptions, out: Path, tell: Tell) -> Request:
 
 def _of_halves(found: Import, which: Halves) -> Subject:
     """The subject of one half of the cycles, with the other as a further trial."""
+    from gaitval.session.halves import halves_of
+
     known, held_out = (
         subject.model_copy(update={"trial": name, "source": f"{subject.source}, {name} cycles"})
         for name, half in halves_of(found, which).items()

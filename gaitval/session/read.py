@@ -17,17 +17,12 @@ from gaitval.gait.cycles import (
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.axes import (
-    LaboratoryAxes,
-    check_axes,
-    detect_axes,
-    parse_axes,
-    turn_to_walking_direction,
-)
+from gaitval.mocap.axes import LaboratoryAxes, check_axes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import CleaningReport, clean
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
-from gaitval.scaling.marker_sets import RECOGNISED_SHARE, MarkerSet, load_marker_set, recognise
+from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
 from gaitval.scaling.same_person import (
     LARGEST_CHANGE,
     MarkerDistance,
@@ -35,13 +30,7 @@ from gaitval.scaling.same_person import (
     displaced,
 )
 from gaitval.session.request import Request, Tell, silent
-from gaitval.session.standing import (
-    check_stands,
-    cut_to,
-    on_floor,
-    standing_in_walk,
-    with_level_feet,
-)
+from gaitval.session.standing import check_stands
 
 NAMED: Final = 20
 """Points named when they are ignored: Plug-in Gait writes 250 computed ones into a file."""
@@ -98,6 +87,8 @@ def read_session(
         # From the standing trial, in which the person is upright.
         axes = detect_axes(standing, landmarks)
     else:
+        from gaitval.mocap.given_axes import parse_axes
+
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)
     tell("axes", axes.description)
@@ -193,6 +184,8 @@ def _standing(
     """
     landmarks, doubts = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
+        from gaitval.session.standing_pose import standing_in_walk
+
         standing = standing_in_walk(first, marker_set)
         doubts.append(_of_walk(len(standing.markers)))
         tell("warnings", f"{request.trials[0].name}: {doubts[0]}")
@@ -203,8 +196,12 @@ def _standing(
         _tell_cleaning(tell, request.static, report)
         check_stands(standing, landmarks)
     if request.floor:
+        from gaitval.session.standing_pose import on_floor
+
         standing = on_floor(standing, request.floor)
     if request.feet_not_flat:
+        from gaitval.session.standing_pose import with_level_feet
+
         standing = with_level_feet(standing, landmarks)
     return standing, doubts
 
@@ -218,7 +215,11 @@ def _standing_file(request: Request, walking: Sequence[Recording]) -> Recording:
             )
         return walking[0]
     recording = read_recording(request.static)
-    return recording if request.static_time is None else cut_to(recording, request.static_time)
+    if request.static_time is None:
+        return recording
+    from gaitval.session.standing_pose import cut_to
+
+    return cut_to(recording, request.static_time)
 
 
 def without_plates(recording: Recording, names: Sequence[str]) -> Recording:

@@ -7,6 +7,7 @@ dynamics; gait cycles. `gaitval.session.write` writes the results.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import Side
@@ -16,12 +17,15 @@ from gaitval.gait.cycles import (
 )
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
-from gaitval.session.functional import FunctionalJoint, chosen_hips, functional_joints
-from gaitval.session.one_side import one_side_doubts
+from gaitval.session.one_side import missing_sides
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody, scale_body
 from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
+
+if TYPE_CHECKING:
+    from gaitval.arrays import Array
+    from gaitval.session.functional import FunctionalJoint
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class Import:
     forces: Mapping[Side, AverageCurve]
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
-    functional: tuple[FunctionalJoint, ...] = ()
+    functional: "tuple[FunctionalJoint, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
 
     @property
@@ -98,13 +102,19 @@ def work_out(
     known = Progress() if progress is None else progress
     noted = known.noting(tell)
     session = known.session = read_session(request, processing, noted)
-    functional = functional_joints(request, processing, session, noted)
+    functional: tuple[FunctionalJoint, ...] = ()
+    hip_centres: dict[str, Array] = {}
+    if request.functional:
+        from gaitval.session.functional import chosen_hips, functional_joints
+
+        functional = functional_joints(request, processing, session, noted)
+        hip_centres = chosen_hips(request, functional, noted)
     body = known.body = scale_body(
         request,
         processing,
         session,
         noted,
-        hip_centres=chosen_hips(request, functional, noted),
+        hip_centres=hip_centres,
         symmetric=symmetric,
     )
     session = known.session = replace(
@@ -137,7 +147,11 @@ def work_out(
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
-    of_means = (*one_side_doubts(request, walks, angles, forces), *drift_doubts(angles))
+    of_means = tuple(drift_doubts(angles))
+    if missing_sides(angles, forces):
+        from gaitval.session.one_side_warnings import one_side_doubts
+
+        of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
     for doubt in of_means:
         noted("warnings", str(doubt))
     return Import(

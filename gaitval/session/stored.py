@@ -15,7 +15,8 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.display import DEGREES, FORCE, MOMENT, Displayed, curve_frame, of_kind
 from gaitval.errors import ArtefactError
 from gaitval.inverse.scaled_markers import MarkedBody
-from gaitval.session.summary import limits_of_record
+from gaitval.metrics.recording_limits import CONSISTENT, state_of
+from gaitval.metrics.tolerances import load_registry
 from gaitval.session.write import FOLDER, RECORD, SUBJECT
 
 CURVES = "curves.csv"
@@ -98,3 +99,26 @@ class Session(Displayed):
             record=read_json(folder / FOLDER / RECORD),
             curves=pd.read_csv(folder / FOLDER / CURVES),
         )
+
+
+def limits_of_record(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The limits of an import from the contents `record` of `import.json`: a row each of quantity,
+    target, value, limit, unit and verdict.
+    """
+    titles = {row.id: row.title for row in load_registry().tolerance}
+    found = [
+        (titles.get(row["id"], row["id"]), row["target"], row["id"], row)
+        for row in record["verdicts"]
+    ]
+    found += [
+        (row["name"], "standing", "", row) for row in record["placement"] if row["unit"] == "deg"
+    ]
+    return [
+        {
+            "quantity": quantity,
+            "target": target,
+            **{name: row[name] for name in ("value", "limit", "unit")},
+            "verdict": state_of(known, row["passed"], reduced=target.endswith(CONSISTENT)),
+        }
+        for quantity, target, known, row in found
+    ]

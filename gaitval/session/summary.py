@@ -1,7 +1,7 @@
 """What the report and the command line show of an import: limits, tables, figures."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -12,9 +12,8 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
-from gaitval.metrics.tolerances import Verdict, evaluate, load_registry, measured
+from gaitval.metrics.tolerances import Verdict, evaluate, measured
 from gaitval.reporting import recording_report as page
-from gaitval.session.functional import functional_rows
 from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
@@ -96,6 +95,11 @@ def summary_of(found: Import) -> page.RecordingSummary:
     limits = {verdict.id: verdict.tolerance for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
     dynamics = first.moments
+    functional: list[page.FunctionalRow] = []
+    if found.functional:
+        from gaitval.session.functional import functional_rows
+
+        functional = functional_rows(found.functional)
     return page.RecordingSummary(
         identifier=request.identifier,
         sex=request.sex,
@@ -120,7 +124,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
-        functional=functional_rows(found.functional),
+        functional=functional,
         weight_ratio=found.weight_ratio,
         segments=found.body.scaled.table,
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
@@ -211,29 +215,6 @@ def limit_rows(found: Import) -> list[page.GateRow]:
         )
         for check in found.body.placement.checks
         if check.unit == "deg"
-    ]
-
-
-def limits_of_record(record: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The same limits from the contents `record` of `import.json`: a row each of quantity, target,
-    value, limit, unit and verdict.
-    """
-    titles = {row.id: row.title for row in load_registry().tolerance}
-    found = [
-        (titles.get(row["id"], row["id"]), row["target"], row["id"], row)
-        for row in record["verdicts"]
-    ]
-    found += [
-        (row["name"], "standing", "", row) for row in record["placement"] if row["unit"] == "deg"
-    ]
-    return [
-        {
-            "quantity": quantity,
-            "target": target,
-            **{name: row[name] for name in ("value", "limit", "unit")},
-            "verdict": state_of(known, row["passed"], reduced=target.endswith(CONSISTENT)),
-        }
-        for quantity, target, known, row in found
     ]
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,18 +31,20 @@ from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.motion_rates import cardan_coordinates
-from gaitval.inverse.residual_reduction import ConsistentMotion, reduce_residuals
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Event, FootForces, Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
-from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.marker_set import MarkerSet
 from gaitval.session.quality_flags import trial_doubts
 from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
+
+if TYPE_CHECKING:
+    from gaitval.inverse.residual_reduction import ConsistentMotion
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ class WalkingTrial:
     forces: FootForces | None
     loads: FootForces | None
     dynamics: InverseDynamics | None
-    consistent: ConsistentMotion | None
+    consistent: "ConsistentMotion | None"
     belt: float
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
@@ -135,6 +138,8 @@ def work_out_trial(
         dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
         measured = forces, loads, dynamics
         if request.consistent:
+            from gaitval.inverse.residual_reduction import reduce_residuals
+
             tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
             consistent = reduce_residuals(
                 body.model,

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pandas as pd
@@ -36,13 +36,15 @@ from gaitval.reporting.figure_data import FOLDER as FIGURES
 from gaitval.reporting.recording_report import (
     write_recording_report,
 )
-from gaitval.session.functional import functional_record
 from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.session.trial import WalkingTrial
+
+if TYPE_CHECKING:
+    from gaitval.session.functional import FunctionalJoint
 
 FOLDER: Final = "recording"
 """Folder, beside `subject.toml`, for everything else."""
@@ -251,8 +253,17 @@ def _record(found: Import) -> dict[str, Any]:
             for trial, doubt in found.doubts
         ],
         "trials": [_trial_record(walk) for walk in found.trials],
-        "functional": [functional_record(joint) for joint in found.functional],
+        "functional": _functional_records(found.functional),
     }
+
+
+def _functional_records(joints: "Sequence[FunctionalJoint]") -> list[dict[str, Any]]:
+    """The joints of the range-of-motion trials, if there are any."""
+    if not joints:
+        return []
+    from gaitval.session.functional import functional_record
+
+    return [functional_record(joint) for joint in joints]
 
 
 _OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")

@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING
 
 from gaitval.artefacts import copy_files
 from gaitval.configuration import EnvironmentSettings, Start
-from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
-from gaitval.policy.processes import beside, keeping_workers, ready_to_start
+from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.policy.processes import keeping_workers, ready_to_start
 from gaitval.study.inputs import POLICY_FILES, start_policy
 from gaitval.study.stage import (
+    BESIDE,
     INTERRUPTED,
     Run,
     Stage,
@@ -49,7 +50,6 @@ from gaitval.study.stages import (
     validate_stage,
 )
 from gaitval.study.unread import say_unread
-from gaitval.study.watching import BESIDE, generations_shown
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -75,9 +75,6 @@ IN_WORKERS = (
     "gaitval.reporting.mechanics_figures",
 )
 """Modules whose functions the stages run in worker processes."""
-
-FOLLOWING = ("keep", "evaluate", "choose", "repeat")
-"""Short stages without a command: they run automatically before what depends on them."""
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:
@@ -183,65 +180,6 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
     )
 
 
-def finished_rounds(run: Run) -> int:
-    """Number of rounds of `run` whose training and identification are up to date."""
-    count = 0
-    while (run.folder / f"rounds/{count + 1}").exists() and not any(
-        why_run(stage(run, count + 1), run.folder) for stage in (train_stage, identify_stage)
-    ):
-        count += 1
-    return count
-
-
-def run_one(
-    run: Run, name: str, *, round_number: int = 1, scratch: bool = False, force: bool = False
-) -> None:
-    """Run one stage of `run`; those before it must be up to date.
-
-    Parameters
-    ----------
-    name : `scale`, `reference`, `train`, `identify`, `correct`, `simulate`, `push`, `validate`
-        or `report`.
-    round_number : round of Algorithm 1, for `train` and `identify`.
-    scratch : for `train`: start from nothing, and not from the general policy.
-    force : run it even if it is up to date.
-
-    Raises
-    ------
-    ArtefactError : an earlier stage has not run, or ran with other inputs or settings.
-    """
-    repeated = name in ("train", "identify")
-    wanted = f"{name}-{round_number}" if repeated else name
-    reached = False
-    # stages before the wanted one must be up to date; after it, only its short followers run
-    for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
-        if stage.name == wanted:
-            if wanted == "train-1":
-                choose_start(run, stage, scratch=scratch)
-                # made again: its inputs depend on whether there is a start now
-                stage = train_stage(run, 1)
-            run_stage(stage, run.folder, force=force, observer=run.observer)
-            reached = True
-        elif stage.name.partition("-")[0] in FOLLOWING:
-            run_stage(stage, run.folder, observer=run.observer)
-        elif reached:
-            return
-        else:
-            _require(run, stage, name)
-
-
-def _require(run: Run, stage: Stage, name: str) -> None:
-    """Raise ArtefactError unless `stage`, which `name` depends on, is up to date."""
-    reason = why_run(stage, run.folder)
-    if reason is not None:
-        subject = run.subject.identifier
-        raise ArtefactError(
-            f"{run.folder}: {name} depends on {stage.name}, which is not up to date: {reason}. "
-            f"First run `{stage.command(subject)}` with the same options, or `gaitval subject "
-            f"{subject}`, which runs all stages."
-        )
-
-
 def run_subject(
     run: Run,
     *,
@@ -306,6 +244,9 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         for stage in (train, identify):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
+    from gaitval.policy.beside import beside
+    from gaitval.study.watching import generations_shown
+
     begun = begin_stage(identify, run.folder, force=force)
     assert begun is not None
     with beside(_identify, run.folder, run.subject, run.configuration) as identified:

@@ -21,7 +21,7 @@ DATA: Final = {
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.walk_statistics": ("metrics/*_bands.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
-    "gaitval.reporting.catalogue": ("reporting/languages/*.po", "reporting/texts.txt"),
+    "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.credibility": ("reporting/evidence.toml",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.reporting.replay": ("reporting/vendor/*",),

@@ -39,6 +39,9 @@ RECORDS = "stages.json"
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
 
+BESIDE = "started beside the training"
+"""The reason to wait for a stage that another process began earlier."""
+
 
 class Observer:
     """Receives what the stages report. This one ignores it; the command line's prints it."""

@@ -37,7 +37,8 @@ from gaitval.study.inputs import (
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
-    from gaitval.metrics.results import Metrics
+    from gaitval.arrays import Array
+    from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
     from gaitval.simulation.walker import WalkingTask
@@ -222,24 +223,18 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         del values["identification"][name]
 
     def identify() -> None:
-        from gaitval.identification.identify import identify
         from gaitval.identification.prior import prior_sd
-        from gaitval.model.urdf import read_urdf
-        from gaitval.prediction.known import quantities_told
 
         if round_number > 1:
             copy_files(run.folder / before, run.folder / here, names)
             return
-        told, model = run.told(), read_urdf(run.folder / "model.urdf")
-        found = identify(
-            told.record,
-            model,
-            prior_sd(run.subject),
-            run.configuration,
-            run.folder / here,
-            kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
-            on_progress=run.observer.progress,
-        )
+        prior = prior_sd(run.subject)
+        if run.configuration.identification.method == "none":
+            from gaitval.identification.unidentified import unidentified
+
+            found = unidentified(run.configuration, prior)
+        else:
+            found = _searched(run, prior, run.folder / here)
         write_json(run.folder / here / "identification.json", found.as_dict())
         save_identified_reference(run, run.folder / here)
 
@@ -255,6 +250,25 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         outputs=tuple(f"{here}/{name}" for name in names),
         values=values,
         workspace=here,
+    )
+
+
+def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
+    """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
+    that is interrupted.
+    """
+    from gaitval.identification.identify import identify
+    from gaitval.model.urdf import read_urdf
+    from gaitval.prediction.known import quantities_told
+
+    return identify(
+        run.told().record,
+        read_urdf(run.folder / "model.urdf"),
+        prior,
+        run.configuration,
+        folder,
+        kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
+        on_progress=run.observer.progress,
     )
 
 
@@ -629,7 +643,6 @@ def push_stage(run: Run) -> Stage:
 def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     """The walks in the folder of `run`, and its `pushes`, against record and tolerances."""
     from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval.metrics.held_out import prediction_errors
     from gaitval.metrics.learning_gain import LearningGain
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
@@ -647,6 +660,11 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     assert nominal is not None
     repeats = read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else []
     settings, people = run.configuration.record, builtin_subjects()
+    expected_errors = None
+    if is_unrecorded(settings):
+        from gaitval.metrics.held_out import prediction_errors
+
+        expected_errors = prediction_errors(run.subject, settings, people)
     return validate(
         *run.compared(),
         read_urdf(run.folder / "model.urdf"),
@@ -663,9 +681,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         witness=rollouts(WITNESS, None if walks.witness is None else [walks.witness]),
         repeats=[Repeat.model_validate(each) for each in repeats],
         centring=walks.centring,
-        prediction_errors=prediction_errors(run.subject, settings, people)
-        if is_unrecorded(settings)
-        else None,
+        prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
     )
 

@@ -10,9 +10,6 @@ from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.study.stage import Observer
 
-BESIDE: Final = "started beside the training"
-"""The reason to wait for a stage that another process began earlier."""
-
 EVERY: Final = 2.0
 """s between two looks."""
 

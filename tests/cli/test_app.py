@@ -25,7 +25,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
 from gaitval.study.inputs import STORED_FILES
-from gaitval.study.watching import BESIDE
+from gaitval.study.stage import BESIDE
 from gaitval_curves import archive
 from gaitval_curves.download import Progress
 from gaitval_gate import regression
@@ -335,7 +335,7 @@ def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
         "gaitval.study.run.run_subject", lambda run, **options: seeds.append(run.configuration.seed)
     )
     monkeypatch.setattr(
-        "gaitval.study.run.run_one",
+        "gaitval.study.one_stage.run_one",
         lambda run, name, **options: seeds.append(run.configuration.seed),
     )
     monkeypatch.setattr(display, "print_verdict", lambda metrics: None)

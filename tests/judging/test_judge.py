@@ -14,7 +14,8 @@ import gaitval_judge
 from gaitval.cli import app as cli
 from gaitval.errors import GaitvalError, RecordError
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
-from gaitval.mocap.mot import StorageTable, read_storage, write_storage
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval_judge.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval_judge.markers import logged_errors
 from gaitval_judge.moments import bands, speed_group
@@ -216,7 +217,8 @@ def test_residuals_are_found_in_newtons_and_as_a_share(everything, tmp_path):
 
 def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judged_files):
     """Generalised forces of tilted axes; the moment was put in about fixed ones."""
-    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim, from_opensim
+    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
+    from gaitval.opensim.motion_reading import from_opensim
     from gaitval_judge.opensim.model_file import read_model
     from gaitval_judge.residuals import residual_wrench
 

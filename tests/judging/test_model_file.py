@@ -8,7 +8,7 @@ import osim_samples as samples
 import pytest
 
 from gaitval.errors import ModelError, RecordError
-from gaitval.mocap.mot import StorageTable
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval_judge.opensim.model import OsimModel
 from gaitval_judge.opensim.model_file import read_model
 from gaitval_judge.opensim.placing import centre_of_mass, marker_places, motion_of, place

@@ -16,18 +16,9 @@ from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
 from gaitval.gait.cycle_curves import PELVIS_ANGLES
 from gaitval.journal import Journal
-from gaitval.learning_control.correct import (
-    Case,
-    Walked,
-    _walks,
-    accuracy_of,
-    beside_reference,
-    correct,
-    effective_number,
-    fitted,
-    harm,
-    search,
-)
+from gaitval.learning_control.correct import Case, _walks, beside_reference, correct
+from gaitval.learning_control.search import effective_number, harm, search
+from gaitval.learning_control.walked import Walked, accuracy_of, fitted
 from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles

@@ -7,8 +7,9 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
-from gaitval.metrics.baselines import dimensionless_speed, others_line, skill
+from gaitval.metrics.baselines import others_line, skill
 from gaitval.metrics.comparison import rms
+from gaitval.prediction.speed_line import dimensionless_speed
 
 SUBJECTS = builtin_subjects()
 

@@ -6,9 +6,10 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import WalkedCurves
 from gaitval.metrics.typed import numbers
-from gaitval.metrics.unseen import multiple_correlation, repetitions, unseen
+from gaitval.metrics.unseen import multiple_correlation, unseen
 from gaitval.metrics.walk_results import MeanCurve
 
 PERSON = load_subject("S05")

@@ -11,8 +11,8 @@ from gaitval.metrics.comparison import simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.walk_statistics import (
-    WalkStatistics,
     adult_bands,
     bands_beside,
     foot_progression,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from motion_files import FORCE, POINT, TORQUE, forces, refuse
 
-from gaitval.mocap.mot import StorageTable, read_ground_reaction, read_storage, write_storage
+from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 
 
 class TestStorage:

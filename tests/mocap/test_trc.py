@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from motion_files import recording, refuse, trc
 
-from gaitval.mocap.trc import read_trc, write_trc
+from gaitval.mocap.trc import read_trc
+from gaitval.mocap.trc_writing import write_trc
 
 
 class TestTrc:

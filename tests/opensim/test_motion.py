@@ -26,13 +26,13 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import (
-    read_motion,
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
+from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 RATE = 150.0

@@ -26,7 +26,8 @@ from gaitval.model.tree import (
     velocities,
     whole_body_centre_of_mass,
 )
-from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, from_opensim, to_opensim
+from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
+from gaitval.opensim.motion_reading import from_opensim
 from gaitval.opensim.osim import write_osim
 
 MARKERS = tuple(

@@ -12,7 +12,8 @@ from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy import learner as module
-from gaitval.policy.learner import Learner, choose_device, update_seconds
+from gaitval.policy.device import choose_device, update_seconds
+from gaitval.policy.learner import Learner
 from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.policy_update import _tanh
 from gaitval.policy.rollout_buffer import RolloutBuffer
@@ -298,7 +299,7 @@ def test_what_was_restored_learns_the_same():
 
 def with_cuda(monkeypatch, there, seconds):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
-    monkeypatch.setattr(module, "update_seconds", lambda _, device: seconds[device])
+    monkeypatch.setattr("gaitval.policy.device.update_seconds", lambda _, device: seconds[device])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from gaitval.policy.processes import beside, keeping_workers, kept_workers
+from gaitval.policy.beside import beside
+from gaitval.policy.processes import keeping_workers, kept_workers
 
 
 def test_a_process_beside_this_one_gives_its_result():
@@ -56,7 +57,7 @@ def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
     folder.mkdir()
     script = (
         "import math\n"
-        "from gaitval.policy.processes import beside\n"
+        "from gaitval.policy.beside import beside\n"
         "if __name__ == '__main__':\n"
         "    with beside(math.sqrt, 9.0) as root:\n"
         "        print(root())\n"

@@ -28,9 +28,9 @@ from gaitval.policy.rollouts import (
     record_together,
     roll_out,
     score_rollout,
-    travel_together,
 )
 from gaitval.policy.storage import load_policy
+from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 
@@ -262,7 +262,7 @@ def test_of_a_long_walk_what_is_kept_is_what_was_recorded(task, monkeypatch, sca
     walk = {"mu": MU, "start_phases": phases, "cycles": 0.5}
     whole = list(record_together(group, policy, **walk))
     for part in (200, 7):
-        monkeypatch.setattr("gaitval.policy.rollouts._PART", part)
+        monkeypatch.setattr("gaitval.policy.travel._PART", part)
         for kept, rollout in zip(travel_together(group, policy, **walk), whole, strict=True):
             for field in fields(kept):
                 np.testing.assert_array_equal(

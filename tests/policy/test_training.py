@@ -440,7 +440,7 @@ def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
         asked.append(configuration.training.device)
         return "cpu"
 
-    monkeypatch.setattr("gaitval.policy.training.choose_device", choose)
+    monkeypatch.setattr("gaitval.policy.training._device", choose)
     tiny = changed(task, **INTERRUPTED)
 
     def stop(progress):

@@ -11,10 +11,10 @@ from gaitval.prediction.population import (
     change_with_speed,
     expected,
     gaits_of,
-    line_weights,
     on_the_line,
     other_people,
 )
+from gaitval.prediction.speed_line import line_weights
 
 SUBJECTS = builtin_subjects()
 BASE = normal_form(SUBJECTS[0].record(), SUBJECTS[0].leg_length_m)

@@ -9,9 +9,10 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.gait_profile import load_controls
 from gaitval.metrics.results import metrics_from
+from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
-from gaitval.metrics.walk_statistics import GaitProfiles
 from gaitval.reporting.curve_statistics import differences, drawings, profile, tables
+from gaitval.reporting.report import _drawings, _statistics
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
 PERSON = load_subject("S05")
@@ -34,12 +35,16 @@ def _differences(values):
     return differences(found, found.curve_statistics)
 
 
+def _tables(values):
+    return tables(read(values).curve_statistics, PERSON)
+
+
 def _profile(profiles):
     return profile(GaitProfiles.model_validate(profiles))
 
 
 def test_rows_are_those_of_the_metrics(metrics):
-    found = tables(read(metrics), PERSON)
+    found = _tables(metrics)
     curves = metrics["curve_statistics"]["curves"]
     assert len(found["curves"]) == sum(len(each) for each in curves.values()) / 2
     row = next(row for row in found["curves"] if row["name"] == "Knee flexion moment")
@@ -61,7 +66,7 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
     profiles["record"] |= {"right": 5.0, "left": 5.1, "total": 5.1}
     profiles["walk"] |= {"right": 5.1, "left": 7.0, "total": 6.1}
     profiles["walk"]["scores"]["hip_flexion_l"] = profiles["record"]["scores"]["hip_flexion_l"] + 9
-    found = tables(read(changed), PERSON)
+    found = _tables(changed)
     assert [(row.side, row.matters) for row in found["sides"]] == [
         ("left", True),
         ("right", False),
@@ -69,7 +74,7 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
     assert found["sides"][0].difference == pytest.approx(1.9)
     assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip flexion", "left")
     profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
-    assert tables(read(changed), PERSON)["sides"][0].matters
+    assert _tables(changed)["sides"][0].matters
 
 
 def test_regions_are_drawn(metrics):
@@ -97,8 +102,10 @@ def test_the_profile_shows_what_it_is_given(metrics):
 
 def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
-    assert tables(read(older), PERSON) is None
-    assert drawings(read(older)) == {}
+    assert _statistics(read(older), PERSON) is None
+    assert not drawings(read(metrics), read(metrics).curve_statistics).keys() & _drawings(
+        read(older), None, None
+    )
 
 
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):

@@ -21,11 +21,12 @@ from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.tolerances import Spread, Verdict
 from gaitval.metrics.verdicts import close_text, unjudged_text
 from gaitval.prediction.known import QUANTITIES
-from gaitval.reporting.catalogue import Words, translations, words
+from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.drawing import drawn, new_figure, svg
 from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
+from gaitval.reporting.translated import TranslatedWords
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")
@@ -121,22 +122,22 @@ class Bracketed(gettext.NullTranslations):
 
 def bracket_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
     """What comes with the results in brackets, where the catalogue knows it."""
-    known = Words.of
+    known = TranslatedWords.of
 
-    def of(self: Words, text: str) -> str | None:
+    def of(self: TranslatedWords, text: str) -> str | None:
         found = known(self, text)
         return None if found is None else f"⟦{text}⟧" if re.search("[A-Za-z]", text) else found
 
-    monkeypatch.setattr(Words, "of", of)
+    monkeypatch.setattr(TranslatedWords, "of", of)
 
 
 def unknown_texts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """A list that fills with every text of a page, or of a figure, that the catalogue lacks."""
     found: list[str] = []
     inner = [0]
-    known = Words.of
+    known = TranslatedWords.of
 
-    def of(self: Words, text: str) -> str | None:
+    def of(self: TranslatedWords, text: str) -> str | None:
         inner[0] += 1
         said = known(self, text)
         inner[0] -= 1
@@ -144,7 +145,7 @@ def unknown_texts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             found.append(text)
         return said
 
-    monkeypatch.setattr(Words, "of", of)
+    monkeypatch.setattr(TranslatedWords, "of", of)
     return found
 
 

@@ -7,14 +7,9 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_names import alike
-from gaitval.scaling.marker_sets import (
-    EXAMPLE,
-    MarkerDefinition,
-    MarkerSet,
-    builtin_marker_sets,
-    load_marker_set,
-    recognise,
-)
+from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
+from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, recognise
+from gaitval.scaling.unrecognised import EXAMPLE
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")
 WBDS_WALKING = [name for name in MARKERS if not name.endswith(TAKEN_OFF)]

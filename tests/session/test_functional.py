@@ -12,9 +12,9 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import marker_positions
-from gaitval.mocap.axes import parse_axes
+from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.trc import write_trc
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.coordinates import TO_OPENSIM

@@ -17,7 +17,8 @@ from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session.average import LARGEST_DRIFT, drift_doubts
-from gaitval.session.one_side import completed_sides, one_side_doubts
+from gaitval.session.one_side import completed_sides
+from gaitval.session.one_side_warnings import one_side_doubts
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed

@@ -14,12 +14,8 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.session.scale import knee_axis_remarks
 from gaitval.session.session import work_out
-from gaitval.session.standing import (
-    cut_to,
-    on_floor,
-    standing_places,
-    with_level_feet,
-)
+from gaitval.session.standing import standing_places
+from gaitval.session.standing_pose import cut_to, on_floor, with_level_feet
 
 SAGITTAL = [
     f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"

@@ -23,9 +23,11 @@ from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
+from gaitval.study import one_stage
 from gaitval.study import run as study
 from gaitval.study.inputs import STORED_FILES
-from gaitval.study.run import finished_rounds, plan, run_one, run_subject
+from gaitval.study.one_stage import finished_rounds, run_one
+from gaitval.study.run import plan, run_subject
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
@@ -316,11 +318,12 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
             return replace(original, run=write)
 
-        monkeypatch.setattr(study, name, stage)
+        for module in (study, one_stage):
+            monkeypatch.setattr(module, name, stage, raising=module is study)
 
     for name in (*STAGES, "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
-    monkeypatch.setattr(study, "beside", at_once)
+    monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
     monkeypatch.setattr(study, "general_policy", lambda: None)
     return epsilons
 

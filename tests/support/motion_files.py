@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval.mocap.mot import StorageTable, write_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.trc import write_trc
+from gaitval.mocap.trc_writing import write_trc
 
 FORCE, POINT, TORQUE = (30.0, 700.0, -20.0), (0.5, 0.0, 0.3), (0.0, 4.0, 0.0)
 

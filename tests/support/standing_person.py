@@ -10,7 +10,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import FOOT_SHAPE, MARKER_OFFSET, measure
-from gaitval.scaling.marker_sets import MarkerSet
+from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body
 from gaitval_virtual.standing import (

@@ -12,7 +12,7 @@ from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
-from gaitval.prediction.population import dimensionless_speed
+from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
 from gaitval_virtual.person import (
     BUILD_SD,

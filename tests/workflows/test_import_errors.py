@@ -26,10 +26,10 @@ from gaitval.cli import display
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
-from gaitval.mocap.mot import StorageTable, write_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.trc import write_trc
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.scale import scale_body

@@ -20,8 +20,10 @@ from gaitval.artefacts import read_json
 from gaitval.cli import app as cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
-from gaitval.mocap.mot import read_storage, write_storage
-from gaitval.mocap.trc import read_trc, write_trc
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import write_storage
+from gaitval.mocap.trc import read_trc
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import Request
 from gaitval.session.session import Import, work_out
 

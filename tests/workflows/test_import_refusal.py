@@ -15,7 +15,7 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.mocap.reading import read_recording
-from gaitval.mocap.trc import write_trc
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval.session.session import work_out

@@ -18,13 +18,13 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
 from gaitval.opensim.motion import (
-    read_motion,
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
+from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 EVERY = 5

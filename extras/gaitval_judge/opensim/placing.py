@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.mot import StorageTable
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval_judge.opensim.model import GROUND, Frame, Joint, Marker, OsimModel
 
 

@@ -1,0 +1,43 @@
+"""The body parameters mu if the record is not asked for them: the body stays as scaled."""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration
+from gaitval.metrics.results import FoundParameters
+from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
+
+
+def unidentified(configuration: Configuration, prior_sd: Array) -> FoundParameters:
+    """The result if nothing is looked for: the body stays as scaled.
+
+    Parameters
+    ----------
+    configuration : its bounds of the parameters are entered.
+    prior_sd : (14,) of mu about the body as scaled; also entered as the posterior's.
+    """
+    mu = nominal_parameters()
+    lower, upper = parameter_bounds(configuration.randomisation)
+    numbers, sd = mu.tolist(), prior_sd.tolist()
+    return FoundParameters(
+        names=list(PARAMETERS),
+        nominal=numbers,
+        identified=numbers,
+        prior_standard_deviation=sd,
+        posterior_mean=numbers,
+        standard_deviation=sd,
+        lower=lower.tolist(),
+        upper=upper.tolist(),
+        on_bound=[False] * len(mu),
+        verdicts=["not identified"] * len(mu),
+        profiles=[],
+        correlation=np.eye(len(mu)).tolist(),
+        combinations=[],
+        extended=[],
+        plates=[0.0, 0.0],
+        deviance_nominal=None,
+        deviance_identified=None,
+        converged=False,
+        search_distance=None,
+        history=[],
+    )

@@ -1,0 +1,72 @@
+"""A walk beside its reference: what the correction looks at."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
+from gaitval.metrics.record_results import Kind
+
+ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
+    "angles": {
+        **dict.fromkeys(JOINT_ANGLES, 2.0),
+        "hip_rotation": 4.0,
+        "subtalar_angle": 4.0,
+    },
+    "moments": dict.fromkeys(JOINT_MOMENTS, 0.06),
+    "forces": {"vertical": 2.5, "forward": 0.8, "medial": 0.6},
+}
+"""Errors that weigh the same, in the units of `metrics.recorded.CURVE_UNITS`: of moments and forces
+half the error of a prediction from other people, of angles the repeatability of a laboratory."""
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A walk beside its reference.
+
+    Attributes
+    ----------
+    deviations : (n,) of the mean fitted curves, over `ACCURACY`; their sum of squares counts
+        `correct.INDEPENDENT` for a curve that is off by its accuracy throughout.
+    rmse : by (kind, curve), in the units of `metrics.recorded.CURVE_UNITS`; also of curves that are
+        not fitted, the pelvis's angles.
+    scatter : degrees, RMS difference of one cycle's angles of the pelvis from their means.
+    """
+
+    deviations: Array
+    rmse: Mapping[tuple[Kind, str], float]
+    scatter: float
+
+    def error(self) -> float:
+        """Root mean square over the fitted curves of error / accuracy."""
+        squares = [(self.rmse[key] / accuracy_of(*key)) ** 2 for key in self.rmse if fitted(*key)]
+        return float(np.sqrt(np.mean(squares)))
+
+    def left_out(self) -> float:
+        """RMS error of the curves that are not fitted, degrees."""
+        return float(np.sqrt(np.mean([v**2 for key, v in self.rmse.items() if not fitted(*key)])))
+
+    def as_list(self) -> list[Any]:
+        """For a `Journal`; `from_list` gives the same numbers bit for bit."""
+        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()], self.scatter]
+
+    @classmethod
+    def from_list(cls, values: Sequence[Any]) -> "Walked":
+        """The walk from the `values` that `as_list` gave."""
+        deviations, rmse, scatter = values
+        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse}, scatter)
+
+
+def fitted(kind: str, curve: str) -> bool:
+    """Whether the correction fits a `curve` (with its side, such as `knee_angle_r`) of a `kind`
+    (`angles`, `moments` or `forces`); the others only show whether it does harm.
+    """
+    return curve[:-2] in ACCURACY[kind]
+
+
+def accuracy_of(kind: str, curve: str) -> float:
+    """Error of weight 1 of a `fitted` curve (`kind`, `curve`), in the units of `CURVE_UNITS`."""
+    return ACCURACY[kind][curve[:-2]]

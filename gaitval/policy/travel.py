@@ -1,0 +1,73 @@
+"""Long walks, of which only forces and the centre of mass are kept."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.lanes import WIDTH
+from gaitval.policy.rollouts import centre_of_mass_of, times_of, walks_together
+from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
+from gaitval.simulation.rollout import Travel
+from gaitval.simulation.walker import Steps, Trajectory, Walker
+
+_PART = 200
+"""Actions of `travel_together` after which what is not needed of them is forgotten."""
+
+_Kept = tuple[Array, Array, Array]
+
+
+def travel_together(
+    group: WalkingGroup,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phases: Sequence[float],
+    cycles: float,
+) -> list[Travel]:
+    """`record_together` of long walks, of which little is kept: 128 bytes per step instead of 880.
+
+    Parameters
+    ----------
+    group, policy, mu, start_phases, cycles : as `record_together` takes them.
+    """
+    walks = len(start_phases)
+    walkers = [environment.walker for environment in group.environments[:walks]]
+    steps = walkers[0].steps_per_action
+    recording = Trajectory(_PART * steps, WIDTH)
+    parts: list[list[_Kept]] = [[] for _ in walkers]
+    rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
+
+    def keep() -> None:
+        for part, (e, walker) in zip(parts, enumerate(walkers), strict=True):
+            part.append(_kept(recording.steps_of(e, recording.rows), walker))
+        recording.rows = 0
+
+    starts = [{"phase": phase} for phase in start_phases]
+    for walking, fallen in walks_together(group, policy, mu, starts, cycles):
+        if recording.rows == _PART * steps:
+            keep()
+        recording.append(group.beside.account, group.beside.arrays.root_force)
+        rows[walking] += steps
+        fell |= walking & fallen
+    keep()
+    return [
+        Travel(
+            time=times_of(walker, last),
+            ground_reaction=np.concatenate([each[0] for each in part])[:last],
+            centre_of_mass=np.concatenate([each[1] for each in part])[:last],
+            root_force=np.concatenate([each[2] for each in part])[:last],
+            start_phase=np.array([start_phase]),
+            fell=np.array([float(down)]),
+        )
+        for walker, part, last, start_phase, down in zip(
+            walkers, parts, rows.tolist(), start_phases, fell, strict=True
+        )
+    ]
+
+
+def _kept(steps: Steps, walker: Walker) -> _Kept:
+    """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of a `Travel`."""
+    forces = steps.feet[:, :, :3].copy()  # without the moments
+    return forces, centre_of_mass_of(steps, walker), steps.root_force

@@ -1,0 +1,34 @@
+"""A straight line on speed through people, whatever of theirs it is that changes with speed."""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
+from gaitval.datasets.subject import Subject
+
+FEWEST_PEOPLE = 3
+"""People that a straight line needs so that it does not pass through all of them."""
+
+
+def dimensionless_speed(subject: Subject) -> float:
+    """Speed of a `subject` over the square root of gravity times leg length (Hof 1996, Gait Posture
+    4:222).
+    """
+    return float(subject.walking_speed_m_s / np.sqrt(GRAVITY * subject.leg_length_m))
+
+
+def line_weights(speeds: Array, speed: float) -> Array:
+    """Weights that give the straight line through gaits, by least squares, at a speed.
+
+    Parameters
+    ----------
+    speeds : (n,) dimensionless speeds of the gaits.
+    speed : dimensionless speed at which the line is wanted.
+
+    Returns
+    -------
+    (n,) weights of the gaits, which add up to one.
+    """
+    design = np.column_stack([np.ones(len(speeds)), speeds])
+    # The line at a speed is [1, speed] · (X⁺ y), linear in the gaits y: these are the factors of y.
+    return np.asarray(np.array([1.0, speed]) @ np.linalg.pinv(design))

@@ -1,0 +1,28 @@
+"""Texts that come with the results, in the language that the templates are written in."""
+
+from typing import Final
+
+from babel.numbers import format_decimal
+
+from gaitval.configuration import LANGUAGES
+
+SOURCE: Final[str] = LANGUAGES[0]
+"""The language that the templates are written in."""
+
+
+class Words:
+    """Texts of the results in the source language, which stay as they are."""
+
+    language = SOURCE
+
+    def of(self, text: str) -> str | None:
+        """The `text` in this language; None where it is not known."""
+        return text
+
+    def figures(self, text: str) -> str:
+        """Figures in a `text` with the decimal mark and the thousands mark of this language."""
+        return text
+
+    def count(self, value: float) -> str:
+        """A whole number, `value`, with the thousands apart, as this language has them."""
+        return format_decimal(round(value), locale=self.language)

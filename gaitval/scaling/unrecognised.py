@@ -1,0 +1,73 @@
+"""Messages about markers that fit no known marker set, or two nearly equally."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from gaitval.model.body import SEGMENTS
+from gaitval.scaling.landmarks import LANDMARK_NAMES
+from gaitval.scaling.marker_names import alike
+from gaitval.scaling.marker_set import MarkerSet, Score
+
+EXAMPLE: Final = """title = "My laboratory"
+source = "who defined it"
+[markers]
+"R.ASIS" = { segment = "pelvis", landmark = "R.ASIS" }
+"R.Thigh.1" = { segment = "thigh_r" }
+"R.Knee.Medial" = { segment = "thigh_r", landmark = "R.Knee.Medial", static_only = true }"""
+
+
+def undecided(
+    one: tuple[MarkerSet, Score], other: tuple[MarkerSet, Score], doubtful: Sequence[str]
+) -> str:
+    """The message where the sets `one` and `other` fit nearly equally and mean different places by
+    the names `doubtful`.
+    """
+    lines = ["the markers fit two marker sets nearly equally, which mean different places:"]
+    lines += [f"  {fit.name} ({fit.title}): {score}" for fit, score in (one, other)]
+    for name in doubtful:
+        said = []
+        for fit, _ in (one, other):
+            definition = fit.markers[fit.renamed([name])[name]]
+            said.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
+        lines.append(f"  {name}: {' or '.join(said)}")
+    lines.append(f"Say which it is: --marker-set {one[0].name} or --marker-set {other[0].name}.")
+    return "\n".join(lines)
+
+
+def unknown(
+    names: tuple[str, ...], nearest: MarkerSet, *, builtin: Sequence[str], least: float
+) -> str:
+    """The message where no set fits.
+
+    Parameters
+    ----------
+    names : of the markers in the file.
+    nearest : the set that fits best.
+    builtin : names of the sets that there are.
+    least : share of a set's required markers that the file must have.
+    """
+    score = nearest.score(names)
+    likely = alike(
+        [name for name in names if not nearest.present([name])],
+        {marker: (marker, *nearest.markers[marker].aliases) for marker in score.missing},
+    )
+    lines = [
+        f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).",
+        f"  found: {', '.join(names) or 'none'}",
+        f"  the nearest is {nearest.name} ({nearest.title}): {score.required - len(score.missing)} "
+        f"of {score.required} required markers, at least {least:.0%} are needed; "
+        f"its markers missing: {', '.join(score.missing)}",
+    ]
+    if likely:
+        lines.append(
+            "  perhaps: "
+            + ", ".join(f"{like.name} for {like.marker} ({like.ratio:.0%})" for like in likely)
+        )
+    lines += [
+        "Describe your own set in a TOML file and give it with --marker-set FILE, with a line "
+        "for each marker, such as",
+        *(f"  {line}" for line in EXAMPLE.splitlines()),
+        f"Landmarks are {', '.join(LANDMARK_NAMES)}.",
+        f"Segments are {', '.join(SEGMENTS)}.",
+    ]
+    return "\n".join(lines)

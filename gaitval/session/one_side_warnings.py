@@ -1,0 +1,84 @@
+"""Warnings about a side that was not recorded: why, and what can be done."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+from gaitval.coordinates import Side, opposite
+from gaitval.gait.cycles import AverageCurve
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.session.one_side import ONE_SIDE, missing_sides
+from gaitval.session.request import Request
+from gaitval.session.trial import WalkingTrial
+
+REASONS_SHOWN: Final = 3
+"""Different reasons for cycles that do not count, in a message."""
+
+_WHEN: Final = re.compile(r" at [\d.]+-[\d.]+ s")
+"""When a plate did not show a foot, which differs from cycle to cycle."""
+
+
+def one_side_doubts(
+    request: Request,
+    walks: Sequence[WalkingTrial],
+    angles: Mapping[str, AverageCurve],
+    forces: Mapping[Side, AverageCurve],
+) -> Iterator[QualityFlag]:
+    """Warnings about a side of which `angles` or `forces` of the `walks` were not recorded: why,
+    and what can be done in view of `request`.
+    """
+    missing = missing_sides(angles, forces)
+    for kind, side in missing.items():
+        if kind == "kinetics" and missing.get("angles") == side:
+            continue  # said with the angles
+        kinetics = kind == "kinetics"
+        what = "moments and forces" if kinetics or not forces else "angles, moments and forces"
+        what = "angles" if not (kinetics or forces) else what
+        shown = (
+            "the plates show no whole cycle of it alone"
+            if kinetics
+            else "no trial shows a whole cycle of it that counts"
+        )
+        mends = (
+            "A further --trial in which it lands on a plate of its own records them"
+            if kinetics
+            else "A further --trial that shows it records them"
+        )
+        yield QualityFlag(
+            *(ONE_SIDE, f"{side} {'foot' if kinetics else 'leg'}", 0.0, 1.0, "cycles"),
+            f"its {what} were not recorded: {shown} ({_why(walks, side, kinetics=kinetics)}). "
+            f"{_instead(side, what, mirror=request.mirror)} {mends}",
+        )
+
+
+def _instead(side: Side, what: str, *, mirror: bool) -> str:
+    """What the subject has in place of a side."""
+    if mirror:
+        return (
+            f"As --mirror asks, the subject has those of the {opposite(side)} side, mirrored; they "
+            "stay marked as not recorded, and no walk is judged by them."
+        )
+    return (
+        f"The subject has no {side} {what}; its walk is asked to be symmetric there, and is not "
+        f"judged by it. With --mirror (mirror = true in a session file and in Python) the "
+        f"{opposite(side)} side's mirror image is put in their place, marked as not recorded."
+    )
+
+
+def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
+    """Why the cycles of a side do not count, the most frequent reasons first."""
+    cycles = [cycle for walk in walks for cycle in walk.cycles[side]]
+    if not cycles:
+        return "no two heel strikes of it in one trial"
+    reasons = Counter(_WHEN.sub("", "; ".join(cycle.reasons)) for cycle in cycles if cycle.reasons)
+    said = [f"{count} × {reason}" for reason, count in reasons.most_common(REASONS_SHOWN)]
+    more = sum(reasons.values()) - sum(count for _, count in reasons.most_common(REASONS_SHOWN))
+    if more:
+        said.append(f"{more} × other reasons")
+    counted = f"{len(cycles)} {'cycle' if len(cycles) == 1 else 'cycles'} that do not count"
+    return (
+        f"{counted}: {', '.join(said)}"
+        if said
+        else f"{len(cycles)} cycles" + (" without its forces" if kinetics else "")
+    )

@@ -1,0 +1,197 @@
+"""A standing pose that is not the whole trial as recorded: a part of it, on another floor, with
+level feet, or put together from the walk.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.events import marker_events
+from gaitval.mocap.recording import Recording
+from gaitval.scaling.joint_centres import hip_joint_centre, pelvis_frame
+from gaitval.scaling.landmarks import middle_psis
+from gaitval.scaling.marker_set import MarkerSet
+
+MID_STANCE: Final = (0.35, 0.55)
+"""Fraction of stance in which the foot is flat, the leg upright and the pelvis nearly level."""
+
+ANKLE_ASIDE: Final = 0.035
+"""m, distance of the marker on the lateral malleolus from the ankle's centre: half an ankle's width
+of 7 cm. In standing the ankle is put below the hip."""
+
+LEG: Final = ("thigh", "shank", "foot", "toes")
+
+FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
+"""Landmarks of a foot that turn when it is levelled about its ankle."""
+
+
+def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:
+    """The part of a standing trial `recording` in a `window` from one time to another, s on its
+    clock. Raises RecordError if no frame is in it.
+    """
+    inside = (recording.time >= window[0]) & (recording.time <= window[1])
+    if not inside.any():
+        raise RecordError(
+            f"{recording.source}: --static-time {window[0]:g}:{window[1]:g}: the trial goes from "
+            f"{recording.time[0]:g} to {recording.time[-1]:g} s. Give a time in it."
+        )
+    return replace(
+        recording,
+        markers=recording.markers[inside],
+        start=float(recording.time[inside][0]),
+        plates=(),
+        force_rate=0.0,
+        events=(),
+    )
+
+
+def on_floor(recording: Recording, height: float) -> Recording:
+    """A `recording` in the project's axes as if the floor were at z = 0 and not at `height`, m."""
+    return replace(recording, markers=recording.markers - [0.0, 0.0, height])
+
+
+def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recording:
+    """A standing trial `recording` of a person on the toes or heels, with the feet put flat.
+
+    `landmarks` names the markers of the feet. Each foot turns about its lateral ankle marker, about
+    the person's left-right axis, until heel and forefoot are at one height: the markers of both are
+    as high above the sole, as Plug-in Gait assumes for feet that are not flat. The ankles stay as
+    high as they are; who stands on the toes says with `on_floor` by how much that is more than with
+    flat feet.
+    """
+    markers = recording.markers.copy()
+    for side in "RL":
+        names = {part: landmarks.get(f"{side}.{part}") for part in (*FEET, "Ankle")}
+        seen = {part: name for part, name in names.items() if name in recording.names}
+        heads = [name for part, name in seen.items() if part.startswith("MT")]
+        if not {"Heel", "Ankle"} <= seen.keys() or not heads:
+            continue
+        columns = {part: recording.names.index(str(name)) for part, name in seen.items()}
+        ankle = recording.markers[:, columns["Ankle"]]
+        heel = recording.markers[:, columns["Heel"]]
+        front = np.nanmean(
+            [recording.markers[:, recording.names.index(str(name))] for name in heads], axis=0
+        )
+        slope = np.arctan2(front[:, 2] - heel[:, 2], np.hypot(*(front - heel)[:, :2].T))
+        # Horizontal and perpendicular to the foot, to its left: a positive turn lowers the
+        # forefoot.
+        across = np.cross([0.0, 0.0, 1.0], front - heel)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        known = np.isfinite(slope)
+        turn = Rotation.from_rotvec(np.where(known, slope, 0.0)[:, None] * np.nan_to_num(across))
+        for part in FEET:
+            if part in columns:
+                arm = recording.markers[:, columns[part]] - ankle
+                markers[:, columns[part]] = ankle + turn.apply(np.nan_to_num(arm))
+                markers[~np.isfinite(arm).all(axis=1), columns[part]] = np.nan
+    return replace(recording, markers=markers)
+
+
+def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
+    """A standing pose put together from the mid-stances of a walking trial.
+
+    At mid-stance the leg is nearly straight and its foot flat. Each frame of the result is one
+    right and one left mid-stance: moved and turned so that their pelvises agree (each by half of
+    what is between them), each leg turned about its hip in the frontal plane until it is vertical
+    (walking people put their feet in one line) with its foot kept flat, and both at the mean height
+    of the stance feet. Trunk and arms are those of the right mid-stance.
+
+    `recording` is cleaned, in the project's axes, walking along +x, with markers of `marker_set`.
+    Raises RecordError if no mid-stance of a foot shows the pelvis and that leg.
+    """
+    landmarks = marker_set.landmarks
+    middles = {side: _mid_stances(recording, landmarks, side) for side in SIDES}
+    poses = [
+        pose
+        for frames in zip(middles["right"], middles["left"], strict=False)
+        if (pose := _together(recording, marker_set, frames)) is not None
+    ]
+    if not poses:
+        raise RecordError(
+            f"{recording.source}: no mid-stance of both feet shows pelvis and leg, so no standing "
+            "pose can be put together from the walk. Give a standing trial as --static, or a walk "
+            "with a whole stance of each foot."
+        )
+    return replace(recording, markers=np.array(poses), plates=(), force_rate=0.0, events=())
+
+
+def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side) -> list[int]:
+    """The frame in the middle of `MID_STANCE` of each whole stance of a foot."""
+    events = marker_events(recording, landmarks=landmarks)
+    mine = [event for event in events if event.side == side]
+    frames = []
+    for strike, off in pairwise(mine):
+        if (strike.kind, off.kind) == ("heel_strike", "toe_off"):
+            at = strike.time + np.mean(MID_STANCE) * (off.time - strike.time)
+            frames.append(int(np.argmin(np.abs(recording.time - at))))
+    return frames
+
+
+def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, int]) -> Array | None:
+    """Markers (M, 3) of a right and a left mid-stance as one pose; None if parts are hidden."""
+    segments = np.array([marker_set.markers[name].segment for name in recording.names])
+    poses = [recording.markers[frame].copy() for frame in frames]
+    seen = np.asarray(np.isfinite(poses).all(axis=(0, 2)))
+    pelvis = np.flatnonzero(seen & (segments == "pelvis"))
+    ankles = [
+        recording.names.index(name)
+        for side in "RL"
+        if (name := marker_set.landmarks.get(f"{side}.Ankle")) in recording.names
+    ]
+    if len(pelvis) < 3 or len(ankles) < 2 or not seen[ankles].all():
+        return None
+    heights = [pose[ankle, 2] for pose, ankle in zip(poses, ankles, strict=True)]
+    centres = [pose[pelvis].mean(axis=0) for pose in poses]
+    apart, _ = Rotation.align_vectors(poses[0][pelvis] - centres[0], poses[1][pelvis] - centres[1])
+    half = apart.as_rotvec() / 2
+    right, left = (
+        (pose - centre) @ Rotation.from_rotvec(sign * half).as_matrix().T
+        for pose, centre, sign in zip(poses, centres, (-1.0, 1.0), strict=True)
+    )
+    whole = right.copy()
+    whole[segments == "pelvis"] = np.mean([right, left], axis=0)[segments == "pelvis"]
+    of_left = np.isin(segments, [f"{name}_l" for name in LEG])
+    whole[of_left] = left[of_left]
+    for side, ankle in zip(SIDES, ankles, strict=True):
+        _set_upright(whole, segments, marker_set, recording.names, side, ankle)
+    whole[:, 2] += np.mean(heights) - np.mean(whole[ankles, 2])
+    return np.asarray(whole)
+
+
+def _set_upright(
+    pose: Array,
+    segments: NDArray[np.str_],
+    marker_set: MarkerSet,
+    names: Sequence[str],
+    side: Side,
+    ankle: int,
+) -> None:
+    """Turn a leg about its hip in the frontal plane until it is vertical, in place; the foot moves
+    with the ankle and does not turn.
+    """
+    points = marker_set.on_landmarks(dict(zip(names, pose, strict=True)))
+    middle = (points["R.ASIS"] + points["L.ASIS"]) / 2
+    rear = middle_psis(points)
+    width = float(np.linalg.norm(points["R.ASIS"] - points["L.ASIS"]))
+    local = hip_joint_centre(width, float(np.linalg.norm(middle - rear)))
+    if side == "left":
+        local[1] = -local[1]
+    hip = middle + pelvis_frame(points["R.ASIS"], points["L.ASIS"], rear) @ local
+    outwards = ANKLE_ASIDE if side == "left" else -ANKLE_ASIDE
+    arm = pose[ankle] - hip
+    # Angle from the vertical at which the ankle is `ANKLE_ASIDE` lateral of the hip.
+    wanted = np.arcsin(np.clip(outwards / np.hypot(arm[1], arm[2]), -1.0, 1.0))
+    turn = Rotation.from_rotvec([wanted - np.arctan2(arm[1], -arm[2]), 0.0, 0.0])
+    before = pose[ankle].copy()
+    leg = np.isin(segments, [f"{name}_{side[0]}" for name in ("thigh", "shank")])
+    foot = np.isin(segments, [f"{name}_{side[0]}" for name in ("foot", "toes")])
+    pose[leg] = hip + turn.apply(pose[leg] - hip)
+    pose[foot] += hip + turn.apply(before - hip) - before
