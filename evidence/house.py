@@ -1,9 +1,12 @@
-"""What a reader of the code meets: its size, names, types, comments and words.
+"""What a reader of the code meets: its size, names, types, comments and words; what a change of it
+touches, and whether numbers stayed.
 
-`start` says something only on a machine that does nothing else.
+`start` says something only on a machine that does nothing else. `touched` reads the history of a
+checkout in which four changes were shown, each with a line `Shown-change: NAME` in its message.
 """
 
 import ast
+import fnmatch
 import io
 import json
 import re
@@ -17,9 +20,11 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import evidence
 from evidence import ROOT
+from evidence.rows import git
 
 PACKAGE = ROOT / "gaitval"
 MARK = "loaded modules:"
@@ -51,9 +56,34 @@ MEASURES = {
         "allowed": 60,
         "why": "a statement that defines a command or an option takes under 1 ms",
     },
+    "files touched by *": {"code": ("evidence/house.py:touched,changes,files_of,COUNTED",)},
+    "numbers of the ten stored baselines *": {
+        "code": ("evidence/house.py:numbers,differing,numbers_of,_named",),
+        "data": ("reports/S*/baseline/metrics.json",),
+    },
     "*": {"code": ("evidence/house.py:types,words",)},
 }
 """What the rows depend on; see evidence/stale.py."""
+
+SHOWN = {
+    "a new import option": (2, 3),
+    "a new verdict": (3, 4),
+    "a new contact law": (2, 3),
+    "a prosthesis side on Subject": (4, 6),
+}
+"""Changes that commits show, with the number of files that each should touch, and may."""
+TRAILER = "Shown-change"
+"""What names the change in the message of its commit."""
+COUNTED = (("gaitval/*", "models/*"), ("*.schema.json",))
+"""Files that count, and those of them that do not because a script writes them. Tests,
+documentation and evidence are elsewhere. Translations of the pages' texts count."""
+
+BASELINES = "reports/S*/baseline/metrics.json"
+BEFORE = evidence.option("--before", metavar="COMMIT", help="the commit to compare HEAD with")
+UNCOUNTED = ("provenance", "schema_version")
+"""Parts of `metrics.json` that say how it was made, and no number of the walk."""
+NAMES = ("id", "measure", "name", "kind", "curve", "target")
+"""What a row of a list is known by, whatever its place."""
 
 OLD_WORDS = (
     r"told", r"untold", r"tell(?:s|ing)?", r"doubt(?:s|ed|ful)?", r"mend(?:s|ed|ing)?",
@@ -294,3 +324,104 @@ def _seconds(code: str) -> float:
                               capture_output=True, text=True, check=False)  # fmt: skip
         found.append(float(done.stderr.split()[-1]))
     return min(found)
+
+
+def changes() -> dict[str, str]:
+    """The commit that shows each change, the newest if there are several, by the change's name."""
+    # a unit separator stands between the commit and the names, a record separator between these
+    form = f"--format=%H%x1f%(trailers:key={TRAILER},valueonly,separator=%x1e)"
+    found: dict[str, str] = {}
+    for line in git("log", form).splitlines():
+        commit, _, names = line.partition("\x1f")
+        for name in filter(None, names.split("\x1e")):
+            found.setdefault(name.strip(), commit)
+    return found
+
+
+def files_of(commit: str) -> list[str]:
+    """Files that a commit touches and that count; one that it moves counts with both its names."""
+    names = git(
+        "diff-tree", "--root", "-r", "--no-commit-id", "--name-only", "--no-renames", "-z", commit
+    )
+    counted, written = COUNTED
+    return [
+        name
+        for name in filter(None, names.split("\0"))
+        if any(fnmatch.fnmatchcase(name, each) for each in counted)
+        and not any(fnmatch.fnmatchcase(name, each) for each in written)
+    ]
+
+
+@evidence.measurement()
+def touched(_: Namespace) -> list[evidence.Row]:
+    """Files of the package that a new option, verdict, contact law and prosthesis side touch."""
+    shown = changes()
+    if missing := [name for name in SHOWN if name not in shown]:
+        print(f"No commit of this history shows {', '.join(missing)}: a shallow clone has none.")
+        return []
+    rows = []
+    for name, (goal, must) in SHOWN.items():
+        files = files_of(shown[name])
+        print(f"{name} ({shown[name][:9]}): {', '.join(files)}")
+        rows.append(_row(f"files touched by {name}", len(files), "files", goal, must, 1))
+    return rows
+
+
+@evidence.measurement(BEFORE)
+def numbers(given: Namespace) -> list[evidence.Row]:
+    """Numbers of the stored baselines that differ between a commit and HEAD."""
+    if given.before is None:
+        print("No commit to compare with: give --before COMMIT.")
+        return []
+    try:
+        listed = git("ls-tree", "-r", "--name-only", given.before, "reports").splitlines()
+    except subprocess.CalledProcessError:
+        raise SystemExit(f"{given.before}: no commit of this history.") from None
+    files = [name for name in listed if fnmatch.fnmatchcase(name, BASELINES)]
+    there = set(git("ls-tree", "-r", "--name-only", "HEAD", "reports").splitlines())
+    different, count = 0, 0
+    for name in files:
+        before = json.loads(git("show", f"{given.before}:{name}"))
+        now = json.loads(git("show", f"HEAD:{name}")) if name in there else {}
+        found = differing(before, now)
+        for place in found[:10]:
+            print(f"{name}: {place}")
+        different += len(found)
+        count += len(numbers_of(before))
+    what = "numbers of the ten stored baselines that differ"
+    return [evidence.none_may(what, different, "numbers", count)]
+
+
+def differing(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    """Places of numbers of a `metrics.json` that another does not have, or has otherwise; what only
+    the other one has does not count.
+    """
+    other = numbers_of(now)
+    return [place for place, value in numbers_of(before).items() if other.get(place) != value]
+
+
+def numbers_of(metrics: dict[str, Any]) -> dict[str, float]:
+    """Every number of a `metrics.json` by its place, but for those of `UNCOUNTED`."""
+    found: dict[str, float] = {}
+
+    def look(value: object, place: str) -> None:
+        if isinstance(value, dict):
+            for name, each in value.items():
+                look(each, f"{place}/{name}")
+        elif isinstance(value, list):
+            for name, each in zip(_named(value), value, strict=True):
+                look(each, f"{place}/{name}")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            found[place] = value
+
+    look({name: each for name, each in metrics.items() if name not in UNCOUNTED}, "")
+    return found
+
+
+def _named(rows: list[Any]) -> list[str]:
+    """Names of the rows of a list by what they say they are, else by their places."""
+    names = [
+        " ".join(str(row[name]) for name in NAMES if name in row) if isinstance(row, dict) else ""
+        for row in rows
+    ]
+    return names if all(names) and len({*names}) == len(names) else [*map(str, range(len(rows)))]

@@ -132,6 +132,7 @@ def test_a_cohort_without_its_libraries_says_which_extra_it_needs(tmp_path: Path
     assert "[cohort]'" in done.stderr
 
 
+@pytest.mark.slow  # that nothing of a wing is imported is tested always
 def test_an_import_runs_on_the_core_alone(tmp_path: Path) -> None:
     assert without(tmp_path, "data", "sample").returncode == 0
     done = without(

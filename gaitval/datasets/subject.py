@@ -155,6 +155,9 @@ class Subject(Displayed, StoredPart):
     sex: Literal["F", "M"]
     """Chooses the segment tables (de Leva 1996)."""
     age_years: Number | None = None
+    prosthesis: Literal["none", "right", "left"] | None = None
+    """Side of a leg prosthesis; not there if nobody said whether there is one. No device is
+    modelled yet: the body has two healthy legs."""
     mass_kg: Number
     height_m: Number
     leg_length_m: Number
@@ -351,8 +354,9 @@ class Subject(Displayed, StoredPart):
         write_text(Path(path), self.to_toml())
 
     def title(self) -> str:
-        """Name, person and trial."""
-        return f"Subject {self.identifier} ({self.source})"
+        """Name, person and trial, and what was said of a prosthesis."""
+        said = "" if self.prosthesis is None else f", prosthesis: {self.prosthesis}"
+        return f"Subject {self.identifier} ({self.source}){said}"
 
     def overview(self) -> "pd.DataFrame":
         """Build and gait, in SI units."""

@@ -5,6 +5,7 @@ from typing import Final, Literal, get_args
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
+from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.prediction.known import QUANTITIES, Quantity, quantities_told
 
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
@@ -33,8 +34,7 @@ QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
     "power_burst_error": ("angles", "moments"),
     "joint_work_error": ("angles", "moments"),
     "centre_of_mass_rmse": ("forces",),
-    "loading_peak_error": ("forces",),
-    "pressure_arm_rmse": ("moments", "forces"),
+    **{each.name: each.quantities for each in SIDE_MEASURES},
     "speed_error": ("timing",),
     "stride_time_error": ("timing",),
     "step_length_error": ("timing",),

@@ -1,7 +1,7 @@
 """The record's part of `metrics.json`: the curves that a walk is compared with, in its units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -87,9 +87,22 @@ def _listed(curves: Mapping[str, Array]) -> dict[str, list[float | None]]:
     return {name: numbers(curve) for name, curve in curves.items()}
 
 
-def kinetics(curves: Curves) -> dict[str, Array]:
-    """Moments (Nm/kg) and forces (body weights) of `curves` together, for `whole_body_measures`."""
-    return {**curves.moments, **curves.forces}
+def from_kinds(values: Iterable[tuple[Kind, str, Sequence[float | None]]]) -> Curves:
+    """The curves of a file, from kind, name and `values` of each in the units of `CURVE_UNITS`."""
+    found = Curves({}, {}, {})
+    for kind, name, curve in values:
+        getattr(found, kind)[name] = array(curve) / _SCALE[kind]
+    return found
+
+
+def mean_curves(curves: Curves) -> Curves:
+    """The means (101,) of `curves` (n, 101), without those that have no cycle."""
+    return Curves(
+        **{
+            kind: {n: each.mean(axis=0) for n, each in getattr(curves, kind).items() if len(each)}
+            for kind in _SCALE
+        }
+    )
 
 
 def errors_as_measured(

@@ -5,17 +5,17 @@ walk more than once: errors follow from the curves, measures from errors, cycles
 it is computed again and compared.
 """
 
-from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.joint_power import power_measures
 from gaitval.metrics.origin import is_judged, measure_origin
+from gaitval.metrics.recorded import from_kinds
 from gaitval.metrics.results import Metrics
+from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.tolerances import UNITS, Measure, measured
 from gaitval.metrics.typed import array
 from gaitval.metrics.unrecorded import NOTHING
@@ -26,7 +26,7 @@ from gaitval.metrics.validation import (
     skill_measures,
     spatiotemporal_measures,
 )
-from gaitval.metrics.whole_body import whole_body_measures
+from gaitval.metrics.whole_body import centre_of_mass_measures
 
 AGREES: Final = 1e-3
 """Relative; stored numbers have six digits, and an error of curves that nearly agree loses some."""
@@ -135,27 +135,21 @@ def _implied(metrics: Metrics) -> list[Measure]:
         *skill_measures(walk.errors, metrics.predictions),
         *only_in_the_walk,
         *power_measures(walk.joint_power, metrics.record.joint_power),
-        *whole_body_measures(
+        *centre_of_mass_measures(
             None if walk.centre_of_mass is None else np.array(walk.centre_of_mass),
             np.array(metrics.record.centre_of_mass),
-            _kinetics(
-                {name: each.mean or [] for name, each in walk.curves.moments.items()},
-                {name: each.mean or [] for name, each in walk.curves.forces.items()},
-            ),
-            _kinetics(metrics.record.curves.moments, metrics.record.curves.forces),
+        ),
+        *(
+            measured(*each)
+            for each in side_values(
+                from_kinds(
+                    (kind, name, each.mean or ()) for kind, name, each in walk.curves.items()
+                ),
+                from_kinds(metrics.record.curves.items()),
+            )
         ),
         *spatiotemporal_measures(walk.spatiotemporal),
         *endurance_measures(walk.starts),
         measured("epsilon", "walk", walk.epsilon.total if walk.epsilon else None),
         *push_measures(metrics.push_recovery),
     ]
-
-
-def _kinetics(
-    moments: Mapping[str, Sequence[float | None]], forces: Mapping[str, Sequence[float | None]]
-) -> dict[str, Array]:
-    """Moments, Nm/kg, and forces, body weights, of curves in the units of a file."""
-    return {
-        **{name: array(curve) for name, curve in moments.items()},
-        **{name: array(curve) * 0.01 for name, curve in forces.items()},
-    }

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import split_side
 from gaitval.display import Displayed
+from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.metrics.typed import Count, Flag, Number, Result, number
 
 if TYPE_CHECKING:
@@ -36,8 +37,7 @@ WALK_UNITS = {
     "power_burst_error": "SD",
     "joint_work_error": "J/kg",
     "centre_of_mass_rmse": "mm",
-    "loading_peak_error": "% BW",
-    "pressure_arm_rmse": "mm",
+    **{each.name: each.unit for each in SIDE_MEASURES},
     "speed_error": "%",
     "stride_time_error": "%",
     "stance_fraction_error": "% of cycle",
@@ -52,8 +52,9 @@ cycle; the errors of speed and stride time are sizes of relative differences fro
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
 `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
 over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
-are those of `unrecorded`, joint power and work those of `joint_power`, centre of mass, loading and
-the arm of the ground reaction those of `whole_body`. SD are standard deviations between people."""
+are those of `unrecorded`, joint power and work those of `joint_power`, centre of mass that of
+`whole_body`, loading and the arm of the ground reaction those of `side_measures`. SD are standard
+deviations between people."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

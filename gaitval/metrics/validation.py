@@ -44,7 +44,7 @@ from gaitval.metrics.record_results import (
 from gaitval.metrics.recorded import (
     by_kind,
     errors_as_measured,
-    kinetics,
+    mean_curves,
     recorded_part,
 )
 from gaitval.metrics.results import (
@@ -66,6 +66,7 @@ from gaitval.metrics.results import (
     WitnessResult,
 )
 from gaitval.metrics.rollouts import Rollouts
+from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import number, numbers, rounded
@@ -82,7 +83,7 @@ from gaitval.metrics.walk_results import (
     TorqueShares,
 )
 from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
-from gaitval.metrics.whole_body import walked_centre_of_mass, whole_body_measures
+from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.prediction.known import is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
@@ -289,16 +290,8 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         *unrecorded(rollout, cycles, mass=of.model.mass).measures(),
         step_width_measure(stride["step_width"], of.leg_length),
         *power_measures(power, of.recorded.joint_power),
-        *whole_body_measures(
-            path,
-            np.array(of.recorded.centre_of_mass),
-            {
-                name: each.mean(axis=0)
-                for name, each in kinetics(compared.curves).items()
-                if len(each)
-            },
-            kinetics(of.curves),
-        ),
+        *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
+        *(measured(*each) for each in side_values(mean_curves(compared.curves), of.curves)),
         *spatiotemporal_measures(rows),
         *endurance_measures(walks.starts),
         measured("epsilon", "walk", None if error is None else error.total),

@@ -1,8 +1,5 @@
-"""How the whole body and its support move: centre of mass, loading of the feet, and how far ahead
-of the ankle the ground reaction acts.
-"""
+"""How the whole body moves: the path of its centre of mass."""
 
-from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -18,13 +15,6 @@ from gaitval.metrics.tolerances import Measure, measured
 from gaitval.simulation.rollout import Rollout
 
 AXES: Final = ("forward", "left", "up")
-
-LOADING: Final = slice(0, 31)
-"""% of a side's cycle in which its vertical force has its first peak."""
-
-FLAT: Final = slice(12, 53)
-"""% of a side's cycle in which the ankle's moment is the ground's: the foot is loaded and its own
-weight and inertia add less than a millimetre."""
 
 
 def record_centre_of_mass(record: GaitRecord) -> Array:
@@ -60,27 +50,15 @@ def walked_centre_of_mass(rollout: Rollout, cycles: GaitCycles) -> Array | None:
     return np.asarray(path - path[:-1].mean(axis=0))
 
 
-def pressure_arm(moment: Array, force: Array) -> Array:
-    """How far ahead of the ankle the ground reaction acts on a foot, m, at `FLAT`: the
-    plantarflexion moment (-`moment`, (101,) Nm/kg) over the vertical `force` (101,), body weights.
-    """
-    return np.asarray(-moment[FLAT] / (GRAVITY * force[FLAT]))
-
-
-def whole_body_measures(
-    path: Array | None, expected: Array, walked: Mapping[str, Array], recorded: Mapping[str, Array]
-) -> list[Measure]:
-    """Centre of mass, mm RMS by axis; first peak of the vertical force, % of body weight, and how
-    far ahead of the ankle the ground pushes, mm RMS, by side.
+def centre_of_mass_measures(path: Array | None, expected: Array) -> list[Measure]:
+    """Distance of the centre of mass from where it was, mm RMS by axis.
 
     Parameters
     ----------
     path, expected : (101, 3) m, `walked_centre_of_mass` and `record_centre_of_mass`; without a
         path there is no cycle.
-    walked, recorded : (101,) mean curves `vertical_r`, body weights, and `ankle_angle_r`, Nm/kg,
-        likewise left.
     """
-    measures = [
+    return [
         measured(
             "centre_of_mass_rmse",
             axis,
@@ -88,16 +66,3 @@ def whole_body_measures(
         )
         for i, axis in enumerate(AXES)
     ]
-    for side in SIDES:
-        force, ankle = f"vertical_{side[0]}", f"ankle_angle_{side[0]}"
-        peak = arm = None
-        if force in walked:
-            first = walked[force][LOADING].max() - recorded[force][LOADING].max()
-            peak = 100.0 * abs(float(first))
-            arm = 1e3 * rms(
-                pressure_arm(walked[ankle], walked[force])
-                - pressure_arm(recorded[ankle], recorded[force])
-            )
-        measures.append(measured("loading_peak_error", side, peak))
-        measures.append(measured("pressure_arm_rmse", side, arm))
-    return measures

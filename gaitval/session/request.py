@@ -124,6 +124,8 @@ class ImportOptions(BaseModel):
     """Use the functional hip centres of --functional where their error is small."""
     age: float | None = None
     """Years; for the report."""
+    prosthesis: Literal["none", "right", "left"] | None = None
+    """Side of a leg prosthesis; for the report. No device is modelled yet."""
     citation: str = "Own recording, not published"
     """Where the recording is published."""
     licence: str = "not stated"

@@ -57,6 +57,7 @@ def subject_of(found: Import) -> Subject:
         "licence": request.licence,
         "sex": request.sex,
         "age_years": request.age,
+        "prosthesis": request.prosthesis,
         "mass_kg": request.mass_kg,
         "height_m": request.height_m,
         "leg_length_m": body.chosen.hip_height,

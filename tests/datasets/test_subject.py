@@ -85,6 +85,20 @@ def test_markers_and_the_paper_s_values_may_be_absent():
     assert parse_subject(subject.to_toml(), "again") == subject
 
 
+@pytest.mark.parametrize("side", ["none", "right", "left"])
+def test_a_prosthesis_is_kept_and_said(side):
+    subject = make_subject(changed(prosthesis=side), "mine")
+    assert subject.prosthesis == side
+    assert parse_subject(subject.to_toml(), "again") == subject
+    assert subject.title().endswith(f", prosthesis: {side}")
+
+
+def test_a_file_that_says_nothing_of_a_prosthesis_is_written_as_before():
+    assert load_subject("S05").prosthesis is None
+    assert "prosthesis" not in TEXT + load_subject("S05").title()
+    assert "prosthesis = 'both'" in refusal(changed(prosthesis="both"))
+
+
 def test_the_paper_s_swapped_mass_and_height():
     message = refusal(changed(mass_kg=153, height_m=0.64))
     assert "columns look swapped" in message

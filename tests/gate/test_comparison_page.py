@@ -147,6 +147,7 @@ def test_a_walk_that_fell_at_once_has_dashes(
     assert "not measured" in text
 
 
+@pytest.mark.slow  # a page of many people
 def test_many_walks_are_shared_out_over_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

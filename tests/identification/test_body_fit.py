@@ -151,6 +151,7 @@ def test_kinetics_that_are_expected_weigh_little():
     assert expected.angle == plain.angle
 
 
+@pytest.mark.slow  # its parts are tested always
 def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp_path):
     """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away."""
     subject = person.subject

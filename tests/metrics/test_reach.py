@@ -22,7 +22,8 @@ from gaitval.metrics.epsilon import ANGLES, FORCES, JOINT_MOMENTS, epsilon
 from gaitval.metrics.foot_contact import EARLY, foot_contacts
 from gaitval.metrics.gait_profile import gait_profile, load_controls
 from gaitval.metrics.joint_power import BURSTS, burst_places, joint_power
-from gaitval.metrics.whole_body import whole_body_measures
+from gaitval.metrics.side_measures import side_values
+from gaitval.metrics.whole_body import centre_of_mass_measures
 from gaitval.scaling.scaling import scale_subject
 
 ALL = range(101)
@@ -58,19 +59,22 @@ def test_a_correlation_sees_every_percent_of_the_cycle() -> None:
     assert reach(lambda c: compare_curve(c[None], CURVE).correlation, 0.7) == [*ALL]
 
 
-def whole_body(name: str, curve: np.ndarray, kind: str, side: str) -> float:
-    """A measure of `whole_body_measures` of a curve that stands against `CURVE`."""
-    plain = {f"{each}_{s}": CURVE for each in ("vertical", "ankle_angle") for s in "rl"}
-    walked = plain | {f"{kind}_{side[0]}": curve}
-    path = np.zeros((101, 3))
-    rows = whole_body_measures(path, path, walked, plain)
-    return next(row.value for row in rows if (row.measure, row.target) == (name, side))
+def of_side(name: str, curve: np.ndarray, kind: str, side: str) -> float:
+    """A measure of `side_values` of a curve that stands against `CURVE`."""
+    plain = Curves(
+        {},
+        {f"ankle_angle_{s}": CURVE for s in "rl"},
+        {f"vertical_{s}": CURVE for s in "rl"},
+    )
+    changed = {f"{kind}_{side[0]}": curve}
+    walked = Curves(*({n: changed.get(n, c) for n, c in p.items()} for p in vars(plain).values()))
+    return next(v for n, s, v in side_values(walked, plain) if (n, s) == (name, side))
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_the_first_peak_of_the_force_is_that_of_the_first_30_percent(side: str) -> None:
     def peak(curve: np.ndarray) -> float:
-        return whole_body("loading_peak_error", curve, "vertical", side)
+        return of_side("loading_peak_error", curve, "vertical", side)
 
     assert reach(peak, 5.0) == [*range(31)]
 
@@ -79,18 +83,17 @@ def test_the_first_peak_of_the_force_is_that_of_the_first_30_percent(side: str) 
 @pytest.mark.parametrize("kind", ["vertical", "ankle_angle"])
 def test_the_arm_of_the_pressure_is_that_of_the_flat_foot(kind: str, side: str) -> None:
     def arm(curve: np.ndarray) -> float:
-        return whole_body("pressure_arm_rmse", curve, kind, side)
+        return of_side("pressure_arm_rmse", curve, kind, side)
 
     assert reach(arm, 1.0) == [*range(12, 53)]
 
 
 @pytest.mark.parametrize("axis", range(3))
 def test_the_path_of_the_centre_of_mass_is_compared_over_the_whole_cycle(axis: int) -> None:
-    plain = {f"{each}_{s}": CURVE for each in ("vertical", "ankle_angle") for s in "rl"}
     for at in ALL:
         path = np.zeros((101, 3))
         path[at, axis] = 0.01
-        rows = whole_body_measures(path, np.zeros((101, 3)), plain, plain)
+        rows = centre_of_mass_measures(path, np.zeros((101, 3)))
         values = [row.value for row in rows if row.measure == "centre_of_mass_rmse"]
         assert values[axis] == pytest.approx(10.0 / np.sqrt(101))
         assert sum(values) == values[axis]

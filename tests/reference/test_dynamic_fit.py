@@ -258,6 +258,7 @@ def test_a_symmetric_person_gets_a_symmetric_reference(task):
     assert np.abs(later - mirror_image(positions)).max() < 1e-3
 
 
+@pytest.mark.slow  # two fits
 def test_a_stiffer_ground_carries_the_feet_higher(task):
     soft = consistent_reference(task.record, task.model, ContactSettings(stiffness=1e6))
     stiff = consistent_reference(task.record, task.model, ContactSettings(stiffness=1e7))

@@ -15,6 +15,7 @@ from report_run import build_run
 from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
 from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.tolerances import Spread, Verdict
@@ -154,7 +155,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("language", TRANSLATED)
+@pytest.mark.parametrize("language", ["de", pytest.param("pt", marks=pytest.mark.slow)])
 def test_the_catalogue_knows_every_text_of_a_report(
     run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str
 ) -> None:
@@ -196,6 +197,27 @@ def test_nothing_else_on_a_german_report_is_english(
         outside = re.sub(r"⟦[^⟦⟧]*⟧", " ", outside)
     outside = re.sub(r"\S*[/.]\S*", " ", outside)  # files, and places in them
     assert not re.findall(r"\b[a-z]{4,} [a-z]{3,}\b", outside)
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", "31 years, prosthesis on the left"),
+        ("de", "31 Jahre, Prothese links"),
+        ("pt", "31 anos, prótese no lado esquerdo"),
+    ],
+)
+def test_a_prosthesis_stands_beside_the_persons_data(
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, said: str
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
+    person = load_subject("S05").model_copy(update={"prosthesis": "left", "age_years": 31.0})
+    person.save(folder / "subject.toml")
+    write_report(folder, [f"report.language={language}"])
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    assert said in html
 
 
 def test_figures_have_words_and_decimal_marks_of_the_language() -> None:

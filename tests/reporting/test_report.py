@@ -291,6 +291,7 @@ def test_an_equal_run_gives_equal_bytes_an_hour_later_and_drawn_by_workers(
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path, monkeypatch):
     run, temporary = tmp_path / "run", tmp_path / "tmp"
     for folder in (run, temporary):

@@ -56,6 +56,12 @@ def said_of_sides(found):
     ]
 
 
+def test_the_subject_has_what_was_said_of_a_prosthesis(found):
+    given = found.request.model_copy(update={"prosthesis": "left"})
+    assert subject_of(replace(found, request=given)).prosthesis == "left"
+    assert subject_of(found).prosthesis is None
+
+
 @pytest.mark.parametrize("side", SIDES)
 def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     """Nothing of it is in the file, and the file says so; the walker is asked to be symmetric."""

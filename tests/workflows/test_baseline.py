@@ -60,6 +60,7 @@ def test_a_stored_policy_walks_as_far_and_stands_the_same_pushes(tmp_path):
     assert {"gaitval.consecutive_cycles", "gaitval.push_survival"} <= measures
 
 
+@pytest.mark.slow  # the verdicts are tested in tests/study/test_stored_baseline.py
 def test_lost_accuracy_fails_the_check(tmp_path):
     """The same policy against a baseline whose knee follows the record five times as closely. The
     file agrees with itself, but it was edited, so it must be sealed again to be used at all."""
@@ -105,6 +106,7 @@ def test_what_is_wrong_in_a_check_is_told_of_the_users_files(tmp_path, monkeypat
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without a signal")
+@pytest.mark.slow  # the verdicts are tested in tests/study/test_stored_baseline.py
 def test_a_check_that_is_ended_leaves_nothing(tmp_path):
     """SIGTERM while it walks, as a CI server sends it."""
     process = subprocess.Popen(

@@ -7,6 +7,7 @@ a page from pointing at what was moved or renamed, nothing more.
 import importlib
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -99,9 +100,15 @@ def is_setting(name: str) -> bool:
     return field is not None and key in getattr(field.annotation, "model_fields", {})
 
 
+@cache
+def commands() -> Any:
+    """All commands."""
+    return get_command(app)
+
+
 def command(words: list[str]) -> Any:
     """The command that a line begins with, None where there is none such."""
-    here: Any = get_command(app)
+    here: Any = commands()
     for word in words:
         if not hasattr(here, "commands"):
             break

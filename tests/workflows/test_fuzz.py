@@ -10,9 +10,6 @@ import pytest
 from fuzz import BAD, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
-CASES = 150
-SEED = 20_000
-
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the limits of a case are those of Linux"
 )
@@ -30,8 +27,11 @@ def worker(kinds):
     made.close()
 
 
-def test_no_damaged_file_ends_in_a_fault_or_is_taken_without_a_word(worker):
-    found = list(cases(worker, CASES, SEED))
+@pytest.mark.parametrize(
+    ("count", "seed"), [(60, 30_000), pytest.param(150, 20_000, marks=pytest.mark.slow)]
+)
+def test_no_damaged_file_ends_in_a_fault_or_is_taken_without_a_word(worker, count, seed):
+    found = list(cases(worker, count, seed))
     bad = [case for case in found if case.outcome in BAD]
     assert not bad, "\n".join(f"--replay {case.kind}:{case.seed}: {case.why}" for case in bad)
     assert {case.kind for case in found} == set(worker.kinds)

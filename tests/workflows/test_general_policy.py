@@ -12,8 +12,8 @@ from gaitval.policy.rollouts import score_rollout
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.study.run import general_policy
 
-WALKED = ("S01", "S05", "S10")
-"""Bodies that it walks in every run of the tests; all of them in CI."""
+WALKED = ("S05",)
+"""Whom it walks in every run of the tests; all of them in CI."""
 
 
 @pytest.mark.parametrize(

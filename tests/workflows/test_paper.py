@@ -35,6 +35,7 @@ def written(simulated, tmp_path_factory):
     return folder, found
 
 
+@pytest.mark.slow  # draws every figure
 def test_every_figure_of_the_paper_is_there(written):
     folder, found = written
     assert len(found) == 8  # the model, and seven with curves; the paper numbers two of them 7
@@ -46,6 +47,7 @@ def test_every_figure_of_the_paper_is_there(written):
         assert not pd.read_csv(path).select_dtypes("number").dropna(how="all").empty, path.name
 
 
+@pytest.mark.slow  # draws every figure
 def test_the_page_shows_each_figure_and_links_its_files(written):
     folder, found = written
     page = Page((folder / "index.html").read_text(encoding="utf-8"))
@@ -59,6 +61,7 @@ def test_the_page_shows_each_figure_and_links_its_files(written):
             assert claim.found.split(":")[0] in page.text
 
 
+@pytest.mark.slow  # draws every figure
 def test_numbers_on_the_page_are_those_of_the_curves(written, simulated):
     folder, found = written
     curves = pd.read_csv(folder / "figure6_ground_reaction.csv")
@@ -87,6 +90,7 @@ def test_the_walks_are_of_different_bodies(simulated):
     assert trace.cycles[-1] > 3.9
 
 
+@pytest.mark.slow  # draws every figure
 def test_without_winters_tables_that_is_said(written):
     _, found = written
     loop = next(each for each in found if each.number == "4")

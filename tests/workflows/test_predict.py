@@ -33,6 +33,7 @@ def plain(monkeypatch):
     monkeypatch.setattr(display, "messages", Console(file=io.StringIO(), width=200))
 
 
+@pytest.mark.slow  # its verdicts are tested in test_nothing_judges_itself.py
 def test_a_held_out_trial_and_then_a_speed(tmp_path):
     """The second prediction takes the policy of the first."""
     predict(tmp_path, "--holdout", "T03")

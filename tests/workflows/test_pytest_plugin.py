@@ -52,6 +52,7 @@ def weaken(project: Path, factor: float) -> None:
     seal_again(project / "baseline")
 
 
+@pytest.mark.slow  # walks twice; what it refuses is tested always
 def test_two_lines_check_a_walk_and_two_tests_walk_once(project: Path) -> None:
     (project / "test_more.py").write_text(
         "def test_all(gaitval_check):\n"

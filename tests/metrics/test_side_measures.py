@@ -1,0 +1,79 @@
+"""Measures of one side, of walks where they are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
+
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.metrics.comparison import low_pass_of, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.known_measures import QUANTITIES_OF
+from gaitval.metrics.recorded import by_kind, from_kinds, mean_curves
+from gaitval.metrics.side_measures import FLAT, SIDE_MEASURES, pressure_arm, side_values
+from gaitval.metrics.tolerances import WALK_UNITS, load_registry
+
+RECORD = synthetic_record()
+RECORDED = recorded_curves(RECORD)
+WALK = perfect_walk(RECORD, cycles=6)
+CYCLES = find_cycles(WALK, sharp_filter())
+
+
+def measured(walk=WALK):
+    filters = low_pass_of(RECORD, 100.0)
+    walked = simulated_curves(walk, CYCLES, mass=MASS, filters=filters)
+    return {(name, side): value for name, side, value in side_values(mean_curves(walked), RECORDED)}
+
+
+def test_what_is_declared_is_known_everywhere():
+    """A row of the table gives the unit and what the walk is compared with."""
+    margins = {each.measure for each in load_registry().margin}
+    for each in SIDE_MEASURES:
+        assert WALK_UNITS[each.name] == each.unit
+        assert QUANTITIES_OF[each.name] == each.quantities
+        assert each.name in margins
+
+
+def test_a_walk_that_does_what_the_record_says_has_no_error():
+    found = measured()
+    assert found.keys() == {(each.name, side) for each in SIDE_MEASURES for side in SIDES}
+    assert max(found.values()) < 0.05
+
+
+def test_curves_of_a_file_are_those_of_the_walk():
+    """A stored baseline is checked with them."""
+    units = by_kind(RECORDED)
+    stored = from_kinds(
+        (kind, name, curve.tolist()) for kind, part in units.items() for name, curve in part.items()
+    )
+    for kind in units:
+        for name, curve in getattr(RECORDED, kind).items():
+            np.testing.assert_allclose(getattr(stored, kind)[name], curve, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("column", "side"), [(0, "right"), (1, "left")])
+def test_a_foot_that_lands_harder_is_seen(column, side):
+    ground = WALK.ground_reaction.copy()
+    ground[:, column, 2] *= 1.1
+    found = measured(replace(WALK, ground_reaction=ground))
+    peak = RECORDED.forces[f"vertical_{side[0]}"][:31].max()
+    assert found["loading_peak_error", side] == pytest.approx(10.0 * peak, rel=0.02)
+    other = {"right": "left", "left": "right"}[side]
+    assert found["loading_peak_error", other] < 0.05
+
+
+def test_a_plantarflexion_moment_needs_a_force_ahead_of_the_ankle():
+    arm = pressure_arm(np.full(101, -0.5 * GRAVITY * 0.8), np.full(101, 0.8))
+    assert arm.shape == (FLAT.stop - FLAT.start,)
+    np.testing.assert_allclose(arm, 0.5)
+
+
+def test_a_side_without_mean_curves_is_not_measured():
+    parts = (RECORDED.angles, RECORDED.moments, RECORDED.forces)
+    walked = Curves(*({n: curve for n, curve in part.items() if n[-1] == "l"} for part in parts))
+    values = list(side_values(walked, RECORDED))
+    assert {value for _, side, value in values if side == "right"} == {None}
+    assert {value for _, side, value in values if side == "left"} == {0.0}

@@ -1,0 +1,58 @@
+"""Pages of the documentation that show a change of gaitval: the change, made in a copy."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+
+
+class Block(NamedTuple):
+    """A block of a diff on a page: the file that it changes, and its lines."""
+
+    file: str
+    lines: str
+
+
+def blocks_of(page: str) -> list[Block]:
+    """Every block of a diff of a page of docs/how-to, in order."""
+    text = (ROOT / "docs/how-to" / page).read_text(encoding="utf-8")
+    return [Block(*found) for found in re.findall(r"```diff\n--- (\S+)\n(.*?)```", text, re.DOTALL)]
+
+
+def changed(text: str, block: Block) -> str:
+    """The text of a file with a block applied."""
+    lines = block.lines.splitlines()
+    before, after = (
+        "".join(f"{line[1:]}\n" for line in lines if line[:1] in kept) for kept in (" -", " +")
+    )
+    assert text.count(before) == 1, before
+    return text.replace(before, after)
+
+
+def followed(page: str, folder: Path) -> Path:
+    """A folder with a copy of the package in which a page was followed."""
+    unread = shutil.ignore_patterns("__pycache__", "baselines")
+    shutil.copytree(ROOT / "gaitval", folder / "gaitval", ignore=unread)
+    for block in blocks_of(page):
+        path = folder / block.file
+        path.write_text(changed(path.read_text(encoding="utf-8"), block), encoding="utf-8")
+    return folder
+
+
+def ran(place: Path, *words: str) -> str:
+    """What Python prints in a folder whose package comes first, on both channels."""
+    paths = os.pathsep.join([str(place), str(ROOT / "tests/support")])
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=place,
+        env=os.environ | {"PYTHONPATH": paths, "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.stdout + done.stderr
