@@ -297,7 +297,7 @@ class CorrectedCurve(Result):
 
 class CorrectionResult(Result):
     """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
-    cycle), height of the pelvis in m. Errors are those of `learning_control.correct.Walked`.
+    cycle), height of the pelvis in m. Errors are those of `learning_control.walked.Walked`.
     """
 
     joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]

@@ -129,20 +129,7 @@ def work_out(
             ),
         ),
     )
-    walks: list[WalkingTrial] = []
-    last = RecordError("no walking trial")
-    for trial, recording in zip(request.trials, session.walking, strict=True):
-        try:
-            walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
-            known.trials.append(walk)
-            refuse_certain(recording.source, walk.doubts, len(recording.plates))
-            walks.append(walk)
-        except RecordError as error:
-            last = error
-            if len(request.trials) > 1:
-                noted("trials", f"{trial.name} is left out: {error}")
-    if not walks:
-        raise last
+    walks = _usable_walks(request, processing, known, noted)
     require_cycles(walks)
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
@@ -168,3 +155,27 @@ def work_out(
         of_means=of_means,
         functional=functional,
     )
+
+
+def _usable_walks(
+    request: Request, processing: ProcessingSettings, known: Progress, noted: Tell
+) -> list[WalkingTrial]:
+    """The walking trials that can be used. Raises RecordError if none can."""
+    session, body = known.session, known.body
+    assert session is not None
+    assert body is not None
+    walks: list[WalkingTrial] = []
+    last = RecordError("no walking trial")
+    for trial, recording in zip(request.trials, session.walking, strict=True):
+        try:
+            walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
+            known.trials.append(walk)
+            refuse_certain(recording.source, walk.doubts, len(recording.plates))
+            walks.append(walk)
+        except RecordError as error:
+            last = error
+            if len(request.trials) > 1:
+                noted("trials", f"{trial.name} is left out: {error}")
+    if not walks:
+        raise last
+    return walks

@@ -182,7 +182,7 @@ def test_the_law_of_the_documentation_acts_on_the_feet(task, tmp_path, monkeypat
     # numba's index of what is compiled names the type, which nobody can import after this test
     monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", lambda *_: None)
     linear = import_module("linear").Linear
-    law = linear.of(SimpleNamespace(linear_stiffness=2e4), 5.0)
+    law = linear.of(SimpleNamespace(linear_stiffness=2e4, linear_dissipation=0.0), 5.0)
     out = np.empty(3)
     sphere_force(law, R, R - 0.01, np.array([0.1, 0.0, 0.0]), out)
     assert out == pytest.approx([-5.0 * 200.0 * 0.1, 0.0, 200.0])

@@ -18,6 +18,7 @@ from gaitval.identification.body_fit import (
 )
 from gaitval.identification.identify import identify, noise_of_expected
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.unidentified import unidentified
 from gaitval.identification.verdicts import combinations, judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
@@ -176,10 +177,10 @@ def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp
     assert not list(tmp_path.iterdir())
 
 
-def test_without_a_method_the_body_stays_as_scaled(task, tmp_path):
+def test_without_a_method_the_body_stays_as_scaled(task):
     quick = changed(task, identification={"method": "none"})
     sd = prior_sd(load_subject("S05"))
-    found = identify(task.record, task.model, sd, quick.configuration, tmp_path)
+    found = unidentified(quick.configuration, sd)
     assert found.identified == found.nominal == nominal_parameters().tolist()
     assert set(found.verdicts) == {"not identified"}
     assert found.deviance_nominal is None
