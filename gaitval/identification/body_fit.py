@@ -32,8 +32,8 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.dynamic_fit import (
     HARMONICS,
-    INFERENCE,
     INSTANTS,
+    Accuracy,
     Problem,
     Solution,
     fit_problem,
@@ -151,7 +151,7 @@ class BodyFit:
 
     def _problem(self, record: GaitRecord) -> Problem:
         noise, model = self._noise, self._model
-        plain = fit_problem(self.reference, record, model, self._contact, INFERENCE, noise.plate)
+        plain = fit_problem(self.reference, record, model, self._contact, Accuracy(), noise.plate)
         count = _EXTENDED + len(self.extended)
         # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres,
         # extended.

@@ -24,7 +24,7 @@ It is long because one problem is set up, linearised and solved here, from one s
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -90,16 +90,14 @@ class LawAccuracy(NamedTuple):
 
 
 class ConventionAccuracy(NamedTuple):
-    """Departures from its convention of what was not recorded, or only by few markers, rad, m."""
+    """Departures from its convention of what was not recorded, rad, m."""
 
-    subtalar: float = np.deg2rad(6.0)
-    """One marker on either side of a foot turns by this with the skin and the shoe. Where the foot
-    may not roll, hip and knee must miss their moments instead."""
-    toes: float = np.deg2rad(10.0)
-    arms: float = np.deg2rad(0.3)
+    subtalar: float = np.deg2rad(3.0)
+    toes: float = np.deg2rad(5.0)
+    arms: float = np.deg2rad(1.0)
     """Arms may not do what trunk and legs should: with 8 degrees their moments were ten times as
     large as in people, and the forces no better."""
-    trunk: float = np.deg2rad(3.0)
+    trunk: float = np.deg2rad(1.5)
     """Of the trunk's rotation from its mean lean; in walking people it tilts through 4, leans
     through 3 and turns through 7 degrees (Chung et al. 2010, J Neuroeng Rehabil 7:9, table 2)."""
     lean: float = np.deg2rad(3.6)
@@ -117,28 +115,6 @@ class Accuracy(NamedTuple):
     convention: ConventionAccuracy = ConventionAccuracy()
     mean_lean: float = 0.0
     """Mean forward lean of the trunk from which `convention.lean` is counted, rad."""
-
-
-INFERENCE: Final = Accuracy(
-    record=RecordAccuracy(
-        frontal=np.deg2rad(1.0),
-        pelvis=np.deg2rad(1.5),
-        moment=0.06,
-        adduction_moment=0.15,
-        forward_force=0.010,
-        sideways_force=0.0075,
-        vertical_force=0.010,
-    ),
-    convention=ConventionAccuracy(
-        subtalar=np.deg2rad(3.0),
-        toes=np.deg2rad(5.0),
-        arms=np.deg2rad(1.0),
-        trunk=np.deg2rad(1.5),
-    ),
-)
-"""For what is worked out from a record: its plates and the body. There the accuracies say how well
-each quantity is known, and a foot or a trunk that may turn freely would explain away what the
-plates or the body did."""
 
 
 SWING_CLEARANCE = 0.012

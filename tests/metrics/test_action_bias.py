@@ -19,7 +19,7 @@ def test_the_references_curves_have_the_records_names_signs_and_sides(task):
     record = load_subject("S05").record()
     found = reference_curves(task.reference, task.model.mass, record.left_phase)
     truth = recorded_curves(record)
-    for kind, largest in (("angles", np.deg2rad(4.5)), ("moments", 0.13), ("forces", 0.02)):
+    for kind, largest in (("angles", np.deg2rad(3.0)), ("moments", 0.13), ("forces", 0.02)):
         for name, curve in getattr(found, kind).items():
             assert rms(curve - getattr(truth, kind)[name]) < largest, name
     assert found.forces["medial_l"][20:40].mean() > 0.0
