@@ -114,7 +114,9 @@ def test_laws_walk_apart(task):
     assert np.abs(states[0] - states[1]).max() > 1e-4
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "cubic" else pytest.mark.slow) for name in LAWS]
+)
 def test_eight_side_by_side_walk_as_each_alone(task, name):
     tasks = changed(task, contact={"law": name})
     alone, rows = [], np.arange(WIDTH) * len(task.reference.phase) // WIDTH

@@ -384,6 +384,7 @@ def walker():
     return load_policy(BASELINE / "policy"), mu
 
 
+@pytest.mark.slow  # a whole correction
 def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quick, walker):
     """One round with 14 unknowns; the same with one worker, and without a record's kinetics."""
     told = []

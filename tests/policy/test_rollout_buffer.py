@@ -104,6 +104,7 @@ def test_an_error_in_a_worker_reaches_the_trainer(short):
     assert not set(mp.active_children()) & set(processes)
 
 
+@pytest.mark.slow  # starts processes and waits for them
 def test_a_killed_worker_is_reported_and_cleaned_up(short):
     policy = dict(random_policy(short, scale=0.1).tensors)
     with WalkingWorkers([short], count=16, workers=2, steps=1) as workers:

@@ -380,6 +380,7 @@ def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_
 @pytest.mark.skipif(
     not Path("/proc/self/task").exists(), reason="finds a process's workers and memory in /proc"
 )
+@pytest.mark.slow  # trains three times
 def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     """kill -9 after the second checkpoint. Its workers go too, and no shared memory has a name
     that could stay, though all of the processes were killed at once."""

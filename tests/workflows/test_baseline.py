@@ -90,6 +90,7 @@ def test_lost_accuracy_fails_the_check(tmp_path):
     assert "knee_angle_r" in done.stdout
 
 
+@pytest.mark.slow  # a check in a copy of a baseline
 def test_what_is_wrong_in_a_check_is_told_of_the_users_files(tmp_path, monkeypatch):
     """Not of a copy in a folder that is gone by then; and nothing is left of that folder."""
     copy = tmp_path / "baseline"

@@ -949,6 +949,7 @@ main()
 """
 
 
+@pytest.mark.slow  # kills a whole import
 def test_a_killed_import_leaves_whole_files_and_no_subject(laboratory: Laboratory) -> None:
     """Killed between writing a file and giving it its name, over an earlier import."""
     out = laboratory.folder / "out"

@@ -234,6 +234,7 @@ def test_the_subject_walks_as_the_recording(imported):
         assert apart < ANGLE_TOLERANCE + np.radians(0.05), name
 
 
+@pytest.mark.slow  # its parts are tested in tests/inverse
 def test_making_consistent_lowers_the_residuals(sessions):
     """Below the limits of OpenSim's checklist: 15 N and 50 Nm RMS, 25 N and 75 Nm peak."""
     request = sessions[0.003].request.model_copy(update={"consistent": True})

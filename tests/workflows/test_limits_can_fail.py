@@ -667,6 +667,7 @@ def test_a_walk_that_misses_a_limit_fails_it_and_no_other(name):
 
 
 @pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
+@pytest.mark.slow  # that each limit can be missed is tested always
 def test_a_walk_that_misses_a_goal_only_still_passes(name):
     metrics = changed_metrics(name, "goal")
     assert missed(metrics) == {name} | GOALS[name].goals
@@ -748,6 +749,7 @@ def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_dr
 
 
 @pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
+@pytest.mark.slow  # that each limit is shown is tested always
 def test_the_page_of_a_walk_tells_the_goal_that_is_missed(name, tmp_path, no_drawings):
     page = page_of_walk(tmp_path, changed_metrics(name, "goal"))
     row = OF_WALKS[name]

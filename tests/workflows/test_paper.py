@@ -78,6 +78,7 @@ def test_numbers_on_the_page_are_those_of_the_curves(written, simulated):
     )
 
 
+@pytest.mark.slow  # simulates every figure
 def test_the_walks_are_of_different_bodies(simulated):
     before, after, final = (
         simulated.walks[name]["angles"]["knee_angle_r"].mean(axis=0)
@@ -105,6 +106,7 @@ def test_winters_loop_is_read_where_the_data_are(gait_data):
     assert moment[3] < 0.0 < moment[50] < 1.0
 
 
+@pytest.mark.slow  # simulates every figure
 def test_a_loop_that_runs_backwards_does_not_agree(simulated, runs):
     record = runs[SUBJECT]["record"]["curves"]
     curves = drawings.loop_curves(simulated.walks, record, None)
@@ -142,6 +144,7 @@ def test_walkers_that_are_mixed_up_are_not_their_people(runs):
     assert claims.knees(mixed)[1].verdict != "agrees"
 
 
+@pytest.mark.slow  # simulates every figure
 def test_a_push_that_is_never_recovered_from_does_not_agree(runs, simulated):
     assert claims.pushes(runs, SUBJECT, simulated.traces)[1].verdict == "agrees"
     (trace,) = simulated.traces
