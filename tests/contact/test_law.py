@@ -32,6 +32,12 @@ def force(law, depth, velocity=(0.0, 0.0, 0.0)):
     return out, slopes
 
 
+SOME = [
+    pytest.param(name, marks=() if name == "hunt_crossley" else pytest.mark.slow) for name in LAWS
+]
+"""The law of the settings; the others, for which the engines are compiled anew, in CI."""
+
+
 def test_the_configuration_names_every_law():
     assert set(get_args(ContactSettings.model_fields["law"].annotation)) == LAWS.keys()
 
@@ -98,7 +104,7 @@ def walked(task, engine, actions=20):
     return walker
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", SOME)
 def test_it_walks_in_dart_as_in_the_compiled_engine(task, name):
     """A fifth of a second from the reference: rounding grows, but the walks are the same."""
     with_law = changed(task, contact={"law": name})
@@ -108,15 +114,14 @@ def test_it_walks_in_dart_as_in_the_compiled_engine(task, name):
     assert 0.2 < carried < 3.0
 
 
+@pytest.mark.slow  # compiles an engine for every law
 def test_laws_walk_apart(task):
     """The law of the settings is the one that acts."""
     states = [walked(changed(task, contact={"law": name}), "compiled").state[0] for name in LAWS]
     assert np.abs(states[0] - states[1]).max() > 1e-4
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "cubic" else pytest.mark.slow) for name in LAWS]
-)
+@pytest.mark.parametrize("name", SOME)
 def test_eight_side_by_side_walk_as_each_alone(task, name):
     tasks = changed(task, contact={"law": name})
     alone, rows = [], np.arange(WIDTH) * len(task.reference.phase) // WIDTH

@@ -122,6 +122,7 @@ def test_an_extended_identification_says_what_it_found(model, tmp_path):
     assert not found.converged
 
 
+@pytest.mark.slow  # a whole walk for each parameter
 def test_effects_of_a_walk(task):
     """Longer legs change it, and by more the larger the step; the same seed gives the same."""
     policy = load_start(GENERAL, CONFIGURATION.environment)

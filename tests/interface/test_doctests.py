@@ -12,8 +12,15 @@ import gaitval
 SECTIONS = ("Parameters", "Returns", "Raises", "References", "Examples")
 
 
+LONG = ("compare", "rollout", "write_report")
+"""Examples that walk or write whole pages."""
+EXAMPLES = [
+    pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in gaitval.__all__
+]
+
+
 @pytest.mark.usefixtures("policy")
-@pytest.mark.parametrize("name", gaitval.__all__)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     only_html(monkeypatch)

@@ -21,9 +21,8 @@ def evidence(right, left, sd=0.01, force=1.0):
     return PlateEvidence(force, np.array([right, left]), sd**2 * np.eye(2))
 
 
-@pytest.mark.parametrize(
-    "planted", [(-0.01, 0.025), pytest.param((0.02, 0.0), marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("planted", [(-0.01, 0.025), (0.02, 0.0)])
+@pytest.mark.slow  # two fits for each
 def test_a_planted_shift_is_found_within_its_standard_deviation(planted):
     """On top of what the record of subject 5 has; less the tenth that prior knowledge takes."""
     subject = load_subject("S05")

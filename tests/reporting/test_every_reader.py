@@ -125,6 +125,7 @@ def test_a_stretched_figure_is_higher_and_its_letters_are_not() -> None:
 # --- the PDF as an archive and a screen reader take it ---------------------------------------
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_the_pdf_says_that_it_is_pdf_a_2a(pdf) -> None:
     with pdf.open_metadata() as metadata:
         assert metadata["pdfaid:part"] == "2"
@@ -137,6 +138,7 @@ def test_the_pdf_says_that_it_is_pdf_a_2a(pdf) -> None:
     assert "/JavaScript" not in pdf.Root.get("/Names", {})
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_all_fonts_of_the_pdf_are_embedded(pdf) -> None:
     descriptors = [
         each
@@ -147,6 +149,7 @@ def test_all_fonts_of_the_pdf_are_embedded(pdf) -> None:
     assert all(each.get("/FontFile2") or each.get("/FontFile3") for each in descriptors)
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_headings_tables_and_figures_are_tagged(pdf) -> None:
     assert pdf.Root.MarkInfo.Marked
     assert pdf.Root.Lang == "en"
@@ -170,6 +173,7 @@ def test_headings_tables_and_figures_are_tagged(pdf) -> None:
     }
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_the_headings_are_bookmarks(pdf) -> None:
     with pdf.open_outline() as outline:
         (title,) = outline.root
@@ -177,6 +181,7 @@ def test_the_headings_are_bookmarks(pdf) -> None:
         assert "Joint angles" in [child.title for child in title.children]
 
 
+@pytest.mark.slow  # makes a whole PDF
 def test_the_paper_is_the_one_that_was_asked_for(pdf) -> None:
     assert [float(edge) for edge in pdf.pages[0].mediabox] == pytest.approx([0, 0, 612, 792])
 

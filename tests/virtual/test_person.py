@@ -107,6 +107,7 @@ def test_bodies_are_drawn_from_the_prior():
     np.testing.assert_allclose(z[:, 2:].std(axis=0), 0.96, atol=0.06)
 
 
+@pytest.mark.slow  # makes the same person twice
 def test_a_seed_makes_one_person_and_the_subject_is_an_ordinary_one():
     policy = load_start(GENERAL, CONFIGURATION.environment)
     around = load_subject("S03")

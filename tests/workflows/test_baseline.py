@@ -132,9 +132,14 @@ def test_a_check_that_is_ended_leaves_nothing(tmp_path):
     "command",
     [
         ["docs/build/accuracy_tables.py", "--check"],
-        ["-m", "experiments.ablation", "table", "--check"],
-        ["-m", "experiments.paper_recipe", "--check"],
-        ["-m", "experiments.margins", "table", "--check"],
+        *(
+            pytest.param(["-m", f"experiments.{name}", *words, "--check"], marks=pytest.mark.slow)
+            for name, words in (
+                ("ablation", ["table"]),
+                ("paper_recipe", []),
+                ("margins", ["table"]),
+            )
+        ),
     ],
 )
 def test_tables_say_what_the_stored_figures_say(command):

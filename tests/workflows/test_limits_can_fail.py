@@ -733,6 +733,7 @@ def test_the_page_of_the_unchanged_walk_tells_no_failure(unchanged_page):
 
 
 @pytest.mark.parametrize("name", OF_WALKS)
+@pytest.mark.slow  # the pages of recordings, and its metrics, are tested always
 def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_drawings):
     page, drags = page_of_walk(tmp_path, changed_metrics(name, "limit")), LIMITS[name].drags
     for row in OF_WALKS.values():

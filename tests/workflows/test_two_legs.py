@@ -134,7 +134,10 @@ def test_mu_stretches_both_legs_by_the_same_factor(model):
     assert aside == pytest.approx([0.01, -0.01])  # mirrored
 
 
-@pytest.mark.parametrize("engine", ["compiled", "dart", "mujoco"])
+@pytest.mark.parametrize(
+    "engine",
+    ["compiled", *(pytest.param(name, marks=pytest.mark.slow) for name in ("dart", "mujoco"))],
+)
 def test_the_longer_leg_lands_first(model, task, engine):
     """In the neutral pose just above the ground the right foot, on the longer leg, lands first."""
     q = np.zeros(31)

@@ -27,6 +27,7 @@ def run_of(data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     "side_by_side", [(), pytest.param(("-n", "1", "--dist", "loadfile"), marks=pytest.mark.slow)]
 )
+@pytest.mark.slow  # a session of pytest
 def test_tests_that_read_the_data_are_skipped_and_counted(tmp_path, side_by_side):
     done = run_of(tmp_path / "none", *side_by_side)
     assert done.returncode == 0, done.stdout
