@@ -11,11 +11,10 @@ from collections.abc import Iterator
 import numpy as np
 
 import evidence
-from evidence import ROOT
+from evidence.fitted import MOMENTS, Stored, corrected, skill_of, stored_baselines, values_of
 from gaitval.metrics.groups import GROUPS, group_rows
-from gaitval.metrics.results import Metrics, read_metrics
+from gaitval.metrics.results import Metrics, metrics_from
 
-PEOPLE = range(1, 11)
 BOUNDS = {
     "sagittal angles": (1.0, 1.15),
     "moments": (0.025, 0.032),
@@ -24,16 +23,18 @@ BOUNDS = {
     "medial force": (0.45, 0.6),
 }
 """Goal and must of each of `GROUPS`, in its unit."""
-JOINTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 PRICES = {
     "force_ringing": ("ringing of the vertical force, 12-25 Hz, RMS, mean", "% BW", 1.5, 2.0),
     "shoulder_moment_peak": ("shoulder moment, peak, mean", "Nm", 12.0, 15.0),
 }
-OTHERS_LINE = "line through others"
 OWN_LINE = "line through two trials"
 MEASURES = {
     "*": {
-        "code": ("gaitval/metrics/groups.py:GROUPS,group_rows,group_curves",),
+        "code": (
+            "gaitval/metrics/groups.py:GROUPS,group_rows,group_curves",
+            "gaitval/prediction/speed_line.py:dimensionless_speed",
+            "evidence/fitted.py:skill_of,values_of,corrected,stored_baselines,MOMENTS",
+        ),
         "data": ("reports/S??/baseline/metrics.json",),
     },
 }
@@ -43,10 +44,9 @@ MEASURES = {
 @evidence.measurement()
 def baselines(_: Namespace) -> list[evidence.Row]:
     """Errors, skills, goals and side effects of the fitted walks of the ten stored baselines."""
-    stored = [
-        read_metrics(ROOT / f"reports/S{person:02d}/baseline/metrics.json") for person in PEOPLE
-    ]
-    return [*_errors(stored), *_skills(stored), _own_line(stored[4]), *_prices(stored)]
+    stored = stored_baselines()
+    metrics = [metrics_from(each, f"S{person:02d}") for person, each in enumerate(stored, 1)]
+    return [*_errors(metrics), *_skills(stored), _own_line(metrics[4]), *_prices(stored)]
 
 
 def _errors(stored: list[Metrics]) -> Iterator[evidence.Row]:
@@ -60,19 +60,11 @@ def _errors(stored: list[Metrics]) -> Iterator[evidence.Row]:
         )
 
 
-def _skills(stored: list[Metrics]) -> Iterator[evidence.Row]:
-    """1 - mean error of the walkers / mean error of the nine others' line."""
-    for name, joint in JOINTS.items():
-        walked, guessed = [], []
-        for each in stored:
-            errors = {line.name: line.rmse for line in each.predictions}[OTHERS_LINE]
-            for curve in (f"{name}_r", f"{name}_l"):
-                if (walk := each.walk.errors.moments[curve]) is not None:
-                    walked.append(walk.rmse)
-                    guessed.append(errors.moments[curve] or 0.0)
-        value = float(1.0 - np.mean(walked) / np.mean(guessed))
+def _skills(stored: list[Stored]) -> Iterator[evidence.Row]:
+    for name, joint in MOMENTS.items():
+        value = skill_of(stored, "moments", name, corrected)
         what = f"fitted walk: skill against nine others, {joint} moment"
-        yield evidence.Row(what, value, "1", ">=", 0.75, 0.65, len(walked))
+        yield evidence.Row(what, value, "1", ">=", 0.75, 0.65, 2 * len(stored))
 
 
 def _own_line(metrics: Metrics) -> evidence.Row:
@@ -82,15 +74,10 @@ def _own_line(metrics: Metrics) -> evidence.Row:
     return evidence.Row(what, better, "groups", ">=", 5, 2, len(BOUNDS))
 
 
-def _prices(stored: list[Metrics]) -> Iterator[evidence.Row]:
+def _prices(stored: list[Stored]) -> Iterator[evidence.Row]:
     for measure, (what, unit, goal, must) in PRICES.items():
-        values = [
-            row.value
-            for each in stored
-            for row in each.measures
-            if row.measure == measure and row.value is not None
-        ]
+        values = values_of(stored, measure)
         yield evidence.Row(what, float(np.mean(values)), unit, "<=", goal, must, len(values))
-    reached = sum(each.summary.goals_reached for each in stored)
-    goals = sum(each.summary.goals for each in stored)
+    reached = sum(each["summary"]["goals_reached"] for each in stored)
+    goals = sum(each["summary"]["goals"] for each in stored)
     yield evidence.Row("goals of acceptance", reached, "goals", ">=", 438, 432, goals)

@@ -55,13 +55,18 @@ def measured(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:
     return np.array(found[kind][curve])
 
 
-@evidence.measurement()
-def baselines(_: Namespace) -> list[evidence.Row]:
-    """Skills, means, ankles, goals and time of the ten stored baselines."""
-    stored = [
+def stored_baselines() -> list[Stored]:
+    """`metrics.json` of the ten."""
+    return [
         json.loads((ROOT / f"reports/S{number:02d}/baseline/metrics.json").read_text())
         for number in range(1, 11)
     ]
+
+
+@evidence.measurement()
+def baselines(_: Namespace) -> list[evidence.Row]:
+    """Skills, means, ankles, goals and time of the ten stored baselines."""
+    stored = stored_baselines()
     (evidence.FOLDER / "fitted.csv").unlink(missing_ok=True)  # all its rows are made here
     return [*_skills(stored), *_means(stored), _ankles(), *_goals(stored), _time()]
 
@@ -71,15 +76,15 @@ def _skills(stored: list[Stored]) -> list[evidence.Row]:
     rows = []
     for which, curves in (("record corrected", corrected), ("record as measured", measured)):
         for name, bounds in FORCES.items():
-            value = _skill(stored, "forces", name, curves)
+            value = skill_of(stored, "forces", name, curves)
             rows.append(_at_least(f"{skill}, {name} force, {which}", value, *bounds))
         for name, joint in MOMENTS.items():
-            value = _skill(stored, "moments", name, curves)
+            value = skill_of(stored, "moments", name, curves)
             rows.append(_at_least(f"{skill}, {joint} moment, {which}", value, 0.5, 0.3))
     return rows
 
 
-def _skill(stored: list[Stored], kind: str, name: str, curves: Curves) -> float:
+def skill_of(stored: list[Stored], kind: str, name: str, curves: Curves) -> float:
     """1 - mean error of the walkers / mean error of the guesses."""
     speed = np.array([dimensionless_speed(subject) for subject in builtin_subjects()])
     ours, guesses = [], []
@@ -98,12 +103,16 @@ def _skill(stored: list[Stored], kind: str, name: str, curves: Curves) -> float:
 def _means(stored: list[Stored]) -> list[evidence.Row]:
     rows = []
     for measure, (what, unit, goal, must) in LARGEST.items():
-        values = [
-            row["value"] for each in stored for row in each["measures"] if row["measure"] == measure
-        ]
-        mean = float(np.mean(values))
-        rows.append(evidence.Row(what, mean, unit, "<=", goal, must, len(values)))
+        values = values_of(stored, measure)
+        rows.append(evidence.Row(what, float(np.mean(values)), unit, "<=", goal, must, len(values)))
     return rows
+
+
+def values_of(stored: list[Stored], measure: str) -> list[float]:
+    """The values of a measure, of all that it is of."""
+    return [
+        row["value"] for each in stored for row in each["measures"] if row["measure"] == measure
+    ]
 
 
 def _ankles() -> evidence.Row:
