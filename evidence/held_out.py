@@ -52,6 +52,7 @@ MEASURES = {
             "@reference",
             "@errors",
             "gaitval/metrics/action_bias.py",
+            "gaitval/metrics/centring.py",
             "experiments/held_out_runs.py:reference_errors,store,KINEMATICS",
         ),
         "results": ("reports/held_out/kinematics/*.json",),
@@ -192,15 +193,18 @@ def speed_rows(found: dict[str, Stored]) -> list[evidence.Row]:
     return rows
 
 
-def split_by_speed(found: dict[str, Stored]) -> tuple[dict[str, Stored], dict[str, Stored]]:
-    """Trials within `NEAR` of a known speed, and the others."""
+def split_by_speed(
+    found: dict[str, Stored], near_by: float = NEAR
+) -> tuple[dict[str, Stored], dict[str, Stored]]:
+    """Trials within a fraction of a known speed, and the others."""
     near, far = {}, {}
     for name, each in found.items():
         person, trial = name.split("-")
         subject = load_subject(person)
-        known = [subject, *(subject.on_trial(t.name) for t in subject.trials if t.name != trial)]
+        names = [subject.trial, *(each.name for each in subject.trials)]
+        known = [subject.on_trial(each) for each in names if each != trial]
         change = min(abs(each["speed"] / t.walking_speed_m_s - 1.0) for t in known)
-        (near if change <= NEAR + 0.005 else far)[name] = each
+        (near if change <= near_by + 0.005 else far)[name] = each
     return near, far
 
 

@@ -40,6 +40,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/policy/*.py",
         "gaitval/learning_control/*.py",
         "gaitval/metrics/action_bias.py",
+        "gaitval/metrics/centring.py",
     ),
     "walk": ("@physics", "@scaled", "@reference", "@learned"),
     "errors": (

@@ -21,9 +21,9 @@ from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.identification.prior import prior_sd
+from gaitval.policy.general import train_general
 from gaitval.policy.processes import new_workers
 from gaitval.policy.storage import Policy, load_start, save_policy
-from gaitval.policy.training import train_general
 from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask

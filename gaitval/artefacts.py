@@ -3,20 +3,20 @@
 import errno
 import hashlib
 import json
+import math
 import os
 import platform
 import shutil
 import tempfile
 import tomllib
 import zipfile
-import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitval import __version__
+from gaitval import __version__, file_gate
 from gaitval.errors import ArtefactError, GaitvalError
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
@@ -52,6 +52,9 @@ DIGITS = 300
 
 DEPTH = 50
 """Most levels of tables and lists in a file that is read; ours have seven."""
+
+POINTS = 150
+"""Most points in a line of TOML: the time for a key grows with the square of its parts."""
 
 
 @contextmanager
@@ -202,8 +205,13 @@ def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
 
 def copy_file(source: Path, target: Path) -> None:
     """Copy a file, whole or not at all."""
-    with replacing(target) as temporary:
-        shutil.copyfile(source, temporary)
+    # not `shutil.copyfile`, whose error for a full disk names the source
+    with (
+        file_gate.opened(source, ArtefactError, largest=file_gate.BINARY) as file,
+        replacing(target) as temporary,
+        temporary.open("wb") as copy,
+    ):
+        shutil.copyfileobj(file, copy)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -236,7 +244,9 @@ def read_json(path: Path) -> Any:
     ArtefactError : it is missing, a folder, may not be read, or is damaged.
     """
     try:
-        text = _text(path, ArtefactError, "Run the stage that writes it first")
+        text = file_gate.read_text(
+            path, ArtefactError, largest=file_gate.VALUES, mend="Run the stage that writes it first"
+        )
         value = json.loads(text, parse_int=_integer)
         _check_depth(value)
         return value
@@ -263,7 +273,7 @@ def read_toml(
     GaitvalError : of type `refusal`: missing, a folder, may not be read, or not valid.
     """
     try:
-        text = _text(path, refusal, mend)
+        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, mend=mend)
     except UnicodeDecodeError:
         raise refusal(
             f"{path}: not UTF-8 text, so not valid TOML. Save the file as UTF-8."
@@ -286,6 +296,7 @@ def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str,
         of more than `DIGITS` digits (inside, a ValueError or RecursionError).
     """
     try:
+        _check_lines(text)
         values = tomllib.loads(text)
         _check_depth(values)
         for value in _leaves(values):
@@ -307,29 +318,19 @@ def _check_depth(value: Any, levels: int = DEPTH) -> None:
             _check_depth(each, levels - 1)
 
 
+def _check_lines(text: str) -> None:
+    """Raise ValueError for a key of so many parts that Python would read it for hours."""
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.count(".") > POINTS:
+            raise ValueError(f"line {number} has more than {POINTS} points; write lists in lines")
+
+
 def _leaves(value: Any) -> Iterator[Any]:
     if isinstance(value, dict | list):
         for each in value.values() if isinstance(value, dict) else value:
             yield from _leaves(each)
     else:
         yield value
-
-
-def _text(path: Path, refusal: type[GaitvalError], mend: str) -> str:
-    """The UTF-8 text of a file, without a byte order mark; raises UnicodeDecodeError."""
-    path = Path(path)
-    try:
-        # Reading a pipe would wait for ever, and a device might never end.
-        if path.exists() and not path.is_file():
-            what = "a folder" if path.is_dir() else "a pipe or a device"
-            raise refusal(f"{path}: is {what}, but a file is read here. Give the file itself.")
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise refusal(f"{path}: no such file. {mend}.") from None
-    except OSError as error:
-        raise refusal(
-            f"{path}: cannot be read ({error.strerror}). Change its permissions, or give another."
-        ) from None
 
 
 def _integer(digits: str) -> int:
@@ -365,13 +366,16 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
         np.savez_compressed(file, allow_pickle=False, **dict(arrays))
 
 
-def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]:
+def read_arrays(
+    path: Path, names: tuple[str, ...], *, optional: tuple[str, ...] = ()
+) -> dict[str, "NDArray[Any]"]:
     """Read arrays that `write_arrays` wrote, without unpickling.
 
     Parameters
     ----------
     path : of the npz file.
     names : of the arrays to read; others in the file are ignored.
+    optional : of arrays to read if the file has them.
 
     Raises
     ------
@@ -379,7 +383,11 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
     """
     import numpy as np
 
+    mend = "Run the stage that writes it first"
     try:
+        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, mend=mend)
+        with zipfile.ZipFile(path) as members:
+            _check_headers(members, Path(path))
         with np.load(path, allow_pickle=False) as stored:
             missing = [name for name in names if name not in stored]
             if missing:
@@ -387,21 +395,76 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, "NDArray[Any]"]
                     f"{path}: the arrays {', '.join(missing)} are missing; another version "
                     "of gaitval wrote the file. Delete it and run its stage again."
                 )
-            return {name: stored[name] for name in names}
-    except FileNotFoundError:
-        raise ArtefactError(f"{path}: no such file. Run the stage that writes it first.") from None
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        if Path(path).is_dir():
-            raise ArtefactError(f"{path}: is a folder, but a file is read here.") from None
+            found = (*names, *(name for name in optional if name in stored))
+            return {name: stored[name] for name in found}
+    except ArtefactError:
+        raise
+    except Exception as error:  # zipfile, its decompressors and NumPy have no common one
         raise ArtefactError(
             f"{path}: cannot be read as npz ({error}); it is truncated. Delete it and run its "
             "stage again."
         ) from None
 
 
+def _check_headers(stored: zipfile.ZipFile, path: Path) -> None:
+    """Refuse arrays that are said to be larger than the members that they lie in: memory for all of
+    an array is taken before its first value is read.
+    """
+    from numpy.lib import format as npy
+
+    members = stored.infolist()
+    file_gate.check_unpacked((each.file_size for each in members), path, ArtefactError)
+    for member in members:
+        with stored.open(member) as file:
+            version = npy.read_magic(file)
+            header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+            shape, _, kind = header(file)
+        # Python's own numbers, which have no largest one
+        size = math.prod(map(int, shape)) * kind.itemsize
+        if size > member.file_size or min(shape, default=0) < 0:
+            raise ValueError(f"{member.filename} is shorter than its header says")
+
+
+def check_arrays(
+    arrays: Mapping[str, "NDArray[Any]"],
+    shapes: Mapping[str, tuple[int, ...]],
+    path: Path,
+    *,
+    may_lack: Collection[str] = (),
+) -> None:
+    """Refuse arrays of the npz file `path` that are of another shape, or hold what is no number.
+
+    Parameters
+    ----------
+    shapes : by name; 0 for an axis as long as the first one of the first array.
+    may_lack : names of arrays that may hold NaN.
+
+    Raises
+    ------
+    ArtefactError : one of them does.
+    """
+    import numpy as np
+
+    long = next(iter(arrays.values())).shape[:1]
+    for name, shape in shapes.items():
+        if name not in arrays:  # an optional one
+            continue
+        found = arrays[name]
+        if found.shape != tuple(size or (*long, -1)[0] for size in shape):
+            why = f"has the shape {found.shape}"
+        elif found.dtype.kind not in "fiub":
+            why = f"holds {found.dtype.name}, not numbers"
+        elif name not in may_lack and not np.isfinite(found).all():
+            why = "holds numbers that are not finite"
+        else:
+            continue
+        raise ArtefactError(f"{path}: {name} {why}. Delete it and run its stage again.")
+
+
 def file_hash(path: Path) -> str:
-    """SHA-256 of the bytes of the file `path`, hexadecimal."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    """SHA-256 of the bytes of the file `path`, hexadecimal. Raises ArtefactError without one."""
+    with file_gate.opened(path, ArtefactError, largest=file_gate.BINARY) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def value_hash(value: Any) -> str:

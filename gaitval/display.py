@@ -72,7 +72,10 @@ class Saved(Displayed):
         another kind of result.
         """
         arrays, others = read_record(Path(path), cls.KIND or cls.__name__)
-        return cls(**arrays, **others)
+        try:
+            return cls(**arrays, **others)
+        except (TypeError, ValueError) as error:
+            raise edited(Path(path), error) from None
 
 
 def write_record(path: Path, kind: str, arrays: dict[str, Any], others: dict[str, Any]) -> None:
@@ -85,13 +88,23 @@ def read_record(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The arrays and other values of a file of `write_record`; lists come back as tuples. Raises
     ArtefactError where the file is of another `kind`.
     """
-    about = json.loads(str(read_arrays(path, (ABOUT,))[ABOUT]))
-    if about["kind"] != kind:
-        raise ArtefactError(
-            f"{path} holds a {about['kind']}, not a {kind}. Load it with {about['kind']}.load."
-        )
-    others = {name: _fixed(value) for name, value in about["values"].items()}
-    return read_arrays(path, tuple(about["arrays"])), others
+    try:
+        about = json.loads(str(read_arrays(path, (ABOUT,))[ABOUT]))
+        found, names, values = str(about["kind"]), tuple(about["arrays"]), about["values"]
+        others = {name: _fixed(value) for name, value in values.items()}
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise edited(path, error) from None
+    if found != kind:
+        raise ArtefactError(f"{path} holds a {found}, not a {kind}. Load it with {found}.load.")
+    return read_arrays(path, names), others
+
+
+def edited(path: Path, error: Exception) -> ArtefactError:
+    """The refusal of a saved file `path` at which an `error` was raised."""
+    return ArtefactError(
+        f"{path}: not what gaitval saves ({error!r}); it was edited, or is of another version. "
+        "Save it again."
+    )
 
 
 def _fixed(value: Any) -> Any:

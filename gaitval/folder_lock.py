@@ -8,6 +8,7 @@ from pathlib import Path
 
 import filelock
 
+from gaitval import file_gate
 from gaitval.artefacts import make_folder, remove_partial, write_text, writing
 from gaitval.errors import ArtefactError
 
@@ -28,7 +29,8 @@ def held(folder: Path) -> Iterator[None]:
     try:
         lock.acquire(blocking=False)
     except filelock.Timeout:
-        process = f" (process {holder.read_text()})" if holder.exists() else ""
+        known = holder.is_file() and file_gate.read_bytes(holder, ArtefactError, largest=100)
+        process = f" (process {int(known)})" if known and known.isdigit() else ""
         raise ArtefactError(
             f"{folder}: another gaitval{process} is running in this folder. Wait for it to end, "
             "or give this run its own folder with --out."

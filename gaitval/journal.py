@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from gaitval import file_gate
 from gaitval.artefacts import writing
+from gaitval.errors import ArtefactError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -31,11 +33,12 @@ class Journal:
         # Bytes of the lines that are complete. What follows them is cut off, or the next result
         # would be appended to half a line.
         whole = 0
+        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY)
         with writing(path), path.open("rb+") as file:
             for line in file:
                 try:
                     self._stored.append(json.loads(line))
-                except ValueError:
+                except (ValueError, RecursionError):
                     break  # the process was killed while it wrote this line
                 # A number may have been cut short and still be JSON, such as 12 of 123.
                 if not line.endswith(b"\n"):

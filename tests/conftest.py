@@ -1,16 +1,23 @@
 """Fixtures that every test may use, and what happens without the raw data."""
 
+from __future__ import annotations
+
+import gc
 import os
 import pickle
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from html_page import only_html, only_quick_tests
-from simulation_fixtures import DartPeer, task_of_subject
+from starting_order import place
 
-from gaitval.policy.processes import ready_to_start
-from gaitval.simulation.walker import WalkingTask
+# The libraries are imported where they are used: the process that only hands out the tests loads
+# this file too, and no worker starts before it has.
+if TYPE_CHECKING:
+    from simulation_fixtures import DartPeer
+
+    from gaitval.simulation.walker import WalkingTask
 
 NO_DATA = "no raw data at"
 """How the reason of every skip for want of data begins."""
@@ -59,17 +66,33 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         )
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Nothing of what is loaded for all tests is garbage: looking for some again and again took a
+    fifth of the time of loading it, in every worker."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The whole-program tests first, so that no worker is left alone with them at the end; within
-    them and within the others the order is the random one that the plug-in made before."""
-    items.sort(key=lambda item: "workflows" not in item.path.parts)
+    """The long files first, so that no worker is left alone with one at the end; within a file, and
+    among the others, the order is the random one that the plug-in made before."""
+    tests = Path(__file__).parent
+    # Benchmarks are collected with this hook, too, where both are asked for.
+    items.sort(key=lambda item: place(item.path, tests) if tests in item.path.parents else -1)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _server_of_workers() -> None:
     """The server that forks worker processes has the environment of its start for as long as the
     session lasts: it must not be that of a test which has changed it."""
+    from gaitval.policy.processes import ready_to_start
+
     ready_to_start()
 
 
@@ -77,6 +100,8 @@ def _server_of_workers() -> None:
 def _pdf_alone_where_asked(request: pytest.FixtureRequest) -> Iterator[None]:
     """Without the slow tests, the PDF beside a page is an empty one, but in tests of the PDF
     (`real_pdf`). With them, as in CI, every page is laid out."""
+    from html_page import only_html, only_quick_tests
+
     with pytest.MonkeyPatch.context() as patch:
         if only_quick_tests(request.config):
             only_html(patch)
@@ -98,6 +123,8 @@ def gait_data() -> Path:
 @pytest.fixture(scope="session")
 def task() -> Iterator[WalkingTask]:
     """The walking task of subject 5 with the default configuration."""
+    from simulation_fixtures import task_of_subject
+
     found = task_of_subject("S05")
     before = pickle.dumps(found)
     yield found
@@ -107,4 +134,6 @@ def task() -> Iterator[WalkingTask]:
 @pytest.fixture(scope="session")
 def peer(task: WalkingTask, tmp_path_factory: pytest.TempPathFactory) -> DartPeer:
     """DART's own reading of the task's URDF."""
+    from simulation_fixtures import DartPeer
+
     return DartPeer(task.model, tmp_path_factory.mktemp("peer"))

@@ -128,7 +128,7 @@ def test_a_cohort_without_its_libraries_says_which_extra_it_needs(tmp_path: Path
     done = without(tmp_path, "cohort", "table.csv")
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
-    assert "cohort needs dask, distributed" in done.stderr
+    assert "a cohort needs cryptography, dask, distributed" in done.stderr
     assert "[cohort]'" in done.stderr
 
 

@@ -159,7 +159,9 @@ def _recorded(archive: Archive, held: Held, person: str, trial: str) -> Study | 
         "citation": archive.CITATION,
         "licence": archive.LICENCE,
     }
-    return Study(name=f"{person}-{trial}-raw", recording=recording)
+    # no age is known of some people, and TOML has no word for that
+    known = {name: each for name, each in recording.items() if each is not None}
+    return Study(name=f"{person}-{trial}-raw", recording=known)
 
 
 def virtual_people(count: int, seed: int = 0) -> tuple[Study, ...]:

@@ -5,17 +5,26 @@ Imported only by `engine`, after it has seen that Dask is installed.
 """
 
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.security import Security
 
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval_cohort.task import SAFE
 
 LOOPBACK: Final = "127.0.0.1"
-"""The only address at which a local cluster listens: nobody else can send it work."""
+"""The only address at which a local cluster listens. Other users of the machine reach it too: who
+has not the cohort's certificate is turned away (TLS, in both directions)."""
+SCHEDULER: Final = {"dashboard": False, "dashboard_address": f"{LOOPBACK}:0"}
+"""Dask listens for pages even without a dashboard, at every address if it is given none."""
+PLAIN: Final = ("msgpack", "dask", "error")
+"""What a client of ours reads of workers: values. What would have to be unpickled is refused."""
 ANSWER: Final = 10.0
 """s, for a scheduler to answer."""
 BATCH: Final = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
@@ -47,25 +56,36 @@ def processors() -> int:
 
 @contextmanager
 def client_of(
-    scheduler: str | None, workers: int | None, threads: int, retries: int
+    scheduler: str | None,
+    workers: int | None,
+    threads: int,
+    retries: int,
+    *,
+    without_tls: bool = False,
+    shared: Path | None = None,
 ) -> Iterator[Client]:
     """A client of the workers, which are ended after the block if they were started for it.
 
     Parameters
     ----------
-    scheduler : None for processes of this machine, "tcp://…" of a running one, or a batch system.
+    scheduler : None for processes of this machine, "tls://…" of a running one, or a batch system.
     workers : processes or jobs; for processes, as many as the processors are good for if None.
     threads : of a study.
     retries : how many lost workers a study may have, for clusters that are started here.
+    without_tls : a running one may be "tcp://…", which runs programs of whoever reaches it.
+    shared : folder that jobs see, for their key; the home folder if None.
 
     Raises
     ------
     ClusterError : the scheduler does not answer.
-    ConfigurationError : no such scheduler, or dask-jobqueue is not installed.
+    ConfigurationError : no such scheduler, one without TLS, or dask-jobqueue is not installed.
     """
     ours = {
         "distributed.scheduler.allowed-failures": retries,
         **QUIET,
+        # What listens for pages has none: they have no password, and show what runs.
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
         # A study is a process of its own: what a worker itself holds says nothing about it.
         "distributed.worker.memory.terminate": False,
         "distributed.worker.memory.pause": False,
@@ -73,28 +93,44 @@ def client_of(
         "distributed.worker.memory.target": False,
     }
     if scheduler is None:
-        count = workers or max(processors() // threads, 1)
+        count, security = workers or max(processors() // threads, 1), Security.temporary()
         with (
             _environment_kept(),
-            dask.config.set(ours),
-            _local(count) as cluster,
-            Client(cluster) as client,
+            tempfile.TemporaryDirectory(prefix="gaitval-dask-") as folder,
+            # Dask's own folder has a name that anybody can know, and plant a link of
+            dask.config.set({**ours, "temporary-directory": folder}),
+            _local(count, security) as cluster,
+            _client(cluster, security=security) as client,
         ):
             yield client
     elif scheduler in BATCH:
-        with dask.config.set(ours), _jobs(scheduler, workers) as cluster, Client(cluster) as client:
+        security = Security.temporary()
+        with (
+            tempfile.TemporaryDirectory(
+                prefix=".gaitval-key-", dir=shared or Path.home()
+            ) as folder,
+            dask.config.set({**ours, "temporary-directory": folder}),
+            _jobs(scheduler, workers, _in_files(security, Path(folder))) as cluster,
+            _client(cluster, security=security) as client,
+        ):
             yield client
     elif "://" in scheduler:
         if workers is not None:
             raise ConfigurationError(
                 f"--workers {workers}: the cluster at {scheduler} has its own. Leave it out."
             )
+        if not (scheduler.startswith("tls://") or without_tls):
+            raise ConfigurationError(
+                f"--scheduler {scheduler}: without TLS, whoever reaches it can run programs as "
+                "you. Start it with certificates and give tls://… (docs/how-to/cohort.md); or give "
+                "--without-tls as well, in a network that you share with nobody."
+            )
         with _running(scheduler) as client:
             yield client
     else:
         raise ConfigurationError(
             f"--scheduler {scheduler}: give the address of a running one, such as "
-            f"tcp://10.0.0.5:8786, or {' or '.join(BATCH)}."
+            f"tls://10.0.0.5:8786, or {' or '.join(BATCH)}."
         )
 
 
@@ -103,9 +139,11 @@ def _environment_kept() -> Iterator[None]:
     """Undo what Dask does to this process's environment.
 
     It sets the variables that its workers shall have (`OMP_NUM_THREADS`, `MALLOC_TRIM_THRESHOLD_`,
-    `PYTHONHASHSEED`) here, and leaves them: all that is started later would have them too.
+    `PYTHONHASHSEED`) here, and leaves them: all that is started later would have them too. Neither
+    do its workers take modules from the folder that the command is run in.
     """
     before = dict(os.environ)
+    os.environ[SAFE] = "1"
     try:
         yield
     finally:
@@ -114,14 +152,19 @@ def _environment_kept() -> Iterator[None]:
         os.environ.update(before)
 
 
-def _local(workers: int) -> LocalCluster:
+def _client(to: Any, **settings: Any) -> Client:
+    return Client(to, serializers=PLAIN, deserializers=PLAIN, **settings)
+
+
+def _local(workers: int, security: Security) -> LocalCluster:
     return LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
         host=LOOPBACK,
-        dashboard_address=f"{LOOPBACK}:0",
-        worker_dashboard_address=f"{LOOPBACK}:0",
+        protocol="tls://",
+        security=security,
+        scheduler_kwargs=SCHEDULER,
         memory_limit=0,
         silence_logs=50,  # a killed worker is told by us
     )
@@ -129,7 +172,7 @@ def _local(workers: int) -> LocalCluster:
 
 def _running(address: str) -> Client:
     try:
-        return Client(address, timeout=ANSWER)
+        return _client(address, timeout=ANSWER)
     except (OSError, TimeoutError) as error:
         raise ClusterError(
             f"{address}: no Dask scheduler answers there ({error}). Start one with `dask scheduler`"
@@ -137,7 +180,21 @@ def _running(address: str) -> Client:
         ) from None
 
 
-def _jobs(system: str, workers: int | None) -> Any:
+def _in_files(security: Security, folder: Path) -> Security:
+    """The same, in files that this user alone can read, for jobs on other machines."""
+    made, names = security.get_tls_config_for_role("worker"), {}
+    for name in ("ca_file", "key"):
+        names[name] = str(folder / name)
+        handle = os.open(names[name], os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w") as file:
+            file.write(made[name])
+    roles = {f"tls_{role}_key": names["key"] for role in ("client", "scheduler", "worker")}
+    # of its own making, so the certificate is its authority as well
+    certificates = {name.replace("key", "cert"): names["ca_file"] for name in roles}
+    return Security(require_encryption=True, tls_ca_file=names["ca_file"], **roles, **certificates)
+
+
+def _jobs(system: str, workers: int | None, security: Security) -> Any:
     """Workers that are jobs of a batch system, as `~/.config/dask/jobqueue.yaml` describes them."""
     try:
         import dask_jobqueue
@@ -150,6 +207,14 @@ def _jobs(system: str, workers: int | None) -> Any:
         name: dask.config.get(f"jobqueue.{system}.{name}", None) or value
         for name, value in JOB.items()
     }
-    cluster = getattr(dask_jobqueue, BATCH[system])(**known)
+    prologue = dask.config.get(f"jobqueue.{system}.job-script-prologue", None) or []
+    cluster = getattr(dask_jobqueue, BATCH[system])(
+        **known,
+        job_script_prologue=[*prologue, f"export {SAFE}=1"],
+        protocol="tls://",
+        security=security,
+        scheduler_options={"dashboard": False},
+        worker_extra_args=["--no-dashboard"],
+    )
     cluster.scale(jobs=workers or 1)
     return cluster

@@ -72,7 +72,7 @@ SchedulerOption = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="tcp://… of a running Dask cluster, or slurm or pbs.",
+        help="tls://… of a running Dask cluster, or slurm or pbs.",
         show_default=False,
     ),
 ]
@@ -84,6 +84,13 @@ StoreOption = Annotated[
         help="Where studies are kept: a folder that every worker sees, or object storage "
         "(s3://…). By default OUT/studies.",
         show_default=False,
+    ),
+]
+WithoutTlsOption = Annotated[
+    bool,
+    typer.Option(
+        "--without-tls",
+        help="Take a cluster at tcp://… too, where whoever reaches it can run programs as you.",
     ),
 ]
 RetriesOption = Annotated[
@@ -98,7 +105,7 @@ RetriesOption = Annotated[
     "gaitval cohort table.csv --out runs/cohort",
     "gaitval cohort --all-data ../shared/data --out runs/all   # every trial in a folder",
     "gaitval cohort --virtual 40 --out runs/virtual            # virtual people",
-    "gaitval cohort table.csv --out runs/c --scheduler tcp://10.0.0.5:8786",
+    "gaitval cohort table.csv --out runs/c --scheduler tls://10.0.0.5:8786",
     "gaitval cohort table.csv --out runs/c --scheduler slurm --workers 20",
     "gaitval cohort table.csv --out runs/c --store s3://bucket/cohort",
     after="imports",
@@ -113,6 +120,7 @@ def cohort(
     workers: WorkersOption = None,
     threads: ThreadsOption = 1,
     scheduler: SchedulerOption = None,
+    without_tls: WithoutTlsOption = False,
     store: StoreOption = None,
     retries: RetriesOption = 3,
     config: ConfigOption = None,
@@ -146,6 +154,7 @@ def cohort(
             studies,
             address,
             scheduler=scheduler,
+            without_tls=without_tls,
             workers=workers,
             threads=threads,
             retries=retries,

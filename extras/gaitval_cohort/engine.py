@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval_cohort.answers import outcome_of
 from gaitval_cohort.identity import REAL, fingerprint
 from gaitval_cohort.table import Study
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from gaitval_cohort.store import Store
 
-NEEDED: Final = ("dask", "distributed", "fsspec", "psutil", "statsmodels")
+NEEDED: Final = ("cryptography", "dask", "distributed", "fsspec", "psutil", "statsmodels")
 POLL: Final = 0.2
 """s to wait for a study to be done, before the scheduler is looked after."""
 ASKING: Final = 2.0
@@ -81,6 +82,7 @@ def run_cohort(
     workers: int | None = None,
     threads: int = 1,
     retries: int = 3,
+    without_tls: bool = False,
     function: str = REAL,
     tell: Tell | None = None,
 ) -> list[Json]:
@@ -89,7 +91,7 @@ def run_cohort(
     Parameters
     ----------
     address : folder or object storage of the studies, see `store.Store`.
-    scheduler, workers : see `cluster.client_of`.
+    scheduler, workers, without_tls : see `cluster.client_of`.
     threads : of each study.
     retries : how often a study is started again after its worker or its process was lost.
     function : "module:function" that does a study.
@@ -124,7 +126,7 @@ def run_cohort(
                 done=len(outcomes),
                 failed=failed,
                 workers=len(client.scheduler_info(n_workers=-1)["workers"]) if client else 0,
-                dashboard=client.dashboard_link if client else "",
+                dashboard=_dashboard(client),
                 seconds=time.monotonic() - began,
                 outcome=outcome,
                 refused=refused,
@@ -135,7 +137,9 @@ def run_cohort(
     if orders:
         from gaitval_cohort.cluster import client_of
 
-        with client_of(scheduler, workers, threads, retries) as client:
+        with client_of(
+            scheduler, workers, threads, retries, without_tls=without_tls, shared=store.local
+        ) as client:
             say(None, client)
             for outcome in outcomes_of(client, orders, retries):
                 if outcome is not None:
@@ -178,7 +182,7 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     from distributed import as_completed
 
     from gaitval_cohort.cluster import ClusterError
-    from gaitval_cohort.task import run_order
+    from gaitval_cohort.task import answer
 
     some_done = threading.Event()
     tries = dict.fromkeys((order["study"]["name"] for order in orders), 1)
@@ -187,7 +191,7 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
         name = order["study"]["name"]
         # A key of its own for each attempt: Dask answers a known key with its old result.
         key = f"{name}-{order['fingerprint'][:8]}-{number}"
-        future = client.submit(run_order, order, key=key, pure=False, priority=-position[name])
+        future = client.submit(answer, order, key=key, pure=False, priority=-position[name])
         future.add_done_callback(lambda _: some_done.set())
         return future
 
@@ -217,7 +221,7 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
         for future in batch:
             order = futures.pop(future)
             name = order["study"]["name"]
-            outcome = _outcome(name, future)
+            outcome = _outcome(order, future)
             if outcome["status"] == "cancelled":
                 raise ClusterError(
                     "the Dask scheduler has gone, or somebody cancelled the studies. Finished ones "
@@ -233,16 +237,27 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
             yield {**outcome, "tries": tries[name]}
 
 
+def _dashboard(client: "Client | None") -> str:
+    """Address of Dask's page; a cluster that is started here has none."""
+    own = client is None or client.cluster is not None
+    return "" if client is None or own else str(client.dashboard_link)
+
+
 def _threads(client: "Client") -> int:
     """Of all workers: studies that can run at the same time."""
     workers = client.scheduler_info(n_workers=-1)["workers"]
     return sum(int(each["nthreads"]) for each in workers.values())
 
 
-def _outcome(name: str, future: Any) -> Json:
+def _outcome(order: Json, future: Any) -> Json:
     """The result of a task, or why there is none."""
+    name = order["study"]["name"]
     if future.status == "finished":
-        return dict(future.result())
+        try:
+            return outcome_of(future.result(), name, order["fingerprint"])
+        except (TypeError, ValueError) as refused:  # TypeError: it would have to be unpickled
+            told = str(refused).partition("\n")[0]
+            return _refused(name, f"a worker's answer is refused: {told}", "fault")
     if future.status == "cancelled":
         return _refused(name, "cancelled", status="cancelled")
     error = future.exception()

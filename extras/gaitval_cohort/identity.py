@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from gaitval import __version__
 from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.session.request import FILES
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.run import general_policy
@@ -87,10 +87,8 @@ def record_parts(study: Study) -> Json:
 def _hash_of(file: Path) -> str:
     try:
         return file_hash(file)
-    except OSError as error:
-        raise ConfigurationError(
-            f"{file}: cannot be read ({error.strerror}). Check the table: paths are relative to it."
-        ) from None
+    except ArtefactError as error:
+        raise ConfigurationError(f"{error} In a table, paths are relative to it.") from None
 
 
 def _policies(study: Study) -> list[str]:

@@ -19,6 +19,7 @@ from gaitval.artefacts import write_json
 from gaitval.errors import GaitvalError
 from gaitval.memory import give_back_soon, seldom_search
 from gaitval.study.stage import Observer
+from gaitval_cohort.answers import Summary
 from gaitval_cohort.identity import function_of
 from gaitval_cohort.store import SUMMARY, Store, alone
 from gaitval_cohort.table import Study
@@ -81,6 +82,7 @@ def perform(order: Mapping[str, Any], log: Log) -> dict[str, Any]:
     try:
         with alone(folder):
             summary = function_of(order["function"])(study, folder, order["threads"], log)
+            Summary.model_validate(summary)  # or the tables could not take it
             write_json(folder / SUMMARY, summary)
             store.keep(study.name, folder)
     except GaitvalError as error:

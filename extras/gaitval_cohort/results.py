@@ -48,7 +48,7 @@ def tables_of(store: Store, outcomes: Sequence[Mapping[str, Any]]) -> dict[str, 
         summary = summary_of(store, name) if outcome["status"] == "finished" else None
         rows["studies"].append(_study_row(store, outcome, summary or {}))
         for table in TABLES[1:]:
-            rows[table] += [{"study": name, **row} for row in (summary or {}).get(table, ())]
+            rows[table] += [{**row, "study": name} for row in (summary or {}).get(table, ())]
     return {name: pd.DataFrame(rows[name], columns=COLUMNS[name]) for name in TABLES}
 
 

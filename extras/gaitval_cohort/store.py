@@ -9,6 +9,7 @@ object storage a study works in a temporary folder of its worker, and is copied 
 import json
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,8 +19,10 @@ from typing import Any, Final
 import filelock
 import fsspec
 
-from gaitval.artefacts import write_text
+from gaitval import file_gate
+from gaitval.artefacts import read_json, write_text
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval_cohort.answers import Outcome, Summary
 
 FINISHED: Final = "finished.json"
 SUMMARY: Final = "summary.json"
@@ -61,15 +64,33 @@ class Store:
         return "/".join(part for part in (base, name, file) if part)
 
     def finished(self, name: str) -> dict[str, Any] | None:
-        """What is known of a finished study; None if it is not finished, or cannot be read."""
-        values = self.read(name, FINISHED)
-        return values if isinstance(values, dict) else None
+        """What is known of a finished study; None if it is not finished, or cannot be read.
+
+        It counts only with a summary that the tables can take, or it would be run no more.
+        """
+        try:
+            found = Outcome.model_validate(self.read(name, FINISHED)).model_dump()
+        except ValueError:
+            return None
+        whole = found["name"] == name and found["status"] == "finished"
+        return found if whole and self.summary(name) is not None else None
+
+    def summary(self, name: str) -> dict[str, Any] | None:
+        """The summary of a study, of the types of `answers.Summary`; None if there is none."""
+        try:
+            return Summary.model_validate(self.read(name, SUMMARY)).model_dump()
+        except ValueError:
+            return None
 
     def read(self, name: str, file: str) -> Any:
-        """A JSON file of a study; None if it is not there or damaged."""
+        """A JSON file of a study; None if it is not there, damaged, or not this user's."""
         try:
-            return json.loads(self._files.cat_file(f"{self.root}/{name}/{file}"))
-        except (OSError, ValueError):
+            if self.local is not None:
+                path = self.local / name / file
+                return read_json(path) if _ours(path.parent) and _ours(path) else None
+            text = self._files.cat_file(f"{self.root}/{name}/{file}", end=file_gate.VALUES)
+            return json.loads(text)
+        except (ArtefactError, OSError, RecursionError, ValueError):
             return None
 
     def finish(self, name: str, record: dict[str, Any]) -> None:
@@ -87,12 +108,15 @@ class Store:
             self._files.rm_file(path)
 
     def folder(self, name: str, fingerprint: str) -> Path:
-        """Folder to work in: the study's own, or one of this machine for object storage."""
-        if self.local is not None:
-            return self.local / name
-        user = os.getuid() if hasattr(os, "getuid") else 0
-        scratch = Path(tempfile.gettempdir()) / f"gaitval-cohort-{user}"
-        return scratch / f"{name}-{fingerprint[:12]}" / name
+        """Folder to work in: the study's own, or a new one of this machine for object storage,
+        which this user alone can read. Raises ArtefactError if the study's own is a link.
+        """
+        if self.local is None:
+            return Path(tempfile.mkdtemp(prefix=f"gaitval-cohort-{fingerprint[:12]}-")) / name
+        folder = self.local / name
+        if folder.is_symlink():
+            raise ArtefactError(f"{folder}: is a link, which is not followed. Remove it.")
+        return folder
 
     def keep(self, name: str, folder: Path) -> None:
         """Copy a working folder to object storage; nothing to do for a folder."""
@@ -114,6 +138,8 @@ class Store:
         try:
             if self.local is not None:
                 self.local.mkdir(parents=True, exist_ok=True)
+                if os.name == "posix" and self.local.stat().st_mode & stat.S_IWOTH:
+                    raise PermissionError("everybody may write to it: run chmod o-w")
             self._files.pipe_file(probe, b"")
             self._files.rm_file(probe)
         except Exception as error:  # each kind of storage has its own
@@ -121,6 +147,13 @@ class Store:
                 f"{self.address}: cannot be written to ({type(error).__name__}: {error}). Check "
                 "the address, and the key or the permissions."
             ) from None
+
+
+def _ours(path: Path) -> bool:
+    """Whether a file or folder is this user's own, and no link."""
+    found = path.lstat()
+    user = getattr(os, "getuid", lambda: found.st_uid)()
+    return not stat.S_ISLNK(found.st_mode) and found.st_uid == user
 
 
 @contextmanager

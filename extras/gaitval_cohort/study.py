@@ -15,8 +15,9 @@ from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
 from gaitval.session.stored import limits_of_record
 from gaitval.session.write import FOLDER, RECORD
-from gaitval.study.run import general_walker, run_subject
+from gaitval.study.run import run_subject
 from gaitval.study.stage import Observer, open_run
+from gaitval.study.stored_policy import general_walker
 from gaitval_cohort.identity import Json, configuration_of, record_parts, subject_in_table
 from gaitval_cohort.results import PROFILE_SCORES
 from gaitval_cohort.table import Study

@@ -27,8 +27,6 @@ A column with a dot in its name is a setting, `section.key`; one with the name o
 `recording` takes what a person of `gaitval imports` takes. Paths are relative to the table.
 """
 
-import csv
-import io
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -38,6 +36,7 @@ from typing import Annotated, Any, Final, Literal
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from gaitval import file_gate
 from gaitval.artefacts import read_toml, write_text
 from gaitval.errors import ConfigurationError
 from gaitval.session.request import FILES, ImportOptions
@@ -145,17 +144,8 @@ def write_table(path: Path, studies: Iterable[Study]) -> None:
 
 
 def _csv_rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ConfigurationError(
-            f"{path}: cannot be read ({error.strerror}). Check the name and the folder."
-        ) from None
-    except UnicodeDecodeError:
-        raise ConfigurationError(f"{path}: not UTF-8 text. Save the table as UTF-8.") from None
-    reader = csv.DictReader(io.StringIO(text))
-    for row in reader:
-        where = f"line {reader.line_num}"
+    for line, row in file_gate.csv_rows(path, ConfigurationError, largest=file_gate.WRITTEN):
+        where = f"line {line}"
         if None in row or None in row.values():
             raise ConfigurationError(
                 f"{path}, {where}: not as many cells as the header has columns. Add or remove some."
@@ -259,7 +249,7 @@ def _name_of(values: Mapping[str, Any], seeds: list[Any]) -> str:
     """A name from what the study is of: `S01-T03-s1`."""
     virtual = values.get("virtual")
     if virtual is not None:
-        base = f"V{virtual.get('seed', 0)}_{virtual.get('number', 0):0>3}"
+        base = f"V{virtual.get('seed', 0)}_{virtual.get('number', 0)!s:0>3}"
     elif values.get("recording") is not None:
         base = Path(str(values["recording"].get("static", "recording"))).stem
     else:

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitval.artefacts import read_json
-from gaitval_cohort.store import LOG, SUMMARY, Store
+from gaitval.errors import ArtefactError
+from gaitval_cohort.store import LOG, Store
 
 THREADS: Final = (
     "OMP_NUM_THREADS",
@@ -28,6 +29,9 @@ THREADS: Final = (
     "NUMBA_NUM_THREADS",
 )
 """Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
+SAFE: Final = "PYTHONSAFEPATH"
+"""Variable that keeps a Python from modules in the folder that it is started in, whose others may
+be: a `pickle.py` there would run."""
 SAMPLING: Final = 0.5
 """s between two looks at the memory of a study's processes."""
 COUNTING: Final = 10.0
@@ -51,6 +55,11 @@ def order_of(
     }
 
 
+def answer(order: Json) -> str:
+    """What a worker sends of an `order`: its outcome as JSON, for nothing of it is unpickled."""
+    return json.dumps(run_order(order))
+
+
 def run_order(order: Json) -> Json:
     """Do the study of an `order`, unless another worker has finished it; what became of it.
 
@@ -66,14 +75,29 @@ def run_order(order: Json) -> Json:
     known = store.finished(name)
     if known is not None and known.get("fingerprint") == order["fingerprint"]:
         return dict(known)
+    began = time.monotonic()
+    try:
+        folder = store.folder(name, order["fingerprint"])
+    except ArtefactError as error:
+        found: Json = {"status": "refused", "reason": str(error)}
+        return _outcome(order, found, began, 0)
     # What is there is of other inputs.
     store.forget(name)
-    folder = store.folder(name, order["fingerprint"])
     folder.mkdir(parents=True, exist_ok=True)
-    began = time.monotonic()
     found, peak = _watched(order, folder)
-    outcome: Json = {
-        "name": name,
+    outcome = _outcome(order, found, began, peak)
+    if outcome["status"] == "finished":
+        store.finish(name, outcome)
+    else:
+        store.keep(name, folder)  # its log says why
+    store.clear(folder)
+    return outcome
+
+
+def _outcome(order: Json, found: Json, began: float, peak: int) -> Json:
+    """What became of an order, from what its process `found`."""
+    return {
+        "name": order["study"]["name"],
         "fingerprint": order["fingerprint"],
         "status": found["status"],
         "reason": found["reason"],
@@ -81,17 +105,12 @@ def run_order(order: Json) -> Json:
         "peak_memory": max(peak, found.get("peak_memory", 0)),
         "worker": f"{os.uname().nodename if hasattr(os, 'uname') else 'here'}:{os.getpid()}",
     }
-    if outcome["status"] == "finished":
-        store.finish(name, outcome)
-        store.clear(folder)
-    else:
-        store.keep(name, folder)  # its log says why
-    return outcome
 
 
 def pinned(threads: int) -> dict[str, str]:
     """The environment of a study's process, with so many `threads`."""
-    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+    own = {SAFE: "1", "PYTHONUNBUFFERED": "1"}
+    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), **own}
 
 
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
@@ -185,5 +204,4 @@ def _asked(about: Callable[[], Any], name: str) -> int:
 
 def summary_of(store: Store, name: str) -> Json | None:
     """The summary in `store` of the finished study `name`."""
-    values = store.read(name, SUMMARY)
-    return values if isinstance(values, dict) else None
+    return store.summary(name)

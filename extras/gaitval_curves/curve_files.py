@@ -7,6 +7,7 @@ the table that an import writes. Other columns are left alone.
 """
 
 import difflib
+import io
 import re
 from collections.abc import Mapping, Sequence
 from itertools import takewhile
@@ -16,6 +17,7 @@ from typing import Final, Literal
 import numpy as np
 import pandas as pd
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.gait_values import MeanCurves
@@ -84,9 +86,8 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
 
 def _is_wbds(path: Path) -> bool:
     try:
-        with path.open(encoding="utf-8") as file:
-            header = file.readline()
-    except (OSError, UnicodeDecodeError):
+        header = file_gate.read_text(path, RecordError, largest=file_gate.VALUES).partition("\n")[0]
+    except (RecordError, UnicodeDecodeError):
         return False
     return "RKneeAngleZ" in header or "RKneeMomentZ" in header
 
@@ -106,12 +107,6 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
-def _notes(path: Path) -> int:
-    """Number of lines at the top of a CSV file that start with `#`, such as a template's."""
-    with path.open(encoding="utf-8-sig") as file:
-        return sum(1 for _ in takewhile(lambda line: line.startswith("#"), file))
-
-
 def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
     """Columns of curves in a file, without `_mean`, and the names of the others."""
     if path.suffix.lower() in _NO_TABLES:
@@ -121,15 +116,14 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
         )
     try:
         if path.suffix.lower() in (".parquet", ".pq"):
-            table = pd.read_parquet(path)
+            table = _parquet(path)
         else:
-            table = pd.read_csv(
-                path, sep=None, engine="python", encoding="utf-8", skiprows=_notes(path)
-            )
-    except FileNotFoundError:
-        raise RecordError(f"{path}: no such file. Check the path.") from None
-    except IsADirectoryError:
-        raise RecordError(f"{path}: is a folder. Give a file of mean curves.") from None
+            text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
+            # lines at the top that start with `#`, such as a template's
+            notes = sum(1 for _ in takewhile(lambda line: line.startswith("#"), text.splitlines()))
+            table = pd.read_csv(io.StringIO(text), sep=None, engine="python", skiprows=notes)
+    except RecordError:
+        raise
     except Exception as error:  # the readers have no common error
         raise RecordError(f"{path}: {_unread(path, error)}") from None
     found, others = {}, []
@@ -140,10 +134,7 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             continue
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
         if len(values) != SAMPLES:
-            raise RecordError(
-                f"{path}: {len(values)} rows of data, but there must be {SAMPLES}: 0 to 100 % of "
-                "each side's own gait cycle. Resample the curves."
-            )
+            raise RecordError(_another_length(path, len(values)))
         found[plain] = values
     if not found:
         seen = ", ".join(map(str, list(table.columns)[:6]))
@@ -153,6 +144,21 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             "--template` writes a file with all of them."
         )
     return found, others
+
+
+def _parquet(path: Path) -> pd.DataFrame:
+    """The table of a file; one of another length is not read."""
+    rows = file_gate.parquet_rows(path, RecordError, largest=file_gate.VALUES)
+    if rows != SAMPLES:
+        raise RecordError(_another_length(path, rows))
+    return pd.read_parquet(path)
+
+
+def _another_length(path: Path, rows: int) -> str:
+    return (
+        f"{path}: {rows} rows of data, but there must be {SAMPLES}: 0 to 100 % of each side's own "
+        "gait cycle. Resample the curves."
+    )
 
 
 def _unread(path: Path, error: Exception) -> str:

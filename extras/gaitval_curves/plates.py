@@ -20,7 +20,7 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
-from gaitval.reference.dynamic_fit import solve
+from gaitval.reference.dynamic_fit import INFERENCE, solve
 from gaitval.reference.motion import build_reference
 
 SHIFT_SD = 0.03
@@ -70,7 +70,7 @@ def plate_evidence(
     # The scale first: a wrong scale also changes the moments, and would look like a shift.
     record = corrected(record, PlateCorrection(scale=1.0 / mean))
     reference = build_reference(record, model, contact)
-    solution = solve(reference, record, model, contact, shift_sd=SHIFT_SD)
+    solution = solve(reference, record, model, contact, INFERENCE, shift_sd=SHIFT_SD)
     return PlateEvidence(mean, solution.common[:2], solution.covariance[:2, :2])
 
 

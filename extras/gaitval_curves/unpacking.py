@@ -8,6 +8,8 @@ import zlib
 from pathlib import Path, PurePosixPath
 from typing import Final
 
+from gaitval import file_gate
+from gaitval.artefacts import why_unwritable
 from gaitval.errors import ArchiveError
 
 DISK_MARGIN: Final = 200_000_000
@@ -38,6 +40,7 @@ def unpack(archive: Path, folder: Path) -> None:
     `MEMBERS_LIMIT` members.
     """
     try:
+        file_gate.passed(archive, ArchiveError, largest=file_gate.BINARY)
         with zipfile.ZipFile(archive) as stored:
             members = stored.infolist()
             _check_members(archive, members)
@@ -49,7 +52,12 @@ def unpack(archive: Path, folder: Path) -> None:
                 if folder.exists():
                     folder.replace(Path(temporary) / "old")
                 (Path(temporary) / "new").replace(folder)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (
+        *(zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError),
+        OSError,  # a place before the beginning, or a name that no system takes
+    ) as error:
+        if why_unwritable(error) is not None:
+            raise
         raise ArchiveError(
             f"{archive}: cannot be read as a ZIP archive ({error}). Delete it and fetch it again."
         ) from None

@@ -10,6 +10,7 @@ where they are there (`wbds.read_trial`), because they have corrected speeds.
 """
 
 import re
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.gait_values import MeanCurves, gait_values
@@ -120,14 +122,20 @@ def _rows(path: Path) -> list[dict[str, str]]:
     if path.suffix != ".xlsx":
         return table_rows(path, ())
     try:
+        file_gate.passed(path, RecordError, largest=file_gate.VALUES)
+        with zipfile.ZipFile(path) as members:
+            sizes = (each.file_size for each in members.infolist())
+            file_gate.check_unpacked(sizes, path, RecordError)
         table = pd.read_excel(path, dtype=str)
+    except RecordError:
+        raise
     except ImportError:
         raise RecordError(
             f"{path}: an Excel file, and openpyxl is not installed here. Install it (python -m pip "
             "install openpyxl), or save the table as WBDSinfo.csv beside it."
         ) from None
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}). Download it again.") from None
+    except Exception as error:  # openpyxl raises whatever its parsing hits first
+        raise RecordError(f"{path}: cannot be read ({error!r}). Download it again.") from None
     return [{str(key): str(each) for key, each in row.items()} for row in table.to_dict("records")]
 
 

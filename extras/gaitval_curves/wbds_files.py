@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
@@ -114,12 +115,11 @@ def _refuse(path: Path, problems: Sequence[str]) -> None:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise RecordError(
-            f"{path}: no such file. Give the folder that holds processed/, stride_times.csv, "
-            "WBDS_subjects_merged.csv and static_markers_10subjects.csv."
-        ) from None
+        mend = (
+            "Give the folder that holds processed/, stride_times.csv, WBDS_subjects_merged.csv and "
+            "static_markers_10subjects.csv"
+        )
+        return file_gate.read_text(path, RecordError, largest=file_gate.TABLE, mend=mend)
     except UnicodeDecodeError:
         raise RecordError(f"{path}: not text. Download the file again.") from None
 
@@ -279,7 +279,10 @@ def table_rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
         if name not in (reader.fieldnames or ())
     ]
     _refuse(path, problems)
-    return list(reader)
+    try:
+        return list(reader)
+    except csv.Error as error:
+        raise RecordError(f"{path}: cannot be read as CSV ({error}). Download it again.") from None
 
 
 def number_in(path: Path, row: Mapping[str, str], column: str) -> float:

@@ -10,9 +10,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitval import file_gate
 from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value_hash, write_json
 from gaitval.configuration import load_configuration
-from gaitval.errors import ArtefactError, GaitvalError
+from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import held
 from gaitval.study.inputs import METRICS, STORED_FILES, start_kind
 from gaitval.study.sources import code_of
@@ -192,7 +193,7 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     mu, correction = folder / "identification.json", folder / "correction.json"
     identification_from(read_json(mu), str(mu))
     Adjustment.from_dict(read_json(correction), str(correction))
-    subject = (folder / "subject.toml").read_text(encoding="utf-8")
+    subject = file_gate.read_text(folder / "subject.toml", SubjectError, largest=file_gate.WRITTEN)
     settings = read_toml(folder / "configuration.toml", ArtefactError)
     beside = provenance_of(subject, settings, metrics.record)
     for name, what in (

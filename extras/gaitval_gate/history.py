@@ -19,6 +19,7 @@ from typing import Any, Final, Literal
 
 from pydantic import Field
 
+from gaitval import file_gate
 from gaitval.artefacts import read_json, writing
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
@@ -330,6 +331,8 @@ _MEND: Final = (
 @contextmanager
 def _opened(path: Path, *, write: bool) -> Iterator[sqlite3.Connection]:
     """A history that has been looked over; what is written is written whole or not at all."""
+    if path.exists():
+        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY)
     try:
         with writing(path):
             if write:

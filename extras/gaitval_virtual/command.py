@@ -62,7 +62,7 @@ def virtual(
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.study.run import general_walker
+    from gaitval.study.stored_policy import general_walker
     from gaitval_virtual.person import virtual_person
 
     if by not in ("markers", "stature"):

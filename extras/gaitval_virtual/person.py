@@ -31,7 +31,7 @@ from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import roll_out
 from gaitval.policy.storage import Policy
-from gaitval.reference.dynamic_fit import Accuracy, ConventionAccuracy, fitted
+from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, fitted
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
@@ -49,7 +49,12 @@ _LOADED: Final = 0.2
 # Cycles of the walk that are averaged.
 _CYCLES: Final = 20
 _OWN_KINETICS: Final = RecordAccuracy(
-    moment=0.15, adduction_moment=0.2, forward_force=0.02, sideways_force=0.015, vertical_force=0.05
+    moment=0.15,
+    adduction_moment=0.2,
+    forward_force=0.02,
+    sideways_force=0.015,
+    vertical_force=0.05,
+    hip_centre=0.0,
 )
 """Moments and forces are those that this body needs for its motion, within the scatter between
 people: a body that is made to walk with another's moments shows nothing of its own."""
@@ -172,8 +177,8 @@ def walked(
     record, contact = person.record(), configuration.contact
     accuracy = Accuracy(
         record=_OWN_KINETICS,
-        convention=ConventionAccuracy(lean=_HELD),
-        mean_lean=ConventionAccuracy().lean * random.standard_normal(),
+        convention=INFERENCE.convention._replace(lean=_HELD),
+        mean_lean=INFERENCE.convention.lean * random.standard_normal(),
     )
     reference = fitted(build_reference(record, body, contact), record, body, contact, accuracy)
     task = WalkingTask(body, record, reference, configuration)

@@ -14,7 +14,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
-from gaitval.contact.forces import ground_forces
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import PELVIS_ANGLES
@@ -22,6 +21,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -35,7 +35,7 @@ from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Walker, WalkingTask
+from gaitval.simulation.walker import WalkingTask
 from gaitval_virtual.person import VirtualError, drawn_parameters, walked
 from gaitval_virtual.standing import landmarks_on, standing_pose
 
@@ -270,34 +270,6 @@ def _belt(side: int) -> Array:
     # it.
     front, back = length / 2.0, -length / 2.0
     return np.array([[front, right, 0], [back, right, 0], [back, left, 0], [front, left, 0]])
-
-
-def ground_wrenches(walk: Rollout, task: WalkingTask) -> Array:
-    """Force and moment of the ground on both feet.
-
-    A rollout keeps the force and the centre of pressure but not the free moment, so the contact law
-    is computed again at its states.
-
-    Parameters
-    ----------
-    walk : T physics steps.
-    task : of the walk, whose body and contact it has.
-
-    Returns
-    -------
-    (T, 2, 6) force N on the right and left foot and its moment Nm about the world's origin; zero in
-        the first row.
-    """
-    walker = Walker(task)
-    walker.set_parameters(walk.mu)
-    memory = np.zeros((len(task.model.spheres), 3))
-    found, generalised = np.zeros((len(walk.time), 2, 6)), np.zeros(len(COORDINATES))
-    for row in range(1, len(found)):  # a step's force is that of the state before it
-        ground_forces(
-            walker.tree, walker.law, walk.positions[row - 1], walk.velocities[row - 1],
-            walker.lag, memory, generalised, found[row],
-        )  # fmt: skip
-    return found
 
 
 def _with_noise(plate: Plate, random: np.random.Generator) -> Plate:

@@ -31,7 +31,7 @@ def screen(
     from gaitval.identification.prior import prior_sd
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
-    from gaitval.study.run import general_walker
+    from gaitval.study.stored_policy import general_walker
     from gaitval_virtual.screening import screened, table
 
     configuration = load_configuration(config, settings=settings or ())

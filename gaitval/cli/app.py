@@ -454,6 +454,9 @@ def main() -> None:
     give_back_soon()
     seldom_search()
     _end_in_order()
+    # Processes that are started here take no modules from the folder that this one is run in, where
+    # others may have put some.
+    os.environ.setdefault("PYTHONSAFEPATH", "1")
     try:
         app()
     except KeyboardInterrupt:

@@ -21,6 +21,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from gaitval import file_gate
+from gaitval.errors import ArtefactError
 from gaitval.study.stage import BESIDE, INTERRUPTED, Observer
 
 if TYPE_CHECKING:
@@ -183,8 +185,8 @@ def duration(seconds: float) -> str:
 
 def print_csv(path: Path, title: str) -> None:
     """Print the CSV file `path` as a table with a `title`, numbers to four digits."""
-    with path.open(encoding="utf-8", newline="") as file:
-        print_rows(list(csv.reader(file)), title)
+    text = file_gate.read_text(path, ArtefactError, largest=file_gate.TABLE)
+    print_rows(list(csv.reader(text.splitlines())), title)
 
 
 def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:

@@ -5,14 +5,13 @@ knows which force to compile into the engines, so choosing a law costs nothing i
 docs/how-to/contact-law.md shows how to add one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Final, Protocol, Self
 
 from numba.extending import overload
 
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
-from gaitval.contact.cubic import Cubic
 from gaitval.contact.hunt_crossley import HuntCrossley
 
 
@@ -56,13 +55,23 @@ class ContactLaw(Protocol):
         """
 
 
-LAWS: Final[Mapping[str, type[ContactLaw]]] = {"hunt_crossley": HuntCrossley, "cubic": Cubic}
-"""Laws by their name in the configuration, `contact.law`."""
+def _cubic() -> type[ContactLaw]:
+    from gaitval.contact.cubic import Cubic
+
+    return Cubic
+
+
+LAWS: Final[Mapping[str, Callable[[], type[ContactLaw]]]] = {
+    "hunt_crossley": lambda: HuntCrossley,
+    "cubic": _cubic,
+}
+"""What gives each law, by its name in the configuration, `contact.law`; a law that is not the
+default is loaded only when it is asked for."""
 
 
 def contact_law(contact: ContactSettings, friction: float) -> ContactLaw:
     """The law that `contact` names, with a static friction coefficient (body parameter sigma)."""
-    return LAWS[contact.law].of(contact, friction)
+    return LAWS[contact.law]().of(contact, friction)
 
 
 def _sphere_force(law: Any, radius: Any, height: Any, velocity: Any, out: Any) -> Any:

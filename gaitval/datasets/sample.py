@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
+from gaitval import file_gate
 from gaitval.artefacts import replacing
 from gaitval.errors import ArchiveError
 
@@ -19,15 +20,19 @@ def copy_sample(folder: Path) -> list[Path]:
     of these names is there already and is another, ArtefactError if the folder cannot be written
     to.
     """
-    source = resources.files("gaitval") / "samples"
-    contents = {name: (source / name).read_bytes() for name in SAMPLE}
+    contents = {
+        name: resources.files("gaitval").joinpath("samples", name).read_bytes() for name in SAMPLE
+    }
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise ArchiveError(f"{folder}: is a file. Give a folder.")
     for name, content in contents.items():
-        if (folder / name).exists() and (folder / name).read_bytes() != content:
+        there = folder / name
+        if not there.exists():
+            continue
+        if file_gate.read_bytes(there, ArchiveError, largest=file_gate.BINARY) != content:
             raise ArchiveError(
-                f"{folder / name}: is there already and is not the sample's. Give another folder."
+                f"{there}: is there already and is not the sample's. Give another folder."
             )
     for name, content in contents.items():
         with replacing(folder / name) as temporary:

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
@@ -35,7 +34,6 @@ from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import (
-    REQUIRED_ANGLES,
     Curve,
     Force,
     GaitRecord,
@@ -273,39 +271,9 @@ class Subject(Displayed, StoredPart):
         """The person with the own trial of another file (`other`) added to `trials`. Raises
         SubjectError if it is another person's, or a trial that is there already.
         """
-        differences = [
-            f"{name} {here:g} and {there:g}"
-            for name, here, there, slack in (
-                ("mass_kg", self.mass_kg, other.mass_kg, 0.1 * self.mass_kg),
-                ("height_m", self.height_m, other.height_m, 0.03),
-                ("leg_length_m", self.leg_length_m, other.leg_length_m, 0.03),
-            )
-            if abs(here - there) > slack
-        ]
-        if self.sex != other.sex:
-            differences.append(f"sex {self.sex} and {other.sex}")
-        if not (self.is_person_of(other) or self.guessed or other.guessed):
-            named = (f"{each.person} of {each.laboratory}" for each in (self, other))
-            differences.append(" and ".join(named))
-        if differences:
-            raise SubjectError(
-                f"{other.identifier} ({other.source}): a trial of another person than "
-                f"{self.identifier} ({self.source}): {', '.join(differences)}. Give a trial of the "
-                "same person."
-            )
-        trial = other.as_trial()
-        for known in (self.as_trial(), *self.trials):
-            if _same_curves(known.gait, trial.gait):
-                raise SubjectError(
-                    f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
-                    f"of {self.identifier}. A trial cannot be both used and held out; give another."
-                )
-        names = {self.trial, *(known.name for known in self.trials)}
-        name = trial.name
-        for number in range(2, 2 + len(names)):
-            name = name if name not in names else f"{trial.name}-{number}"
-        added = trial.model_copy(update={"name": name})
-        return self.model_copy(update={"trials": (*self.trials, added)})
+        from gaitval.datasets.further_trial import named_trial
+
+        return self.model_copy(update={"trials": (*self.trials, named_trial(self, other))})
 
     def as_trial(self) -> Trial:
         """The subject's own trial, to be kept beside another."""
@@ -399,16 +367,6 @@ class Subject(Displayed, StoredPart):
                 forces=recorded(curves.forces, "kinetics"),
             ).named()
         )
-
-
-def _same_curves(one: Gait, other: Gait) -> bool:
-    """Whether two gaits have the same joint angles to a hundredth of a degree."""
-    phase = np.arange(100) / 100
-    first, second = one.angles_of_both(), other.angles_of_both()
-    return all(
-        np.abs(first[name](phase) - second[name](phase)).max() < np.radians(0.01)
-        for name in REQUIRED_ANGLES
-    )
 
 
 _FIELDS: Final = tuple(

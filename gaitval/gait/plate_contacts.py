@@ -23,7 +23,7 @@ from gaitval.gait.feet_on_plates import (
     nearest_foot,
     over_plate,
 )
-from gaitval.mocap.findings import Finding, sample_finding
+from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.recording import Plate, Recording
 
 OUTSIDE_FOOT: Final = 0.06
@@ -132,7 +132,7 @@ def judge_contact(
         # Of both feet: a plate measures the sum of two forces, which cannot be divided.
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
-        findings.append(sample_finding(recording, "contact", names, first, last, action))
+        findings.append(finding(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
     heavy = load > WELL_LOADED * load.max()
     for column, side in enumerate(SIDES):
@@ -151,7 +151,7 @@ def judge_contact(
                 f"{OUTSIDE}, in {100 * away.mean():.0f} % of the loaded time (another foot "
                 "or person on the plate, or wrong corners or axes); forces not used"
             )
-            findings.append(sample_finding(recording, "contact", names, first, last, action))
+            findings.append(finding(recording, "contact", names, first, last, action))
         if len(plates) < len(recording.plates):
             continue  # a plate whose position is unknown may carry what seems to be beside it
         on_any = np.any([over_plate(other, feet.outlines[column]) for other in plates], axis=0)
@@ -159,7 +159,7 @@ def judge_contact(
         if beside.mean() * len(beside) > SHORTEST_SHARED_SECONDS * recording.force_rate:
             valid[first:last, column] = False
             action = "part of the foot is beside the plates; forces not used"
-            findings.append(sample_finding(recording, "contact", names, first, last, action))
+            findings.append(finding(recording, "contact", names, first, last, action))
     return findings
 
 
@@ -199,7 +199,7 @@ def judge_brushes(
         valid[begin:end, column] = False
         action = f"touched with {peak:.0f} N, too short for a stance; not used"
         names = (f"plate {plate.name}", f"{SIDES[column]} foot")
-        findings.append(sample_finding(recording, "contact", names, begin, end, action))
+        findings.append(finding(recording, "contact", names, begin, end, action))
     return findings
 
 
@@ -276,7 +276,5 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
                 if share < 1.0 - LEAST_SHOWN
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )
-            findings.append(
-                sample_finding(recording, "contact", (f"{side} foot",), begin, end, action)
-            )
+            findings.append(finding(recording, "contact", (f"{side} foot",), begin, end, action))
     return findings

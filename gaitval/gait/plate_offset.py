@@ -13,7 +13,7 @@ from scipy.ndimage import binary_erosion
 from gaitval.arrays import runs
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
-from gaitval.mocap.findings import Finding, sample_finding
+from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.force_plates import make_plate, plate_axes
 from gaitval.mocap.recording import Plate, Recording
 
@@ -60,9 +60,9 @@ def zero_plates(
     feet = feet_of(recording, landmarks)
     plates, findings = [], []
     for plate in recording.plates:
-        zeroed, finding = _zeroed(recording, plate, feet)
+        zeroed, found = _zeroed(recording, plate, feet)
         plates.append(zeroed)
-        findings += finding
+        findings += found
     return replace(recording, plates=tuple(plates)), tuple(findings)
 
 
@@ -123,4 +123,4 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
 
 def _offset_finding(recording: Recording, plate: Plate, action: str) -> Finding:
     names = (f"plate {plate.name}",)
-    return sample_finding(recording, "offset", names, 0, len(plate.force), action)
+    return finding(recording, "offset", names, 0, len(plate.force), action)

@@ -32,8 +32,8 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.dynamic_fit import (
     HARMONICS,
+    INFERENCE,
     INSTANTS,
-    Accuracy,
     Problem,
     Solution,
     fit_problem,
@@ -151,12 +151,12 @@ class BodyFit:
 
     def _problem(self, record: GaitRecord) -> Problem:
         noise, model = self._noise, self._model
-        plain = fit_problem(self.reference, record, model, self._contact, Accuracy(), noise.plate)
+        plain = fit_problem(self.reference, record, model, self._contact, INFERENCE, noise.plate)
         count = _EXTENDED + len(self.extended)
         # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres,
         # extended.
         lever = np.zeros((*plain.lever.shape[:2], count))
-        lever[..., :_BODY] = plain.lever
+        lever[..., :_BODY] = plain.lever[..., :_BODY]
         weights = _law_weights(plain.weight, model.mass, noise)
         for index, (name, side) in enumerate(_CENTRES):
             row = COORDINATES.index(f"{name}_{side[0]}")
@@ -169,7 +169,7 @@ class BodyFit:
         # mu, joint centres and extended parameters are in units of their prior SD, so their prior
         # is 1.
         prior = np.ones(count)
-        prior[:_BODY] = plain.prior
+        prior[:_BODY] = plain.prior[:_BODY]
         return plain._replace(
             bodies=self.body,
             # Only these change the body. Damping and friction keep their columns, which stay zero,

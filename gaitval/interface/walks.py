@@ -20,8 +20,7 @@ from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.policy.rollouts import roll_out
 from gaitval.simulation.rollout import SimulatedWalk
-from gaitval.study.run import stored_baseline
-from gaitval.study.stored_policy import StoredPolicy
+from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
 Body = Literal["nominal", "identified"]
 

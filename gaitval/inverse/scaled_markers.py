@@ -6,9 +6,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Self
 
-import pandas as pd
-
+from gaitval import file_gate
 from gaitval.artefacts import replacing
+from gaitval.errors import ArtefactError
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.model.markers import MARKERS, ModelMarker, load_markers, save_markers
 from gaitval.model.urdf import read_urdf, write_urdf
@@ -60,7 +60,7 @@ class MarkedBody(ScaledBody):
         """Read the folder that `save` or `gaitval scale` wrote, or `recording` in the folder of an
         import. Raises ModelError, ArtefactError.
         """
-        rows = pd.read_csv(Path(path) / "scaling.csv").astype(object)
+        rows = file_gate.csv_frame(Path(path) / "scaling.csv", ArtefactError).astype(object)
         rows = rows.where(rows.notna(), None)
         table = tuple(ScaledSegment(**row) for row in rows.to_dict("records"))  # type: ignore[arg-type]
         stored = Path(path) / MARKERS

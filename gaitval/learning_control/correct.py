@@ -46,6 +46,8 @@ INDEPENDENT = 12
 """Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the filter."""
 _ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
 """Standard deviation of the prior, rad and m: of each harmonic, and of the height."""
+_SHARES = (1.0, 0.7, 0.4)
+"""Shares of the change that was found. The largest one that does no harm is used."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
 
@@ -57,6 +59,7 @@ class Corrected:
     Attributes
     ----------
     errors : `Walked.error` before and after each step; empty if the uncorrected walker fell.
+    share : of the change that was found, the part that is used; see `_SHARES`.
     effective_number : of free numbers, of `Adjustment.harmonics` and height: trace of the matrix
         that takes a curve's deviations to the fitted ones.
     refused : why a correction that was found is not used; None if it is, or none was found.
@@ -65,6 +68,7 @@ class Corrected:
 
     correction: Adjustment
     errors: tuple[float, ...]
+    share: float
     effective_number: float
     refused: str | None
     before: Walked | None
@@ -79,6 +83,7 @@ class Corrected:
             harmonics=self.correction.harmonics.tolist(),
             height=self.correction.height,
             errors=list(self.errors),
+            share=self.share,
             numbers=self.correction.harmonics.size + 1,
             effective_number=self.effective_number,
             refused=self.refused,
@@ -178,7 +183,8 @@ def correct(
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if a walk from half a cycle later, which the search has not seen, gets
     better too, and if the pelvis's angles, which it does not look at, get no worse in either walk
-    by more than its cycles differ.
+    by more than its cycles differ. If the whole change does such harm, smaller shares of it are
+    tried.
 
     Parameters
     ----------
@@ -221,7 +227,7 @@ def correct(
         if wanted == 0:  # nothing is looked for: the walk as it is
             (before,) = walk([none], start)
             errors = () if before is None else (before.error(),)
-            return Corrected(_correction(none), errors, 0.0, None, before, before)
+            return Corrected(_correction(none), errors, 1.0, 0.0, None, before, before)
         from gaitval.learning_control.search import harm, search
 
         found = search(
@@ -231,13 +237,15 @@ def correct(
             allowed=allowed,
             on_round=progress,
         )
-        walked = walk([none, found.point], start, (start + 0.5) % 1.0)
-    point, refused = found.point, None
-    # Order of `walked`: uncorrected and corrected from the start phase, then the same from half a
-    # cycle later.
-    if point.any() and (refused := harm(*walked)):
-        point = none
-    before = walked[0]
-    after = walked[1] if refused is None else before
+        share, point, refused = 1.0, found.point, None
+        for share in _SHARES:
+            point = share * found.point
+            # Without and with it from the start phase, then the same from half a cycle later.
+            before, after, *other = walk([none, point], start, (start + 0.5) % 1.0)
+            refused = harm(before, after, *other) if point.any() else None
+            if refused is None:
+                break
+    if refused is not None:
+        share, point, after = 0.0, none, before
     number = found.effective_number
-    return Corrected(_correction(point), found.errors, number, refused, before, after)
+    return Corrected(_correction(point), found.errors, share, number, refused, before, after)

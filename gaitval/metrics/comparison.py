@@ -14,6 +14,7 @@ from gaitval.gait.record import GaitRecord, LowPass
 from gaitval.metrics.cycles import GaitCycles, cut, filtered
 from gaitval.metrics.typed import Count, Number, Result, number
 from gaitval.model.rotations import pelvis_angles
+from gaitval.reference.motion import about_record
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
@@ -59,7 +60,7 @@ def simulated_curves(
 
     Angles are as simulated; moments and forces are filtered with zero lag (`filters`, see
     `low_pass_of`) before they are cut, and divided by `mass` (kg, of the model) and mass x
-    `GRAVITY`.
+    `GRAVITY`. Moments of the hips are about the record's hip centres, as the record's are.
     """
     moments, forces = filtered(rollout, filters)
     pelvis = pelvis_angles(Rotation.from_rotvec(rollout.positions[:, :3]).as_matrix())
@@ -75,7 +76,9 @@ def simulated_curves(
             sign = 1.0 if name == "pelvis_tilt" else mirror
             curves.angles[f"{name}_{suffix}"] = cut(sign * pelvis[:, index], starts, ends)
         for name in JOINT_MOMENTS:
-            moment = moments[:, ACTUATED.index(f"{name}_{suffix}")] / mass
+            moment = moments[:, ACTUATED.index(f"{name}_{suffix}")]
+            vertical = forces[:, column, 2]
+            moment = about_record(moment, name, rollout.hip_centre[column], vertical) / mass
             curves.moments[f"{name}_{suffix}"] = cut(moment, starts, ends)
         # the midline is to the left of the right foot
         medial = np.array([1.0, mirror, 1.0])

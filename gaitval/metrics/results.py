@@ -42,6 +42,7 @@ from gaitval.metrics.typed import (
     OpenResult,
     Result,
     Sha256,
+    Share,
     Size,
     named,
     same_version,
@@ -50,6 +51,7 @@ from gaitval.metrics.walk_results import (
     CountBySide,
     Endurance,
     FootContacts,
+    HipCentres,
     MeanCurve,
     PushRecovery,
     TorqueShares,
@@ -158,6 +160,9 @@ class WalkResult(Result):
     joint_power: JointPower | None
     centre_of_mass: CentreOfMass | None
     epsilon: Epsilon | None
+    hip_centres: HipCentres | None = None
+    """Null where moments are compared about the model's own hips, as in files of earlier
+    versions."""
 
 
 class WalkResults(Result):
@@ -306,6 +311,8 @@ class CorrectionResult(Result):
     ]
     height: Number
     errors: list[Number]
+    share: Share = 1.0
+    """Of what was found, the part that is used: less than 1 where the whole did harm."""
     numbers: Count
     """Of harmonics and height."""
     effective_number: Size

@@ -29,6 +29,7 @@ from gaitval.metrics.comparison import (
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import Stances, foot_contacts
+from gaitval.metrics.hip_centres import hip_centres
 from gaitval.metrics.joint_power import joint_power, power_measures
 from gaitval.metrics.known_measures import uses
 from gaitval.metrics.learning_gain import LearningGain
@@ -283,6 +284,7 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         joint_power=power,
         centre_of_mass=None if path is None else path.tolist(),
         epsilon=error,
+        hip_centres=hip_centres(rollout.hip_centre, mean_curves(compared.curves), of.curves),
     )
     return walk, [
         *rmse_measures(errors),

@@ -54,6 +54,22 @@ class Repeat(Result):
     """By measure and target."""
 
 
+class HipCentre(Result):
+    """Where the hip centre that the record's moments are about lies, as the reference was fitted:
+    by so much forward and outward of the model's, m. See `reference.motion.about_record`.
+    """
+
+    forward: Number
+    outward: Number
+    rmse_about_model: dict[str, Size]
+    """Nm/kg; what the errors of the hip's moments would be about the model's own hip, by
+    coordinate."""
+
+
+class HipCentres(Sides[HipCentre]):
+    """Of both sides."""
+
+
 class MeanCurve(Result):
     """Mean and standard deviation over the cycles; null where there are too few."""
 

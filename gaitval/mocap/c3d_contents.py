@@ -20,6 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 
@@ -107,20 +108,14 @@ def check_size(path: Path) -> None:
     RecordError : the file cannot be opened, is empty, truncated, of another format, or in the byte
         order of MIPS processors.
     """
-    try:
-        with path.open("rb") as file:
-            head = file.read(_BLOCK)
-            size = file.seek(0, io.SEEK_END)
-            if len(head) == _BLOCK:
-                # Byte 0 is the number of the first block of parameters, counted from 1.
-                file.seek((max(head[0], 1) - 1) * _BLOCK)
-                parameters = file.read(4)
-    except FileNotFoundError:
-        raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
-    except OSError as error:
-        raise RecordError(
-            f"{path}: cannot be opened ({error.strerror}). Check the path and permissions."
-        ) from None
+    mend = "Check the name and the folder"
+    with file_gate.opened(path, RecordError, largest=file_gate.BINARY, mend=mend) as file:
+        head = file.read(_BLOCK)
+        size = file.seek(0, io.SEEK_END)
+        if len(head) == _BLOCK:
+            # Byte 0 is the number of the first block of parameters, counted from 1.
+            file.seek((max(head[0], 1) - 1) * _BLOCK)
+            parameters = file.read(4)
     if not size:
         raise RecordError(f"{path}: the file is empty. Copy or export it again.")
     if len(head) > 1 and head[1] != 0x50:

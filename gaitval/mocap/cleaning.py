@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.exchanges import exchange_back, refuse_mirrored_labels
-from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.gaps import fill_gaps
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import cut_spikes
@@ -82,9 +82,8 @@ def clean(
         )
     never = np.asarray(~seen.any(axis=0))
     missing = tuple(name for name, gone in zip(recording.names, never, strict=True) if gone)
-    last = len(markers) - 1
     findings = [
-        frame_finding(recording, "missing", [name], 0, last, "never seen in this trial; left out")
+        finding(recording, "missing", [name], 0, len(markers), "never seen in this trial; left out")
         for name in missing
     ]
     # Before the spikes: a marker that visits another one's place for a moment would be cut as one.
@@ -98,7 +97,7 @@ def clean(
     # NaN equals nothing, so a frame that was filled counts as changed.
     changed = now & ~(markers == recording.markers).all(axis=2)
     report = CleaningReport(
-        findings=tuple(sorted(findings, key=lambda finding: (finding.start, finding.names))),
+        findings=tuple(sorted(findings, key=lambda each: (each.start, each.names))),
         missing=missing,
         filled=_counts(recording.names, changed.sum(axis=0)),
         # A marker that is never seen is missing, not left open.

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
@@ -78,9 +78,7 @@ def exchange_back(
                 frames = [*frames[:-1], opened] if frames else [0, opened]
         for begin, end in zip(frames[::2], frames[1::2], strict=True):
             findings.append(
-                frame_finding(
-                    recording, "swap", pair, begin, end - 1, "trajectories exchanged back"
-                )
+                finding(recording, "swap", pair, begin, end, "trajectories exchanged back")
             )
     return findings
 

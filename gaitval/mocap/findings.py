@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -10,6 +10,8 @@ from gaitval.arrays import Array, Flags
 from gaitval.mocap.recording import Recording
 
 FindingKind = Literal["missing", "gap", "spike", "swap", "jump", "offset", "contact"]
+OF_FORCES: Final = ("offset", "contact")
+"""Kinds that are found in samples of the forces; the others are in frames of the markers."""
 
 
 @dataclass(frozen=True)
@@ -34,42 +36,16 @@ class Finding:
     action: str
 
     def __str__(self) -> str:
-        unit = "sample" if self.kind in ("offset", "contact") else "frame"
-        where = (
-            f"{unit} {self.first}"
-            if self.first == self.last
-            else f"{unit}s {self.first}-{self.last}"
-        )
-        when = (
-            f"{self.start:.3f} s"
-            if self.first == self.last
-            else (f"{self.start:.3f}-{self.end:.3f} s")
-        )
+        unit = "sample" if self.kind in OF_FORCES else "frame"
+        if self.first == self.last:
+            where, when = f"{unit} {self.first}", f"{self.start:.3f} s"
+        else:
+            where = f"{unit}s {self.first}-{self.last}"
+            when = f"{self.start:.3f}-{self.end:.3f} s"
         return f"{self.kind}: {', '.join(self.names)}, {where} ({when}): {self.action}"
 
 
-def frame_finding(
-    recording: Recording,
-    kind: FindingKind,
-    names: Iterable[str],
-    first: int,
-    last: int,
-    action: str,
-) -> Finding:
-    """A finding in frames of the markers.
-
-    Parameters
-    ----------
-    recording : whose clock and marker rate give the times.
-    kind : what was found.
-    names : the markers concerned.
-    first, last : frames counted from 0, both included.
-    action : what was done about it, in words.
-    """
-    return _finding(recording.start, recording.marker_rate, kind, names, first, last, action)
-
-
-def sample_finding(
+def finding(
     recording: Recording,
     kind: FindingKind,
     names: Iterable[str],
@@ -77,33 +53,20 @@ def sample_finding(
     end: int,
     action: str,
 ) -> Finding:
-    """A finding in samples of the forces.
+    """A finding in frames of the markers, or in samples of the forces (`OF_FORCES`).
 
     Parameters
     ----------
-    recording : whose clock and force rate give the times.
+    recording : whose clock and rate give the times.
     kind : what was found.
-    names : the plates or feet concerned.
-    begin, end : first sample, counted from 0, and the first one after it.
+    names : the markers, plates or feet concerned.
+    begin, end : first frame or sample, counted from 0, and the first one after it.
     action : what was done about it, in words.
     """
-    last = int(end) - 1
-    return _finding(recording.start, recording.force_rate, kind, names, begin, last, action)
-
-
-def _finding(
-    start: float,
-    rate: float,
-    kind: FindingKind,
-    names: Iterable[str],
-    first: int,
-    last: int,
-    action: str,
-) -> Finding:
-    first, last = int(first), int(last)
-    return Finding(
-        kind, tuple(names), first, last, start + first / rate, start + last / rate, action
-    )
+    rate = recording.force_rate if kind in OF_FORCES else recording.marker_rate
+    first, last = int(begin), int(end) - 1
+    start, stop = recording.start + first / rate, recording.start + last / rate
+    return Finding(kind, tuple(names), first, last, start, stop, action)
 
 
 def seen_frames(positions: Array) -> Flags:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
-from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.recording import Recording
 
 RIGID_GAP_FACTOR: Final = 5.0
@@ -87,5 +87,5 @@ def fill_gaps(
                 )
             if spiked[begin:end, column].any():
                 action += ", after a spike was removed"
-            findings.append(frame_finding(recording, "gap", [name], begin, end - 1, action))
+            findings.append(finding(recording, "gap", [name], begin, end, action))
     return findings

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
+from gaitval.artefacts import check_arrays
 from gaitval.coordinates import Side
-from gaitval.display import Displayed, read_record, value_frame, write_record
+from gaitval.display import Displayed, edited, read_record, value_frame, write_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -188,12 +189,23 @@ class Recording(Displayed):
         """Read what `save` wrote. Raises ArtefactError."""
         arrays, others = read_record(Path(path), cls.__name__)
         plates = []
-        for number, name in enumerate(others.pop("plates")):
-            start = f"plate{number}."
-            found = {k.removeprefix(start): v for k, v in arrays.items() if k.startswith(start)}
-            plates.append(Plate(name, **found))
-        events = tuple(Event(*each) for each in others.pop("events"))
-        return cls(markers=arrays["markers"], plates=tuple(plates), events=events, **others)
+        try:
+            for number, name in enumerate(others.pop("plates")):
+                start = f"plate{number}."
+                found = {k.removeprefix(start): v for k, v in arrays.items() if k.startswith(start)}
+                found = {"force": found.pop("force"), **found}  # T is that of the force
+                shapes = {each: (4, 3) if each == "corners" else (0, 3) for each in found}
+                check_arrays(found, shapes, Path(path), may_lack=found)
+                plates.append(Plate(name, **found))
+            events = tuple(Event(*each) for each in others.pop("events"))
+            markers = {"markers": arrays["markers"]}
+            shape = (0, len(others["names"]), 3)
+            check_arrays(markers, {"markers": shape}, Path(path), may_lack=markers)
+            if not (others["marker_rate"] > 0 and others["force_rate"] >= 0):
+                raise ValueError("its rates are not positive")
+            return cls(**markers, plates=tuple(plates), events=events, **others)
+        except (KeyError, TypeError, ValueError) as error:
+            raise edited(Path(path), error) from None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.mocap.findings import Finding, frame_finding, seen_frames
+from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.recording import Recording
 
 LARGEST_ACCELERATION: Final = 150.0
@@ -89,7 +89,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
             path[begin:end] = np.nan
             spiked[begin:end, column] = True
             action = f"up to {1000 * away:.0f} mm off its path; removed"
-            findings.append(frame_finding(recording, "spike", [name], begin, end - 1, action))
+            findings.append(finding(recording, "spike", [name], begin, end, action))
         # A jump that is left when the spikes are cut does not come back.
         surprise = surprise_of(path)
         jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
@@ -99,7 +99,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
                 "frame(s) and does not return; left as it is: check the label"
             )
             first, last = int(jumps[0]), int(jumps[-1])
-            findings.append(frame_finding(recording, "jump", [name], first, last, action))
+            findings.append(finding(recording, "jump", [name], first, last + 1, action))
     return findings, spiked
 
 

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 
@@ -14,6 +15,12 @@ SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""
 
 XYZ: Final = "xyz"
+
+LINES: Final = 20_000_000
+"""Most lines of a file: two hours at 2000 Hz have fewer."""
+
+_BREAKS: Final = "\n\r\v\f\x1c\x1d\x1e\x85\u2028\u2029"
+"""What ends a line for Python."""
 
 
 def _not_text(path: Path) -> RecordError:
@@ -36,24 +43,22 @@ def text_lines(path: Path) -> list[str]:
         message).
     """
     try:
-        # -sig: programs for Windows may begin a file with a byte order mark.
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise RecordError(f"{path}: no such file. Check the name and the folder.") from None
-    except OSError as error:
-        raise RecordError(
-            f"{path}: cannot be opened ({error.strerror}). Check the path and permissions."
-        ) from None
+        # Motion Analysis and Vicon write the folder's name in Windows' code page.
+        text = file_gate.read_text(
+            path,
+            RecordError,
+            largest=file_gate.TABLE,
+            mend="Check the name and the folder",
+            encodings=("utf-8-sig", "cp1252"),
+        )
     except UnicodeDecodeError:
-        try:
-            # Motion Analysis and Vicon write the folder's name in Windows' code page.
-            text = path.read_text(encoding="cp1252")
-        except UnicodeDecodeError:
-            raise _not_text(path) from None
-    if not text.strip():
+        raise _not_text(path) from None
+    if not text or text.isspace():
         raise RecordError(f"{path}: the file is empty. Copy or export it again.")
     if "\0" in text:
         raise _not_text(path)
+    if sum(map(text.count, _BREAKS)) > LINES:
+        raise RecordError(f"{path}: has more than {LINES:,} lines. Export one trial.")
     return text.splitlines()
 
 

@@ -1,7 +1,7 @@
 """XML from outside, parsed so that it can do no harm.
 
 A document may not have a document type: with one come entities, which read other files or grow
-without end. Size and depth are bounded.
+without end. Depth is bounded.
 """
 
 from collections.abc import Callable
@@ -14,35 +14,6 @@ from gaitval.errors import ModelError
 
 DEPTH: Final = 100
 """Most elements inside each other; an OpenSim model with muscles has about twenty."""
-
-
-def read_xml(path: Path, *, largest: int, usual: str, mend: str) -> bytes:
-    """Bytes of the XML file `path`.
-
-    Parameters
-    ----------
-    largest : bytes, the most that is read.
-    usual : how large such a file is, for the message.
-    mend : what to do about one that is too large, for the message.
-
-    Raises
-    ------
-    ModelError : it is missing, not a file, may not be read, or is too large.
-    """
-    try:
-        if path.exists() and not path.is_file():
-            raise ModelError(f"{path}: is not a file. Give the file itself.")
-        size = path.stat().st_size
-        content = path.read_bytes() if size <= largest else b""
-    except OSError as error:
-        if isinstance(error, FileNotFoundError):
-            raise ModelError(f"{path}: no such file. Check the path.") from None
-        raise ModelError(
-            f"{path}: cannot be read ({error.strerror}). Give a file that you may read."
-        ) from None
-    if size > largest:
-        raise ModelError(f"{path}: {size} bytes, but {usual}. {mend}")
-    return content
 
 
 def parse_xml(

@@ -20,6 +20,7 @@ import numpy as np
 import xacro
 import yourdfpy
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import scratch, write_text
 from gaitval.coordinates import ACTUATED, AXES, RANGES
@@ -32,7 +33,7 @@ from gaitval.model.body import (
     ContactSphere,
     Segment,
 )
-from gaitval.model.safe_xml import parse_xml, read_xml
+from gaitval.model.safe_xml import parse_xml
 
 TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
@@ -217,12 +218,7 @@ def _shape(model: BodyModel) -> dict[str, float]:
 
 
 def _parse(path: Path) -> yourdfpy.Robot:
-    content = read_xml(
-        path,
-        largest=LARGEST_FILE,
-        usual="a body model has about 40,000",
-        mend="Write it again with `gaitval scale`.",
-    )
+    content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
 
     def no_mesh(tag: str) -> None:
         if tag == "mesh":

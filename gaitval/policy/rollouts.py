@@ -295,6 +295,7 @@ def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Ro
         mu=walker.mu,
         start_phase=np.array([start_phase]),
         fell=np.array([float(fell)]),
+        hip_centre=walker.task.reference.hip_centre,
     )
 
 

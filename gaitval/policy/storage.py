@@ -15,6 +15,7 @@ import safetensors
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
+from gaitval import file_gate
 from gaitval.artefacts import read_json, replacing, write_json
 from gaitval.configuration import EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
@@ -243,7 +244,7 @@ def _read(folder: Path) -> Policy:
             "Train the policy again with this version of gaitval."
         )
     try:
-        tensors = load_file(path)
+        tensors = load_file(file_gate.passed(path, PolicyError, largest=file_gate.UNPACKED))
     except (safetensors.SafetensorError, OSError, KeyError, TypeError, ValueError) as error:
         raise PolicyError(
             f"{path}: cannot be read as safetensors ({error}); it is truncated or damaged. Train "

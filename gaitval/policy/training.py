@@ -15,9 +15,10 @@ from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from gaitval import file_gate
 from gaitval.artefacts import replacing, versions
 from gaitval.configuration import Configuration, TrainingSettings
-from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.errors import ArtefactError, PolicyError
 from gaitval.model.urdf import model_hash
 from gaitval.policy.learner import Learner
 from gaitval.policy.reward import REWARD_TERMS
@@ -104,7 +105,8 @@ def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None
 def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
     """The checkpoint of a training of `total` samples; None if there is none to resume from."""
     try:
-        with safe_open(folder / _CHECKPOINT, "pt") as file:
+        path = file_gate.passed(folder / _CHECKPOINT, ArtefactError, largest=file_gate.UNPACKED)
+        with safe_open(path, "pt") as file:
             state = json.loads(file.metadata()["state"])
             # The schedules run over the whole of a training, so a checkpoint of another length is
             # of another training.
@@ -112,9 +114,9 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
                 return None
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         log = _Log(read_log(folder / "training.csv", state["samples"]))
-    except (OSError, SafetensorError, KeyError, TypeError, ValueError):
+        log.episodes.extend(tuple(episode) for episode in state["episodes"])
+    except (ArtefactError, SafetensorError, KeyError, RecursionError, TypeError, ValueError):
         return None
-    log.episodes.extend(tuple(episode) for episode in state["episodes"])
     return _Checkpoint(state["samples"], state["device"], log, tensors)
 
 
@@ -203,49 +205,9 @@ def train(
     PolicyError : `start` has other observations than this task.
     ConfigurationError : the configured device does not exist.
     """
-    learner = _train([task, *also], Path(folder), samples, start, on_progress)
+    learner = run_training([task, *also], Path(folder), samples, start, on_progress)
     about = {"subject": subject, "model_hash": model_hash(task.model)}
-    return _policy(task.configuration, learner, about)
-
-
-def train_general(
-    tasks: Sequence[WalkingTask],
-    folder: Path,
-    *,
-    samples: int,
-    start: Policy | None = None,
-    on_progress: Progress | None = None,
-) -> Policy:
-    """Train one policy on the bodies of several people, for trainings of each to start from.
-
-    Observations are relative to the reference, so they mean the same for everybody. The
-    environments are assigned to the tasks in turn. Otherwise as `train`.
-
-    Parameters
-    ----------
-    tasks : one per person, all with the same configuration.
-    folder, samples, start, on_progress : as `train` takes them.
-
-    Raises
-    ------
-    ConfigurationError : the tasks' configurations differ, or there are fewer environments than
-        tasks.
-    PolicyError : `start` has other observations than these tasks.
-    """
-    configuration = tasks[0].configuration
-    if any(task.configuration != configuration for task in tasks):
-        raise ConfigurationError(
-            "A general policy is trained with one configuration, but the tasks' configurations "
-            "differ. Use the same one for all."
-        )
-    if configuration.training.environments < len(tasks):
-        raise ConfigurationError(
-            f"training.environments: {configuration.training.environments} environments are fewer "
-            f"than the {len(tasks)} tasks of a general policy. Set it to a multiple of "
-            f"{len(tasks)}."
-        )
-    learner = _train(tasks, Path(folder), samples, start, on_progress)
-    return _policy(configuration, learner, {"general": True})
+    return policy_of(task.configuration, learner, about)
 
 
 def _device(configuration: Configuration) -> str:
@@ -257,13 +219,14 @@ def _device(configuration: Configuration) -> str:
     return choose_device(configuration)
 
 
-def _train(
+def run_training(
     tasks: Sequence[WalkingTask],
     folder: Path,
     samples: int,
     start: Policy | None,
     on_progress: Progress | None,
 ) -> Learner:
+    """What has learned to walk `samples` of `tasks`; the other arguments and errors as `train`."""
     folder.mkdir(parents=True, exist_ok=True)
     configuration = tasks[0].configuration
     training, warm = configuration.training, start is not None
@@ -318,7 +281,8 @@ def _train(
     return learner
 
 
-def _policy(configuration: Configuration, learner: Learner, about: dict[str, Any]) -> Policy:
+def policy_of(configuration: Configuration, learner: Learner, about: dict[str, Any]) -> Policy:
+    """The policy of a `learner`, with what there is to say `about` it and its `configuration`."""
     tensors = {
         name: value.numpy()
         for name, value in learner.tensors().items()

@@ -19,9 +19,10 @@ convention of this project, because the record has no markers above the pelvis o
 It is long because each part of the motion has its derivation beside it.
 """
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -29,7 +30,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.artefacts import check_arrays, read_arrays, write_arrays
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
@@ -88,6 +89,26 @@ SLIDING_SCALE = 0.05
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Coordinates whose recorded moment is fed forward, and is a target of `dynamic_fit`."""
 
+HIP_SIGNS: Final[Mapping[str, float]] = {"hip_flexion": 1.0, "hip_adduction": -1.0}
+"""What a hip centre further forward and further outward adds to the moments about it under a
+vertical force; the order is that of the columns of `ReferenceMotion.hip_centre`."""
+
+
+_SHAPES: Final = {
+    "phase": (0,),
+    "positions": (0, 31),
+    "velocities": (0, 31),
+    "moments": (0, 25),
+    "ground_reaction": (0, 2, 3),
+    "centre_of_mass": (0, 3),
+    "end_effectors": (0, 4, 3),
+    "offsets": (25,),
+    "stride_time": (),
+    "speed": (),
+    "hip_centre": (2, 2),
+}
+"""Of a stored motion; 0 is N."""
+
 
 @dataclass(frozen=True, repr=False)
 class ReferenceMotion(Displayed):
@@ -104,6 +125,9 @@ class ReferenceMotion(Displayed):
     end_effectors : (N, 4, 3) m, ê: joint origin of feet and forearms, world.
     offsets : (25,) rad, offsets of `positions` from the record.
     stride_time : s.  speed : m/s.
+    hip_centre : (2, 2) m, right and left: by how much the hip centre that the record's moments are
+        about lies forward and outward of the model's, as the fit finds it. `moments` are about the
+        model's; `about_record` moves a moment.
     """
 
     phase: Array
@@ -116,6 +140,7 @@ class ReferenceMotion(Displayed):
     offsets: Array
     stride_time: float
     speed: float
+    hip_centre: Array = field(default_factory=lambda: np.zeros((2, 2)))
 
     def title(self) -> str:
         """Length and speed of the cycle."""
@@ -149,9 +174,33 @@ class ReferenceMotion(Displayed):
         """Read what `save` wrote to `path`. Raises ArtefactError if the file is missing or
         damaged.
         """
-        arrays = read_arrays(Path(path), tuple(f.name for f in fields(cls)))
+        names = tuple(f.name for f in fields(cls) if f.name != "hip_centre")
+        # Files of earlier versions have no hip centres: their moments are compared as they are.
+        arrays = read_arrays(Path(path), names, optional=("hip_centre",))
+        check_arrays(arrays, _SHAPES, Path(path))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
         return cls(**arrays, stride_time=stride_time, speed=speed)
+
+
+def about_record(moment: Array, name: str, hip_centre: Array, vertical: Array) -> Array:
+    """A net joint moment about the hip centre of the record instead of the model's.
+
+    A hip that lies further forward has the force under its foot further back, which needs more
+    flexion (or less extension); one that lies further outward has it further inward, which needs
+    more abduction. Of the force through the hip only the ground's vertical part counts: the weight
+    of the leg and the other components change the moment by less than a fifth of it.
+
+    Parameters
+    ----------
+    moment : (...,) about the model's hip, any unit; flexion and adduction positive.
+    name : of the coordinate, without a side; others than the hip's are returned as they are.
+    hip_centre : (2,) m, of the side; see `ReferenceMotion.hip_centre`.
+    vertical : (...,) force under the foot, in the moment's unit per metre.
+    """
+    if name not in HIP_SIGNS:
+        return moment
+    lever = HIP_SIGNS[name] * hip_centre[list(HIP_SIGNS).index(name)]
+    return np.asarray(moment + lever * vertical)
 
 
 def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:

@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.artefacts import file_hash, read_json
+from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import EVERY, momentum_residual
 from gaitval.metrics.record_results import KINDS, UnseenResult
@@ -333,6 +334,7 @@ def _uncertain(folder: Path, metrics: Metrics) -> Iterator[Fact]:
         f"Right less left moment of the record, largest RMS ({worst.replace('_', ' ')})",
         "Nm/kg",
     )
+    yield from _hips(metrics)
     plates = metrics.record.plates
     if plates is None:
         yield Fact(
@@ -354,6 +356,28 @@ def _uncertain(folder: Path, metrics: Metrics) -> Iterator[Fact]:
             digits=4,
             note=f"± {spread} {unit}".strip() + " (SD); corrected.",
         )
+
+
+def _hips(metrics: Metrics) -> Iterator[Fact]:
+    """Where the record's hip centres are, and what the moments' errors would be without."""
+    centres = metrics.walk.hip_centres
+    if centres is None:
+        return
+    for side in SIDES:
+        place, errors = f"/walks/{metrics.final}/hip_centres/{side}", centres.of(side)
+        own = ", ".join(
+            f"{name.replace('_', ' ')} {number(error, 3)}"
+            for name, error in errors.rmse_about_model.items()
+        )
+        note = "Found with the reference; moments are compared about it. RMSE about the model's own"
+        for direction in ("forward", "outward"):
+            yield read_fact(
+                metrics,
+                f"{place}/{direction}",
+                f"Hip centre of the record {direction} of the model's, {side}",
+                "m",
+                note=f"{note}: {own} Nm/kg.",
+            )
 
 
 def _posterior(found: IdentificationResult | None) -> Iterator[Fact]:

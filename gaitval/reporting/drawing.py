@@ -8,12 +8,8 @@ from contextvars import ContextVar
 from typing import Any, Final
 
 import matplotlib
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.text import Text
-from matplotlib.ticker import Formatter
 
-from gaitval.reporting.catalogue import words
 from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
@@ -95,45 +91,14 @@ def blank(draw: Draw) -> str:
         _size_alone.reset(before)
 
 
-class _Spoken(Formatter):
-    """Labels of an axis in another language, with its decimal mark."""
-
-    def __init__(self, inner: Formatter, language: str) -> None:
-        self._inner, self._language = inner, language
-
-    def format_ticks(self, values: Any) -> list[str]:
-        return [in_words(label, self._language) for label in self._inner.format_ticks(values)]
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return in_words(self._inner(x, pos), self._language)
-
-    def get_offset(self) -> str:
-        return self._inner.get_offset()
-
-
-def in_words(text: str, language: str) -> str:
-    """The `text` of a figure in a `language`; unchanged where the catalogue does not know it."""
-    found = words(language).of(text)
-    return text if found is None else found
-
-
-def _speak(figure: Figure, language: str) -> None:
-    """Put every text of a figure into a language, wherever it was drawn."""
-    for axes in figure.findobj(Axes):
-        for axis in axes._axis_map.values():
-            axis.set_major_formatter(_Spoken(axis.get_major_formatter(), language))
-    # tick labels are made anew by their formatter at each drawing, so the formatter is replaced
-    # above
-    for text in figure.findobj(Text):
-        text.set_text(in_words(text.get_text(), language))
-
-
 def svg(figure: Figure, name: str) -> str:
     """`figure` as an <svg> element whose identifiers begin with `name`, its texts in the language
     that `drawn` was asked for.
     """
     if _language.get() != SOURCE:
-        _speak(figure, _language.get())
+        from gaitval.reporting.translated_figures import translate
+
+        translate(figure, _language.get())
     buffer = io.StringIO()
     # matplotlib writes the date and its version unless they are None: equal data give equal bytes
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Index, runs
-from gaitval.artefacts import read_arrays
 from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import RECORDED_ANGLES
@@ -27,6 +26,7 @@ from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import drawn_shapes, read_urdf
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
 from gaitval.simulation.rollout import Rollout
 
@@ -309,8 +309,9 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
         return None
     model = read_urdf(folder / "model.urdf")
+    motion = ReferenceMotion.load(folder / "reference.npz")
     names = ("phase", "positions", "stride_time", "speed")
-    reference = read_arrays(folder / "reference.npz", names)
+    reference = {name: np.asarray(getattr(motion, name)) for name in names}
     path = folder / "rollouts" / f"{metrics.final}.npz"
     walk = None
     if path.exists():

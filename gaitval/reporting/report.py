@@ -1,6 +1,5 @@
 """The report of a run folder: one template, as self-contained HTML and as PDF."""
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -9,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import ReportSettings, load_configuration
@@ -141,6 +141,7 @@ def _correction(found: CorrectionResult | None) -> tables.Row | None:
     ]
     return {
         "errors": found.errors,
+        "share": found.share,
         "height": found.height,
         "numbers": found.numbers,
         "effective_number": found.effective_number,
@@ -257,18 +258,10 @@ def _correlated(found: FoundParameters | None) -> list[ParameterPair]:
 
 def _csv(path: Path) -> list[dict[str, str]] | None:
     """Rows of a table as text; None if there is no such file."""
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            return [
-                {key: value or "" for key, value in row.items() if key}
-                for row in csv.DictReader(file)
-            ]
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ArtefactError(
-            f"{path}: cannot be read as CSV ({error}). Delete it and run its stage again."
-        ) from None
+    rows = file_gate.csv_rows(path, ArtefactError)
+    return [{key: value or "" for key, value in row.items() if key} for _, row in rows]
 
 
 def _number_or_none(text: str) -> float | None:

@@ -90,36 +90,6 @@ def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Arr
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float) -> Array:
-    """Joint centre from a lateral marker and the half width of the joint, m, shape (3,).
-
-    The centre lies in the plane of the three points, on the opposite side of the line from
-    `proximal` to `lateral` from `wand`, and at `half_width` from `lateral`. The lines from the
-    centre to `proximal` and `lateral` are at a right angle.
-
-    Parameters
-    ----------
-    proximal : (3,) m, joint centre above.
-    lateral : (3,) m, marker on the lateral epicondyle or malleolus.
-    wand : (3,) m, any point on the lateral side in the plane of the joint's axis.
-    half_width : from the marker's centre to the joint's, m.
-
-    Notes
-    -----
-    The chord function of Plug-in Gait (Davis et al. 1991, Hum Mov Sci 10:575-587; Kadaba et al.
-    1990, J Orthop Res 8:383-392) without its offset angles.
-    """
-    towards = proximal - lateral
-    distance = float(np.linalg.norm(towards))
-    along = towards / distance
-    aside = (lateral - wand) - ((lateral - wand) @ along) * along
-    # cos of the angle at the lateral marker: the right angle is at the centre.
-    share = half_width / distance
-    return np.asarray(
-        lateral + half_width * (share * along + np.sqrt(1.0 - share**2) * unit_vector(aside))
-    )
-
-
 def locate(
     markers: Mapping[str, Place],
     *,
@@ -286,6 +256,8 @@ def _hinge(
     medial = points.get(f"{side}.{joint}.Medial")
     if medial is not None:
         return np.asarray((lateral + medial) / 2)
+    from gaitval.scaling.joint_width import chord_centre
+
     assert width is not None  # `_needed` has required it.
     proximal = points[f"{side}.{above}"]
     inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
@@ -323,31 +295,12 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, A
         if elbow is not None and medial is not None:
             found[f"{side}.Elbow.Centre"] = (elbow + medial) / 2
         elif elbow is not None and wrist is not None and width is not None:
-            found[f"{side}.Elbow.Centre"] = _elbow(
+            from gaitval.scaling.joint_width import elbow_centre
+
+            found[f"{side}.Elbow.Centre"] = elbow_centre(
                 shoulder, elbow, wrist, width / 2 + MARKER_OFFSET, side
             )
     return found
-
-
-def _elbow(shoulder: Array, lateral: Array, wrist: Array, half_width: float, side: str) -> Array:
-    """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis
-    perpendicular to upper arm and forearm, such that the elbow is flexed, not extended.
-
-    With u from the marker to the centre, u·u = h², u·(shoulder - marker) = h² and
-    u·(wrist - marker) = h².
-    """
-    first, second = shoulder - lateral, wrist - lateral
-    sides = np.stack([first, second])
-    # The two dot products fix u in the plane of the arm; what remains of h is perpendicular to it,
-    # on one side or the other.
-    in_plane = sides.T @ np.linalg.solve(sides @ sides.T, np.full(2, half_width**2))
-    depth = float(np.sqrt(max(half_width**2 - float(in_plane @ in_plane), 0.0)))
-    out_of_plane = depth * unit_vector(np.cross(first, second))
-    centre = np.asarray(lateral + in_plane + out_of_plane)
-    bend = np.cross(centre - shoulder, wrist - centre) @ (lateral - centre)
-    if bend * (1.0 if side == "R" else -1.0) < 0:  # extended: the other of the two solutions
-        return np.asarray(centre - 2 * out_of_plane)
-    return centre
 
 
 def _arm(points: Mapping[str, Array], side: str) -> dict[str, float]:

@@ -14,6 +14,7 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from gaitval import file_gate
 from gaitval.artefacts import parse_toml
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
@@ -60,8 +61,8 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
             "file."
         )
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        text = file_gate.read_text(path, RecordError, largest=file_gate.WRITTEN)
+    except UnicodeDecodeError as error:
         raise RecordError(
             f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "
             "a UTF-8 TOML file."

@@ -16,7 +16,6 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     TypeAdapter,
-    ValidationError,
 )
 from pydantic.dataclasses import dataclass
 
@@ -104,7 +103,7 @@ class Limbs:
         means: dict[str, Any] = {
             name: None if value is None else (value + getattr(other, name)) / 2
             for name, value in vars(self).items()
-            if name in _LIMBS
+            if name in LIMB_FIELDS
         }
         return Limbs(**means | {"foot": (self.foot_length + other.foot_length) / 2})
 
@@ -114,8 +113,8 @@ LENGTH_FIELDS: Final = {
     **{"foot": "heel", "forearm": "forearm", "hand": "hand"},
 }
 """Rows of the scaling table -> the field of `Limbs` that they are measured by; a hand has none."""
-_LIMBS: Final = tuple(each.name for each in fields(Limbs))
-_HEADS: Final = ("first_metatarsal", "fifth_metatarsal")
+LIMB_FIELDS: Final = tuple(each.name for each in fields(Limbs))
+HEADS: Final = ("first_metatarsal", "fifth_metatarsal")
 """How the rows of `Limbs.metatarsals` are called in a file."""
 
 
@@ -168,10 +167,10 @@ class Measurements:
 
     def to_dict(self) -> dict[str, object]:
         """Numbers, lists of numbers and texts for TOML, m, kg and rad; what was not measured is
-        left out. `from_dict` reads them back.
+        left out. `stored_measurements.measurements_from` reads them back.
         """
         stored: dict[str, object] = {}
-        shared: dict[str, Any] = _ADAPTER.dump_python(
+        shared: dict[str, Any] = ADAPTER.dump_python(
             self, exclude={"one_sided", "symmetric"}, exclude_none=True
         )
         for side in SIDES:
@@ -179,67 +178,14 @@ class Measurements:
                 if self.one_sided.get(name, side) != side:
                     continue
                 if name == "metatarsals":
-                    stored |= {f"{h}_{side}": at for h, at in zip(_HEADS, value, strict=True)}
+                    stored |= {f"{h}_{side}": at for h, at in zip(HEADS, value, strict=True)}
                 else:
                     stored[f"{name}_{side}"] = value
         sources: Mapping[str, str] = shared.pop("sources")
         return stored | shared | ({"sources": dict(sources)} if sources else {})
 
-    @classmethod
-    def from_dict(cls, stored: Mapping[str, object]) -> "Measurements":
-        """What `to_dict` stored. A length of one side only is that of both. Raises ScalingError,
-        which lists every key that is missing, unknown or not of the right shape.
-        """
-        nested, one_sided = _by_side(stored)
-        try:
-            return _ADAPTER.validate_python(nested | {"one_sided": one_sided})
-        except ValidationError as error:
-            problems = dict.fromkeys(
-                _problem(each["loc"], each["type"], stored) for each in error.errors()
-            )
-            raise ScalingError(
-                "the measurements of the body cannot be used:\n  " + "\n  ".join(problems)
-            ) from None
 
-
-_ADAPTER: Final = TypeAdapter(Measurements)
-
-
-def _by_side(stored: Mapping[str, object]) -> tuple[dict[str, object], dict[str, Side]]:
-    """The stored values with those of `Limbs` by side, and what is known of one side only."""
-    known: dict[str, dict[str, object]] = {side: {} for side in SIDES}
-    values: dict[str, object] = {}
-    for key, value in stored.items():
-        name, _, side = key.rpartition("_")
-        if side in known and (name in _LIMBS or name in _HEADS) and name != "metatarsals":
-            known[side][name] = value
-        else:
-            values[key] = value
-    one_sided: dict[str, Side] = {}
-    for side, other in (SIDES, SIDES[::-1]):
-        for name in known[side]:
-            if name not in known[other]:
-                one_sided["metatarsals" if name in _HEADS else name] = side
-    for side, other in (SIDES, SIDES[::-1]):
-        limbs = known[other] | known[side]
-        if any(name in limbs for name in _HEADS):
-            limbs["metatarsals"] = [limbs.pop(name, None) for name in _HEADS]
-        values[side] = limbs
-    return values, one_sided
-
-
-def _problem(place: tuple[int | str, ...], kind: str, stored: Mapping[str, object]) -> str:
-    """A problem in the words of the file."""
-    name = str(place[1] if len(place) > 1 and place[0] in SIDES else place[0])
-    if kind in ("missing", "unexpected_keyword_argument"):
-        return f"{name}: {'missing' if kind == 'missing' else 'unknown'}"
-    if name == "sources":
-        return "sources: must be a table of texts"
-    sides = (place[0], *SIDES)  # the value may be the other side's
-    keys = [name, *(f"{each}_{side}" for side in sides for each in (name, *_HEADS))]
-    key = next(each for each in keys if each in stored)
-    what = "three numbers" if name in ("heel", "metatarsals") else "a number"
-    return f"{key} = {stored[key]!r}: must be {what} in m (masses in kg, tilt in rad)"
+ADAPTER: Final = TypeAdapter(Measurements)
 
 
 def with_fitted_lengths(

@@ -129,7 +129,9 @@ def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:
     """
     stored = getattr(subject, "measurements", None)
     if stored:
-        return Measurements.from_dict(stored)
+        from gaitval.scaling.stored_measurements import measurements_from
+
+        return measurements_from(stored)
     if subject.markers:
         return measure(subject.markers)
     by_tape: Mapping[str, float] = getattr(subject, "tape", {})

@@ -16,7 +16,6 @@ and any other option of `gaitval import`. An import that is refused does not sto
 import csv
 import io
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -25,7 +24,7 @@ from typing import Annotated, Any, Final, get_args
 
 from pydantic import Field
 
-from gaitval.artefacts import write_text
+from gaitval.artefacts import read_toml, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
@@ -96,14 +95,7 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
 
 
 def _read(file: Path, tell: Tell) -> list[BatchPerson]:
-    try:
-        values = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ConfigurationError(
-            f"{file}: cannot be read ({error.strerror}). Check the name and the folder."
-        ) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigurationError(f"{file}: not TOML ({error}). Correct the file.") from None
+    values = read_toml(file, ConfigurationError, "Check the name and the folder")
     tables = values.get("people")
     if not isinstance(tables, list) or not tables or set(values) != {"people"}:
         raise ConfigurationError(

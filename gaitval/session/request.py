@@ -76,7 +76,9 @@ JointWidth = Annotated[float | tuple[float, float] | None, BeforeValidator(_widt
 class ImportOptions(BaseModel):
     """What an import is given; lengths in m, times in s, mass in kg."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
+    )
 
     trials: Annotated[Files, Field(min_length=1), Shown("FILE", "--trial")]
     """Walking trials: C3D, TRC, WBDS mkr.txt; their cycles are pooled."""

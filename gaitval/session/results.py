@@ -4,7 +4,7 @@ The models are the schema: `scripts/schemas.py` writes it beside them. A figure 
 measured is null.
 """
 
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
@@ -17,7 +17,6 @@ from gaitval.metrics.typed import (
     Result,
     Sha256,
     Sides,
-    same_version,
 )
 
 IMPORT_VERSION: Final = 1
@@ -253,25 +252,3 @@ class ImportResult(Result):
     doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
-
-
-def import_from(values: Any, origin: str) -> ImportResult:
-    """The record of an import that was read from a file.
-
-    Parameters
-    ----------
-    origin : where the values come from, for the message.
-
-    Raises
-    ------
-    ArtefactError : of another version, or not of the schema; says where.
-    """
-    mend = "import the recording again with `gaitval import`"
-    same_version(
-        values,
-        origin,
-        file="import.json",
-        version=IMPORT_VERSION,
-        mend=f"{mend[0].upper()}{mend[1:]}.",
-    )
-    return ImportResult.read(values, origin, file="import.json", mend=mend)

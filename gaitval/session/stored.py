@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
 from gaitval.datasets.subject import Subject
@@ -97,7 +98,7 @@ class Session(Displayed):
             subject=load_subject(subject) if subject.is_file() else None,
             body=MarkedBody.load(folder / FOLDER),
             record=read_json(folder / FOLDER / RECORD),
-            curves=pd.read_csv(folder / FOLDER / CURVES),
+            curves=file_gate.csv_frame(folder / FOLDER / CURVES, ArtefactError),
         )
 
 

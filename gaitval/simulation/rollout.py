@@ -1,13 +1,13 @@
 """The record of one rollout: a simulated walk."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_arrays, write_arrays
+from gaitval.artefacts import check_arrays, read_arrays, write_arrays
 from gaitval.display import Saved, angle_curves, curve_frame, moment_curves
 
 if TYPE_CHECKING:
@@ -38,6 +38,24 @@ class Travel:
     fell: Array
 
 
+_SHAPES: Final = {
+    "time": (0,),
+    "ground_reaction": (0, 2, 3),
+    "centre_of_mass": (0, 3),
+    "root_force": (0, 6),
+    "start_phase": (1,),
+    "fell": (1,),
+    "phase": (0,),
+    "positions": (0, 31),
+    "velocities": (0, 31),
+    "moments": (0, 25),
+    "centre_of_pressure": (0, 2, 3),
+    "mu": (14,),
+    "hip_centre": (2, 2),
+}
+"""Of a stored walk; 0 is T."""
+
+
 @dataclass(frozen=True)
 class Rollout(Travel):
     """One simulated walk, whole; see `Travel` for its other arrays.
@@ -53,6 +71,8 @@ class Rollout(Travel):
         `coordinates.ACTUATED`, positive if they would increase the coordinate.
     centre_of_pressure : (T, 2, 3) m, of each foot, world; NaN while the foot is off the ground.
     mu : (14,) body parameters used in the simulation.
+    hip_centre : (2, 2) m, of the record that the walk imitates; see
+        `reference.motion.ReferenceMotion`. Moments are about the model's hips all the same.
     """
 
     phase: Array
@@ -61,6 +81,7 @@ class Rollout(Travel):
     moments: Array
     centre_of_pressure: Array
     mu: Array
+    hip_centre: Array = field(default_factory=lambda: np.zeros((2, 2)), kw_only=True)
 
     def save(self, path: Path) -> None:
         """Write as npz, in single precision except for time and phase."""
@@ -77,9 +98,11 @@ class Rollout(Travel):
     @classmethod
     def load(cls, path: Path) -> "Rollout":
         """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
-        names = tuple(f.name for f in fields(cls))
-        arrays = read_arrays(path, names)
-        return cls(**{name: np.asarray(arrays[name], dtype=float) for name in names})
+        names = tuple(f.name for f in fields(cls) if f.name != "hip_centre")
+        # Walks of earlier versions have none.
+        arrays = read_arrays(path, names, optional=("hip_centre",))
+        check_arrays(arrays, _SHAPES, path, may_lack=("centre_of_pressure",))
+        return cls(**{name: np.asarray(each, dtype=float) for name, each in arrays.items()})
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,6 +119,14 @@ class SimulatedWalk(Saved, Rollout):
 
     walker: str
     mass_kg: float
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
+        found = super().load(path)
+        arrays = {name: np.asarray(getattr(found, name)) for name in _SHAPES}
+        check_arrays(arrays, _SHAPES, Path(path), may_lack=("centre_of_pressure",))
+        return found
 
     def title(self) -> str:
         """Who walked, how far."""

@@ -103,39 +103,14 @@ def walking_task(run: Run) -> "WalkingTask":
     )
 
 
-def range_task(run: Run, reference: str) -> "WalkingTask":
-    """The walking task of `run` with another `reference`, a file of its folder."""
-    from gaitval.model.urdf import read_urdf
-    from gaitval.reference.motion import ReferenceMotion
-    from gaitval.simulation.walker import WalkingTask
-
-    found = ReferenceMotion.load(run.folder / reference)
-    return WalkingTask(
-        model=read_urdf(run.folder / "model.urdf"),
-        record=run.told(speed=found.speed).record,
-        reference=found,
-        configuration=run.configuration,
-    )
-
-
 def validated_task(run: Run) -> "tuple[WalkingTask, NDArray[np.float64]]":
     """The task of the validated rollouts of `run`, with the corrected reference, and mu (14,)."""
     mu = body_parameters(run.folder / "identification.json")
-    return _corrected(run, identified_task(run, mu)), mu
+    return corrected_task(run, identified_task(run, mu)), mu
 
 
-def predicted_task(run: Run) -> "tuple[WalkingTask, NDArray[np.float64]]":
-    """As `validated_task`, for a prediction `run`: the body as scaled, and another share of the
-    policy's action bias removed.
-    """
-    from gaitval.metrics.action_bias import with_centring
-    from gaitval.model.parameters import nominal_parameters
-
-    share = read_json(run.folder / "centring.json")["centring"]
-    return with_centring(_corrected(run, walking_task(run)), share), nominal_parameters()
-
-
-def _corrected(run: Run, task: "WalkingTask") -> "WalkingTask":
+def corrected_task(run: Run, task: "WalkingTask") -> "WalkingTask":
+    """The `task` with its reference as the correction of `run` changes it."""
     from gaitval.reference.adjustment import Adjustment, adjusted
 
     path = run.folder / "correction.json"

@@ -22,8 +22,6 @@ from gaitval.study.inputs import (
     ROLLOUTS,
     UNFINISHED,
     WALKS,
-    predicted_task,
-    range_task,
     start_policy,
     stored_policy,
     walking_task,
@@ -99,6 +97,7 @@ def train_range_stage(run: Run) -> Stage:
     def train() -> None:
         from gaitval.policy.storage import save_policy
         from gaitval.policy.training import train
+        from gaitval.study.predicted_tasks import range_task
 
         first, *rest = [range_task(run, name) for name in speeds]
         policy = train(
@@ -161,7 +160,7 @@ def predicted_correction_stage(run: Run) -> Stage:
 
     def correct_walk() -> None:
         from gaitval.learning_control.correct import correct
-        from gaitval.metrics.action_bias import centred, with_centring
+        from gaitval.metrics.centring import centred, with_centring
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
@@ -207,6 +206,7 @@ def predicted_walk_stage(run: Run) -> Stage:
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.metrics.walk_results import StoredWalks
         from gaitval.policy.rollouts import RolloutPool
+        from gaitval.study.predicted_tasks import predicted_task
 
         task, mu = predicted_task(run)
         policy = stored_policy(run, run.folder / "policy")

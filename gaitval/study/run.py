@@ -16,8 +16,8 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from gaitval.artefacts import copy_files
-from gaitval.configuration import EnvironmentSettings, Start
+from gaitval.artefacts import copy_files, file_hash
+from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers, ready_to_start
 from gaitval.study.inputs import POLICY_FILES, start_policy
@@ -54,7 +54,6 @@ from gaitval.study.unread import say_unread
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
-    from gaitval.policy.storage import Policy
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
@@ -77,21 +76,6 @@ IN_WORKERS = (
 """Modules whose functions the stages run in worker processes."""
 
 
-def stored_baseline(folder: Path, identifier: str) -> Path | None:
-    """Stored policy, mu and metrics for a run `folder` of the subject `identifier`: its own, the
-    checkout's, else the package's.
-    """
-    package = Path(__file__).parents[1]
-    for candidate in (
-        folder / "baseline",
-        package.parent / "reports" / identifier / "baseline",
-        package / "baselines" / identifier,
-    ):
-        if (candidate / "metrics.json").is_file():
-            return candidate
-    return None
-
-
 def general_policy() -> Path | None:
     """The stored policy of several people, from which any training may start."""
     package = Path(__file__).parents[1]
@@ -99,19 +83,6 @@ def general_policy() -> Path | None:
         if (candidate / POLICY_FILES[0]).is_file():
             return candidate
     return None
-
-
-def general_walker(environment: EnvironmentSettings) -> "Policy":
-    """The general policy for an `environment`. Raises ConfigurationError if there is none."""
-    from gaitval.policy.storage import load_start
-
-    folder = general_policy()
-    if folder is None:
-        raise ConfigurationError(
-            "there is no general policy, which walks here. Run this in a checkout of gaitval, "
-            "which has one in reports/general."
-        )
-    return load_start(folder, environment)
 
 
 def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
@@ -150,7 +121,7 @@ def start_from(run: Run, policy: Path) -> None:
     start_policy(run, policy)
     start = run.folder / "start"
     same = all(
-        (start / name).is_file() and (start / name).read_bytes() == (policy / name).read_bytes()
+        (start / name).is_file() and file_hash(start / name) == file_hash(policy / name)
         for name in POLICY_FILES
     )
     if not same:

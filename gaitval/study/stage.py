@@ -147,13 +147,12 @@ def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
     hashes = {"gaitval": value_hash(__version__)}
     hashes |= {name: value_hash(value) for name, value in stage.values.items()}
     for name in stage.inputs:
-        try:
-            hashes[name] = file_hash(folder / name)
-        except FileNotFoundError:
+        if not (folder / name).exists():
             raise ArtefactError(
                 f"{folder / name}: no such file, but {stage.name} reads it. Run the stage that "
                 "writes it first, or `gaitval subject` for all of them."
-            ) from None
+            )
+        hashes[name] = file_hash(folder / name)
     return hashes
 
 

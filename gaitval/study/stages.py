@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
+from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
     GAIN,
@@ -25,8 +27,6 @@ from gaitval.study.inputs import (
     WITNESS,
     body_parameters,
     identified_task,
-    predicted_task,
-    range_task,
     start_kind,
     start_policy,
     stored,
@@ -174,8 +174,12 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
         from gaitval.model.parameters import nominal_parameters
         from gaitval.policy.storage import save_policy
 
-        tasks = [range_task(run, name) for name in speeds or ()]
-        tasks = tasks or [_trained_task(run, round_number)]
+        if speeds:
+            from gaitval.study.predicted_tasks import range_task
+
+            tasks = [range_task(run, name) for name in speeds]
+        else:
+            tasks = [_trained_task(run, round_number)]
         trained_in, target = run.folder / f"{here}trained", run.folder / f"{here}policy"
         before = None if start is None else start_policy(run, run.folder / start)
         trained = stored_policy(run, trained_in)
@@ -428,7 +432,7 @@ def _join_logs(logs: Sequence[Path], target: Path) -> None:
     """Join the logs of trainings that each continued the one before."""
     import pandas as pd
 
-    parts = [pd.read_csv(log) for log in logs]
+    parts = [file_gate.csv_frame(log, ArtefactError) for log in logs]
     for before, part in pairwise(parts):
         for name in ("samples", "wall_seconds"):
             # each log counts from 0, and the one before is shifted already
@@ -573,7 +577,12 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
         from gaitval.metrics.validation import compared_with
         from gaitval.model.urdf import read_urdf
 
-        task, mu = predicted_task(run) if predicted else validated_task(run)
+        if predicted:
+            from gaitval.study.predicted_tasks import predicted_task
+
+            task, mu = predicted_task(run)
+        else:
+            task, mu = validated_task(run)
         subject, record = run.compared()
         model = read_urdf(run.folder / "model.urdf")
         of = compared_with(subject, record, builtin_subjects(), model, run.configuration)

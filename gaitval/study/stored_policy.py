@@ -10,19 +10,20 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
-from gaitval.configuration import Configuration, load_configuration
+from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed, value_frame
-from gaitval.errors import PolicyError
+from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
-from gaitval.policy.storage import Policy, load_policy
+from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import STORED_FILES, body_parameters
+from gaitval.study.run import general_policy
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,3 +116,29 @@ class StoredPolicy(Displayed):
             correction=Adjustment.from_dict(read_json(path), str(path)),
             folder=folder,
         )
+
+
+def stored_baseline(folder: Path, identifier: str) -> Path | None:
+    """Stored policy, mu and metrics for a run `folder` of the subject `identifier`: its own, the
+    checkout's, else the package's.
+    """
+    package = Path(__file__).parents[1]
+    for candidate in (
+        folder / "baseline",
+        package.parent / "reports" / identifier / "baseline",
+        package / "baselines" / identifier,
+    ):
+        if (candidate / "metrics.json").is_file():
+            return candidate
+    return None
+
+
+def general_walker(environment: EnvironmentSettings) -> Policy:
+    """The general policy for an `environment`. Raises ConfigurationError if there is none."""
+    folder = general_policy()
+    if folder is None:
+        raise ConfigurationError(
+            "there is no general policy, which walks here. Run this in a checkout of gaitval, "
+            "which has one in reports/general."
+        )
+    return load_start(folder, environment)

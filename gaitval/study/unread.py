@@ -37,8 +37,8 @@ def _of_other_laws(law: str) -> set[str]:
     """Settings of `contact` that only other laws read."""
     from gaitval.contact.law import LAWS
 
-    others = {key for each in LAWS.values() for key in each.settings}
-    return others - set(LAWS[law].settings)
+    others = {key for each in LAWS.values() for key in each().settings}
+    return others - set(LAWS[law]().settings)
 
 
 def unread(

@@ -35,7 +35,7 @@ def test_the_policy_that_is_named_counts(tmp_path):
     assert first != of(subject="5", start="scratch")
     (tmp_path / "policy.safetensors").write_text("another")
     assert of(subject="5", policy=str(tmp_path)) != first
-    with pytest.raises(ConfigurationError, match=r"nowhere/policy\.\w+: cannot be read"):
+    with pytest.raises(ConfigurationError, match=r"nowhere/policy\.\w+: no such file"):
         of(subject="5", policy="nowhere")
 
 
@@ -86,7 +86,7 @@ def test_processes_make_no_difference():
 def test_what_is_wrong_is_told_before_anything_runs(tmp_path):
     with pytest.raises(SubjectError, match="no trial 'T09'"):
         of(subject="5", trial="T09")
-    with pytest.raises(ConfigurationError, match=r"nothing\.c3d: cannot be read"):
+    with pytest.raises(ConfigurationError, match=r"nothing\.c3d: no such file"):
         of(recording={"static": str(tmp_path / "nothing.c3d"), "trials": [], "sex": "F"})
     with pytest.raises(ConfigurationError, match=r"training\.colour"):
         of(subject="5", settings=("training.colour=1",))

@@ -11,7 +11,7 @@ import quick_study
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.study.run import stored_baseline
+from gaitval.study.stored_policy import stored_baseline
 from gaitval_cohort.report import write_report
 from gaitval_cohort.store import SUMMARY, Store
 from gaitval_cohort.study import summary_of

@@ -111,7 +111,8 @@ def test_a_wrong_table_is_refused(tmp_path, text, told):
         ("t.toml", "[[studies]]\nrecording = 3", "recording: not a table"),
         ("t.toml", "[[studies]]\nvirtual = 3", "virtual: not a table"),
         ("t.toml", "[[studies]]\nvirtual.number = 'x'", "virtual.number: input should be a valid"),
-        ("t.csv", None, "cannot be read"),
+        ("t.csv", None, "no such file"),
+        ("t.csv", "name,subject\na," + "x" * 200_000, "cannot be read as CSV"),
     ],
 )
 def test_a_wrong_file_is_refused(tmp_path, name, text, told):

@@ -43,7 +43,7 @@ def test_the_configuration_names_every_law():
 
 
 def test_laws_read_settings_that_exist_and_none_has_anothers():
-    read = [name for law in LAWS.values() for name in law.settings]
+    read = [name for law in LAWS.values() for name in law().settings]
     assert len(read) == len(set(read))
     assert set(read) < ContactSettings.model_fields.keys()
 
@@ -53,12 +53,12 @@ def test_each_setting_of_a_law_changes_its_force(name):
     """So none is a setting without effect, and none acts through its place in a row."""
     moving = 0.01, (0.1, -0.05, -0.2)
     before = force(law_of(name), *moving)[0]
-    for setting in LAWS[name].settings:
+    for setting in LAWS[name]().settings:
         value = 0.7 * getattr(ContactSettings(), setting)
         law = contact_law(ContactSettings(**{"law": name, setting: value}), 0.8)
         assert np.abs(force(law, *moving)[0] - before).max() > 1e-3 * before[2], setting
     for other in set(LAWS) - {name}:
-        values = {key: 0.7 * getattr(ContactSettings(), key) for key in LAWS[other].settings}
+        values = {key: 0.7 * getattr(ContactSettings(), key) for key in LAWS[other]().settings}
         np.testing.assert_array_equal(
             force(contact_law(ContactSettings(**{"law": name} | values), 0.8), *moving)[0], before
         )

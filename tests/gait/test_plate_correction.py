@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulation_fixtures import task_of_subject
+from simulation_fixtures import standing_moments, task_of_subject
 
 from gaitval.constants import GRAVITY, STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.plate_correction import SHIFT_SIGNS, PlateCorrection, corrected
-from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
-from gaitval.model.tree import tree_arrays
 
 RECORD = load_subject("S05").measured()
 PHASE = np.linspace(0.0, 1.0, 301)
@@ -59,7 +57,6 @@ def test_what_is_planted_is_taken_away():
 def test_the_signs_are_those_of_newton_and_euler(column):
     """A vertical force 1 cm further forward under a foot, by inverse dynamics, on either side."""
     model = task_of_subject("S05").model
-    tree = tree_arrays(model)
     q = np.zeros(31)
     q[5] = 0.85
     for name, angle in (("hip_flexion", 0.3), ("knee_angle", 0.4), ("ankle_angle", 0.1)):
@@ -67,16 +64,7 @@ def test_the_signs_are_those_of_newton_and_euler(column):
     weight = model.mass * GRAVITY
 
     def moments(ahead):
-        force, point = np.zeros((2, 3)), np.full((2, 3), np.nan)
-        force[column] = [0.0, 0.0, weight]
-        point[column] = [0.05 + ahead, 0.1 - 0.2 * column, 0.0]
-        out = np.empty(31)
-        newton_euler(
-            tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia,
-            q, np.zeros(31), np.zeros(31), force, point, np.zeros((2, 3)),
-            empty_dynamics(), out,
-        )  # fmt: skip
-        return out
+        return standing_moments(model, q, column, [0.05 + ahead, 0.1 - 0.2 * column, 0.0])
 
     change = moments(0.01) - moments(0.0)
     for name, sign in SHIFT_SIGNS.items():

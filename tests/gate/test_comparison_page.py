@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html
+from html_page import Page, only_html, without_figures
 
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
@@ -109,6 +109,7 @@ def test_the_tables_beside_have_every_value(folder: Path) -> None:
 
 def test_names_from_outside_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     found = walk("S05", HOSTILE)
     values = found.metrics.as_dict()
     values["subject"] = {name: f"={HOSTILE}" for name in values["subject"]}

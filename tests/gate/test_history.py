@@ -158,7 +158,7 @@ def test_nothing_is_added_to_what_is_no_history(kept: Path) -> None:
     kept.write_text("no database at all\n" * 99)
     with pytest.raises(ArtefactError, match="is no history"):
         history.prepare(kept)
-    with pytest.raises(ArtefactError, match="cannot be used"):
+    with pytest.raises(ArtefactError, match="is a folder"):
         history.prepare(kept.parent)
     with pytest.raises(ArtefactError, match="no such file"):
         history.read(kept.parent / "none.db")

@@ -113,6 +113,7 @@ def test_the_posterior_is_as_gaussian_as_laplace_supposes(fit, solution):
     np.testing.assert_allclose(costs - costs[0], np.square(lengths), rtol=0.25, atol=0.15)
 
 
+@pytest.mark.slow  # fits once more; the profile of every parameter is always a Gaussian's
 def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
     """Never below it: its motion is one that the whole fit could have taken, by the same sum of
     squares. Above it by what the slopes of the laws change on the way, which is a share of the

@@ -200,7 +200,7 @@ def test_what_is_not_a_model_is_refused(tmp_path, text, told):
 
 
 def test_a_folder_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(ModelError, match="not a file"):
+    with pytest.raises(ModelError, match="is a folder"):
         read_model(tmp_path)
     with pytest.raises(ModelError, match=r"no such file\. Check the path"):
         read_model(tmp_path / "none.osim")

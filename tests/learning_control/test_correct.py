@@ -133,16 +133,19 @@ def test_a_damaged_correction_is_refused_and_named(damage):
 # ---- What is to be made small. ----
 
 
+KNEE = accuracy_of("angles", "knee_angle_r")
+
+
 def walked(deviations, left_out: float = 0.5) -> Walked:
     """A walk whose knee is off by the size of its deviations."""
     size = float(np.linalg.norm(deviations))
-    rmse = {("angles", "knee_angle_r"): 2.0 * size, ("angles", "pelvis_list_r"): left_out}
+    rmse = {("angles", "knee_angle_r"): KNEE * size, ("angles", "pelvis_list_r"): left_out}
     return Walked(np.asarray(deviations, dtype=float), rmse, scatter=0.05)
 
 
 def test_the_error_is_of_the_fitted_curves_over_their_accuracy():
     rmse = {
-        ("angles", "knee_angle_r"): 2.0,
+        ("angles", "knee_angle_r"): KNEE,
         ("forces", "vertical_l"): 5.0,
         ("angles", "pelvis_tilt_r"): 9.0,
         ("angles", "pelvis_tilt_l"): 1.0,
@@ -368,6 +371,39 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
     assert again.result() == whole.result()
 
 
+class HarmfulPool(LinearPool):
+    """The pelvis, which is not fitted, gets worse in proportion to the change."""
+
+    worse = 0.0
+
+    def each(self, function, cases):
+        for (walk,) in super().each(function, cases):
+            change = rms(walk.deviations - self.offset)
+            key = ("angles", "pelvis_tilt_r")
+            errors = {**walk.rmse, key: walk.rmse[key] + HarmfulPool.worse * change}
+            yield [replace(walk, rmse=errors)]
+
+
+def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walker, monkeypatch):
+    """Harm that the whole change does and 70 % of it does not; and harm that any share does."""
+    monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", HarmfulPool)
+    whole = correct(quick, *walker)
+    assert whole.share == 1.0
+    assert whole.correction.harmonics.any()
+    moved = rms(whole.after.deviations - whole.before.deviations)
+    monkeypatch.setattr(HarmfulPool, "worse", 0.05 / (0.85 * moved))
+    part = correct(quick, *walker)
+    assert (part.share, part.refused) == (0.7, None)
+    np.testing.assert_allclose(part.correction.harmonics, 0.7 * whole.correction.harmonics)
+    assert part.after.error() < part.before.error()
+    monkeypatch.setattr(HarmfulPool, "worse", 1.0)
+    none = correct(quick, *walker)
+    assert none.share == 0.0
+    assert "pelvis" in none.refused
+    assert not none.correction.harmonics.any()
+    assert none.result().share == 0.0
+
+
 # ---- A walk. ----
 
 
@@ -422,13 +458,13 @@ def test_no_rounds_leave_the_reference(quick, walker):
 
 @pytest.mark.slow
 def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
-    """A stored walker again, whose right ankle's reference is 2 degrees up: the walk that is judged
-    follows, the one of the nominal body stays what it is."""
+    """A stored walker again, whose right ankle's reference is 2 degrees further up: the walk that
+    is judged follows, the one of the nominal body stays what it is."""
     shutil.copytree(BASELINE, tmp_path / "up")
     stored = read_json(BASELINE / "correction.json")
-    numbers = np.zeros_like(stored["harmonics"])
-    numbers[JOINTS.index("ankle_angle_r"), 0] = np.deg2rad(2.0)
-    up = stored | Adjustment(numbers, 0.0).as_dict()
+    numbers = np.array(stored["harmonics"])
+    numbers[JOINTS.index("ankle_angle_r"), 0] += np.deg2rad(2.0)
+    up = stored | Adjustment(numbers, stored["height"]).as_dict()
     write_json(tmp_path / "up" / "correction.json", up)
     plain = walk_again(BASELINE, Observer(), quick=True)
     changed = walk_again(tmp_path / "up", Observer(), quick=True)

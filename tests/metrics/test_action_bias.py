@@ -1,17 +1,13 @@
-"""The share of a policy's habit that brings the walk nearest to its reference."""
+"""The curves of a reference, and its own error."""
 
 import numpy as np
 import pytest
-from simulation_fixtures import random_policy
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, recorded_curves
-from gaitval.metrics import action_bias
-from gaitval.metrics.action_bias import centred, floor_of, reference_curves
+from gaitval.metrics.action_bias import floor_of, reference_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.epsilon import ANGLES
-from gaitval.metrics.round_errors import Epsilon
-from gaitval.model.parameters import nominal_parameters
 
 
 def test_the_references_curves_have_the_records_names_signs_and_sides(task):
@@ -21,7 +17,9 @@ def test_the_references_curves_have_the_records_names_signs_and_sides(task):
     truth = recorded_curves(record)
     for kind, largest in (("angles", np.deg2rad(3.0)), ("moments", 0.13), ("forces", 0.02)):
         for name, curve in getattr(found, kind).items():
-            assert rms(curve - getattr(truth, kind)[name]) < largest, name
+            # The inversion of the foot is held least: `ConventionAccuracy.subtalar`.
+            bound = np.deg2rad(3.5) if name.startswith("subtalar") else largest
+            assert rms(curve - getattr(truth, kind)[name]) < bound, name
     assert found.forces["medial_l"][20:40].mean() > 0.0
     assert found.forces["medial_r"][20:40].mean() > 0.0
 
@@ -39,30 +37,3 @@ def test_the_floor_is_the_error_of_the_reference_itself(task):
         size = np.array([recorded[key] for key in keys])
         parts.append(np.linalg.norm(off, axis=0).mean() / np.sqrt(np.mean(np.sum(size**2, axis=0))))
     assert floor == pytest.approx(sum(parts))
-
-
-def test_walks_that_fall_choose_nothing(task):
-    policy = random_policy(task, scale=5.0)
-    assert centred(task, policy, nominal_parameters()) == 0.5
-
-
-@pytest.mark.parametrize("best", [0.25, 1.0])
-def test_the_share_with_the_least_error_is_chosen(task, monkeypatch, best):
-    shares = []
-
-    class Walked:
-        fell = np.zeros(1)
-
-    def walk(environment, *_, **__):
-        shares.append(environment.constants.centring)
-        return Walked()
-
-    def error(*_):
-        return Epsilon(angles=0.0, moments=0.0, forces=0.0, total=abs(shares[-1] - best))
-
-    monkeypatch.setattr(action_bias, "record_rollout", walk)
-    monkeypatch.setattr(action_bias, "find_cycles", lambda *_: None)
-    monkeypatch.setattr(action_bias, "curves_of", lambda *_, **__: None)
-    monkeypatch.setattr(action_bias, "epsilon", error)
-    assert centred(task, None, nominal_parameters()) == best
-    assert shares == list(action_bias.SHARES)

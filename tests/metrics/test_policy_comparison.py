@@ -8,7 +8,7 @@ from simulation_fixtures import changed, random_policy
 
 from gaitval.metrics.policy_comparison import between, handed_on, learning_gain, standing_of
 from gaitval.model.parameters import nominal_parameters
-from gaitval.study.run import general_walker
+from gaitval.study.stored_policy import general_walker
 
 MU = nominal_parameters()
 

@@ -9,7 +9,7 @@ from gaitval.metrics.repeats import repeated_walks
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.validation import ENDURANCE, compared_with
 from gaitval.model.parameters import nominal_parameters
-from gaitval.study.run import general_walker
+from gaitval.study.stored_policy import general_walker
 
 MU = nominal_parameters()
 SUBJECT = load_subject("5")

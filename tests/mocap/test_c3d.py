@@ -513,7 +513,7 @@ class TestRefusals:
 
     def test_a_folder(self, tmp_path):
         (tmp_path / "a.c3d").mkdir()
-        self.refuse(tmp_path / "a.c3d", "cannot be opened")
+        self.refuse(tmp_path / "a.c3d", "is a folder")
 
     def test_not_a_c3d_file(self, tmp_path):
         (tmp_path / "a.c3d").write_text("Time,X,Y\n" * 200)

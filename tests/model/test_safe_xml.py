@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from gaitval.errors import ModelError
-from gaitval.model.safe_xml import DEPTH, parse_xml, read_xml
+from gaitval.model.safe_xml import DEPTH, parse_xml
 
 
 def parsed(content: bytes):
@@ -30,11 +30,3 @@ def test_entities_are_not_read():
         parsed(bomb)
     with pytest.raises(ModelError, match="undefined entity"):
         parsed(b"<a>&c;</a>")
-
-
-def test_a_large_file_is_not_read(tmp_path):
-    path = tmp_path / "a.xml"
-    path.write_bytes(b" " * 11)
-    with pytest.raises(ModelError, match=r"11 bytes, but such files have 3\. Mend it\."):
-        read_xml(path, largest=10, usual="such files have 3", mend="Mend it.")
-    assert read_xml(path, largest=11, usual="", mend="") == b" " * 11

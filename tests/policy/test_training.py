@@ -23,9 +23,10 @@ from gaitval.lanes import WIDTH
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.general import train_general
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
-from gaitval.policy.training import _read_checkpoint, train, train_general
+from gaitval.policy.training import _read_checkpoint, train
 from gaitval.policy.training_log import LOG_COLUMNS
 from gaitval.policy.walking_group import WalkingGroup
 

@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from simulation_fixtures import mirror_image, symmetric
+from simulation_fixtures import mirror_image, standing_moments, symmetric, task_of_subject
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
@@ -14,7 +14,7 @@ from gaitval.errors import ArtefactError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.motion import FLAT_FOOT, ReferenceMotion, build_reference
+from gaitval.reference.motion import FLAT_FOOT, ReferenceMotion, about_record, build_reference
 from gaitval.scaling.scaling import scale_subject
 
 GRAVITY = 9.81
@@ -365,3 +365,41 @@ def test_a_damaged_or_missing_file_is_refused(reference, tmp_path):
     np.savez(path, positions=reference.positions)
     with pytest.raises(ArtefactError, match="velocities"):
         ReferenceMotion.load(path)
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_a_moment_moves_to_another_hip_centre(column):
+    """By inverse dynamics: a hip centre further forward or outward has the force under its foot
+    further back or inward, on either side."""
+    model = task_of_subject("S05").model
+    side = "rl"[column]
+    outward = -1.0 if side == "r" else 1.0
+    weight = model.mass * GRAVITY
+
+    def moments(shift):
+        q = np.zeros(31)
+        q[5] = 0.85
+        return standing_moments(model, q, column, np.array([0.05, 0.08 * outward, 0.0]) + shift)
+
+    for name, shift, centre in (
+        ("hip_flexion", [-0.01, 0.0, 0.0], [0.01, 0.0]),
+        ("hip_adduction", [0.0, -0.01 * outward, 0.0], [0.0, 0.01]),
+    ):
+        row = COORDINATES.index(f"{name}_{side}")
+        about_model, moved_force = moments(np.zeros(3))[row], moments(np.array(shift))[row]
+        found = about_record(about_model, name, np.array(centre), weight)
+        assert abs(moved_force - about_model) > 0.005 * weight
+        assert found == pytest.approx(moved_force, abs=1e-6 * weight)
+    assert about_record(np.float64(3.0), "knee_angle", np.array([0.01, 0.01]), weight) == 3.0
+
+
+def test_a_reference_of_an_earlier_version_has_the_model_s_hip_centres(tmp_path):
+    reference = task_of_subject("S05").reference
+    reference.save(tmp_path / "new.npz")
+    assert np.array_equal(
+        ReferenceMotion.load(tmp_path / "new.npz").hip_centre, reference.hip_centre
+    )
+    assert np.any(reference.hip_centre)
+    with np.load(tmp_path / "new.npz") as file:
+        np.savez(tmp_path / "old.npz", **{k: v for k, v in file.items() if k != "hip_centre"})
+    assert not np.any(ReferenceMotion.load(tmp_path / "old.npz").hip_centre)

@@ -205,7 +205,7 @@ def test_nothing_else_on_a_german_report_is_english(
     [
         ("en", "31 years, prosthesis on the left"),
         ("de", "31 Jahre, Prothese links"),
-        ("pt", "31 anos, prótese no lado esquerdo"),
+        pytest.param("pt", "31 anos, prótese no lado esquerdo", marks=pytest.mark.slow),  # as "de"
     ],
 )
 def test_a_prosthesis_stands_beside_the_persons_data(
@@ -373,6 +373,7 @@ def test_nothing_else_on_the_page_is_an_english_sentence(
     numbers, units, and names of files and markers.
     """
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     monkeypatch.setattr("gaitval.reporting.page.translations", lambda language: Bracketed())
     bracket_the_results(monkeypatch)
     write_recording_report(tmp_path, sample(), ReportSettings(language="de"))
@@ -390,6 +391,7 @@ def test_nothing_else_on_the_page_is_an_english_sentence(
 
 def test_a_page_in_portuguese(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     write_recording_report(tmp_path, sample(), ReportSettings(language="pt"))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
     assert '<html lang="pt">' in html

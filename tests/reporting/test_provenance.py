@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from html_page import Page, only_html
+from html_page import Page, only_html, without_figures
 from report_run import build_run
 
 from gaitval.artefacts import write_json
@@ -35,6 +35,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     with pytest.MonkeyPatch.context() as patch:
         only_html(patch)
+        without_figures(patch)
         write_report(folder)
     return folder
 

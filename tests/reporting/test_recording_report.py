@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from html_page import Page, an_hour_later, only_html, whole_pdf
+from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
 from recording_summary import ANGLES, curves, sample
 
 from gaitval.reporting import recording_figures as figures
@@ -54,6 +54,7 @@ def test_functional_joints_have_a_table_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     found = FunctionalRow("swing.c3d", "left hip", "", "+3 mm forward", "2.0 mm", "802 ± 2 mm")
     refused = FunctionalRow("swing.c3d", "right hip", "turned by 9°", "", "", "")
     write_recording_report(tmp_path, sample(functional=[found, refused]))
@@ -122,6 +123,7 @@ def test_failures_come_first(page: Page) -> None:
 
 def test_markers_are_ordered_and_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     errors = [
         MarkerError("good", 0.005, 0.010),
         MarkerError("wide", 0.010, 0.050),
@@ -237,6 +239,7 @@ def test_a_date_given_from_outside_is_that_of_the_fonts(
 ) -> None:
     """fontTools dates the fonts of a PDF with SOURCE_DATE_EPOCH, with the clock where it is not
     set."""
+    without_figures(monkeypatch)
     seen = []
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     if outside is not None:
@@ -310,6 +313,7 @@ def test_a_column_that_is_empty_is_left_out_and_the_factor_is_the_population_s(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    without_figures(monkeypatch)
     row = SpatiotemporalRow("Cadence", "steps/min", (92.0, 1.2), (92.3, 1.1), digits=1)
     write_recording_report(tmp_path, sample(spatiotemporal=[row]))
     page = page_of(tmp_path)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import vendor_three
-from html_page import only_html
+from html_page import only_html, without_figures
 from report_run import build_run
 from scipy.spatial.transform import Rotation
 from synthetic_walk import MODEL, perfect_walk, synthetic_record
@@ -40,6 +40,7 @@ def folder(tmp_path_factory):
     replace(Rollout.load(path), mu=mu).save(path)
     with pytest.MonkeyPatch.context() as patch:
         only_html(patch)
+        without_figures(patch)
         write_report(folder)
     return folder
 

@@ -178,6 +178,14 @@ def test_sentences_are_apart_and_no_test_of_the_project_is_named_in_the_verdict(
     assert "tests/" not in verdict
 
 
+FIT = "fitted to the recorded one", "The walk is a fit"
+
+
+def test_the_page_of_a_fit_says_so(page):
+    text = " ".join(page.text.split())
+    assert all(said in text for said in FIT)
+
+
 def test_a_page_that_is_sent_alone_links_to_no_arrays(page):
     assert not [link for link in page.links if link and ".npz" in link]
     assert "rollouts/identified.npz" in page.text
@@ -435,7 +443,7 @@ def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text)
 @pytest.mark.parametrize(
     ("told", "subtitle", "sentence"),
     [
-        ({}, "fitted to the recorded one", "The walk is a fit"),
+        pytest.param({}, *FIT, marks=pytest.mark.slow),  # that of the whole page is read always
         (
             {"use": "kinematics"},
             "moments and forces are predicted",

@@ -2,6 +2,7 @@
 
     python tests/robustness/fuzz.py [--cases 2000] [--seed 0] [--kinds trc mot …] [--store]
     python tests/robustness/fuzz.py --replay trc:17 [mot:3 …] [--store]
+    python tests/robustness/fuzz.py --nightly
 
 Each case runs in another process, with a limit of time and memory. Its outcome is one of
 
@@ -40,6 +41,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 
 import fuzz_cases  # noqa: E402
+import fuzz_commands  # noqa: E402
 import numpy as np  # noqa: E402
 
 import evidence  # noqa: E402
@@ -54,6 +56,13 @@ LONGEST: Final = 600.0
 MEMORY: Final = 2 * 2**30
 """Bytes that a case may need beyond what is loaded before it."""
 BAD: Final = ("silent", "fault")
+FIRST: Final = (
+    *("c3d_standing", "c3d_walking", "trc", "mot", "wbds"),
+    *("subject", "configuration", "urdf", "policy", "baseline"),
+)
+"""Kinds of `fuzz_cases`."""
+OFTEN: Final = 5
+"""Cases of a kind of `fuzz_commands` for one of those that take long."""
 STORE: Final = ROOT / "reports" / "robustness" / "fuzz.json"
 MEASURES = {
     "*": {
@@ -210,7 +219,7 @@ def cases(
     are not run.
     """
     end = time.monotonic() + 60.0 * minutes
-    names = [name for name in worker.kinds for _ in range(fuzz_cases.TURNS.get(name, 1))]
+    names = [name for name in worker.kinds for _ in range(turns(name))]
     seeds = dict.fromkeys(names, seed)
     for i in range(count):
         if time.monotonic() > end:
@@ -219,6 +228,22 @@ def cases(
         case = (known or {}).get((name, seeds[name]))
         yield worker.run(name, seeds[name]) if case is None else case
         seeds[name] += 1
+
+
+def turns(kind: str) -> int:
+    """Cases of a kind in turn, so that those that take long do not take all of the time."""
+    known = fuzz_cases.TURNS.get(kind, 1)
+    return known if kind in FIRST or kind in fuzz_commands.SLOW else OFTEN
+
+
+def all_kinds(folder: Path) -> dict[str, fuzz_cases.Kind]:
+    """Every kind of file, with the undamaged ones, which are made in an empty folder."""
+    parts = {}
+    for each in (fuzz_cases, fuzz_commands):
+        part = folder / each.__name__
+        part.mkdir()
+        parts |= each.kinds(part)
+    return parts
 
 
 def logged(log: Path | None) -> dict[tuple[str, int], Case]:
@@ -328,14 +353,19 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--log", type=Path, help="a line of JSON for each case; goes on from it")
     parser.add_argument("--replay", metavar="KIND:SEED", nargs="+", default=[])
     parser.add_argument("--store", action="store_true")
-    return parser.parse_args()
+    parser.add_argument("--nightly", action="store_true", help="an hour, with the day's seeds")
+    given = parser.parse_args()
+    if given.nightly:
+        day = datetime.now(UTC).date().toordinal()
+        given.minutes, given.seed, given.cases = 60.0, 100_000 * day, 100_000
+    return given
 
 
 def main() -> int:
     """Exit code 1 if a case was silent nonsense or a fault."""
     given = _arguments()
     with tempfile.TemporaryDirectory(prefix="gaitval-fuzz-") as folder:
-        kinds = fuzz_cases.kinds(Path(folder))
+        kinds = all_kinds(Path(folder))
     if given.replay:
         wanted = [case.partition(":")[::2] for case in given.replay]
         worker = Worker({kind: kinds[kind] for kind, _ in wanted})

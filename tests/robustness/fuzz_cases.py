@@ -146,8 +146,12 @@ def _session(folder: Path, *, walking: str, forces: str | None) -> Result:
 
 
 def _subject(folder: Path) -> Result:
+    return as_subject(folder / "subject.toml")
+
+
+def as_subject(path: Path) -> Result:
     """The body and the record of a subject; a number that is another is another person."""
-    subject = load_subject(folder / "subject.toml")
+    subject = load_subject(path)
     model, record = scale_subject(subject).model, subject.record()
     masses = np.array([segment.mass for segment in model.segments])
     phase = np.linspace(0.0, 1.0, 21)

@@ -19,9 +19,11 @@ from standing_person import (
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.segment_lengths import lengths_of, with_lengths
-from gaitval.scaling.joint_centres import FOOT_SHAPE, chord_centre, locate, measure
+from gaitval.scaling.joint_centres import FOOT_SHAPE, locate, measure
+from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, scale_subject
+from gaitval.scaling.stored_measurements import measurements_from
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
 PLUG_IN_GAIT = [
@@ -190,7 +192,7 @@ def test_foot_of_a_real_person_without_the_first_metatarsal():
 def test_measurements_survive_toml():
     for measured in (made_up_measurements(), measure(load_subject("S07").markers)):
         text = tomli_w.dumps({"measurements": measured.to_dict()})
-        again = Measurements.from_dict(tomllib.loads(text)["measurements"])
+        again = measurements_from(tomllib.loads(text)["measurements"])
         assert again.to_dict() == measured.to_dict()
         first, second = (build_body(PERSON, m).model for m in (measured, again))
         for a, b in zip(first.segments, second.segments, strict=True):
@@ -216,7 +218,7 @@ def test_all_problems_of_stored_measurements_are_listed():
     del stored["thigh_right"], stored["thigh_left"]
     stored |= {"heel_left": [0.1, 0.2], "shank_left": "long", "thihg_right": 0.4}
     with pytest.raises(ScalingError) as error:
-        Measurements.from_dict(stored)
+        measurements_from(stored)
     for problem in (
         "thigh: missing",
         "thihg_right: unknown",

@@ -9,8 +9,9 @@ from standing_person import PERSON, made_up_measurements, standing_person
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import DE_LEVA
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.measurements import Measurements, with_fitted_lengths
+from gaitval.scaling.measurements import with_fitted_lengths
 from gaitval.scaling.scaling import build_body
+from gaitval.scaling.stored_measurements import measurements_from
 
 SHORTER, LIGHTER = 0.012, 0.5  # m and kg
 
@@ -94,7 +95,7 @@ def test_sides_are_not_exchanged():
 def test_a_length_of_one_side_serves_both_and_the_table_says_so():
     stored = made_up_measurements().to_dict()
     del stored["shank_left"], stored["forearm_right"], stored["first_metatarsal_left"]
-    measured = Measurements.from_dict(stored)
+    measured = measurements_from(stored)
     assert measured.left.shank == measured.right.shank
     assert measured.to_dict().keys() == stored.keys() - {"fifth_metatarsal_left"}
     table = {row.segment: row for row in build_body(PERSON, measured).table}
@@ -128,14 +129,14 @@ def test_masses_survive_toml(unequal):
     measured = with_left(made_up_measurements(), thigh_mass=7.5)
     stored = measured.to_dict()
     assert stored["thigh_mass_left"] == 7.5
-    assert Measurements.from_dict(stored | {"thigh_mass_right": 8.0}).left.thigh_mass == 7.5
+    assert measurements_from(stored | {"thigh_mass_right": 8.0}).left.thigh_mass == 7.5
 
 
 def test_segments_heavier_than_the_body_are_refused():
     with pytest.raises(ScalingError, match=r"more than the body's 61\.0 kg"):
         build_body(PERSON, with_left(made_up_measurements(), thigh_mass=62.0))
     with pytest.raises(ScalingError, match="thigh_mass_left = -1"):
-        Measurements.from_dict(made_up_measurements().to_dict() | {"thigh_mass_left": -1.0})
+        measurements_from(made_up_measurements().to_dict() | {"thigh_mass_left": -1.0})
 
 
 def test_masses_add_up_whatever_is_known():

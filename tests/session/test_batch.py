@@ -49,7 +49,10 @@ def test_a_folder_is_every_session_file_in_it(tmp_path):
         ("", r"\[\[people\]\].*this one has nothing"),
         ("people = 3", "for each person, and nothing else"),
         (PERSON + "\n[other]\nx = 1", "this one has people, other"),
-        ("[[people", "not TOML"),
+        ("[[people", "not valid TOML"),
+        ("x = " + "[" * 3000, "too deep"),
+        (PERSON.replace("63.2", "9" * 6000), "more than 300 digits"),
+        ("a" + ".a" * 200 + " = 1", "more than 150 points"),
         (PERSON.replace("sex", "sexe"), r"person 1: sex: missing.* sexe: .* did you mean sex\?"),
         (PERSON.replace("63.2", '"heavy"'), "person 1: mass"),
         (PERSON.replace('name = "P01"', 'name = "../P01"'), "person 1: name"),
@@ -63,7 +66,7 @@ def test_what_cannot_be_a_session_is_refused(tmp_path, text, match):
 
 
 def test_missing_files_and_empty_folders_are_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError, match="no such file"):
         read_batch(tmp_path / "no.toml")
     with pytest.raises(ConfigurationError, match=r"no session\.toml in this folder"):
         read_batch(tmp_path)

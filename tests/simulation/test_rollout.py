@@ -50,6 +50,7 @@ def test_a_rollout_holds_every_physics_step(task, rollout):
         "mu": (14,),
         "start_phase": (1,),
         "fell": (1,),
+        "hip_centre": (2, 2),
     }
 
 

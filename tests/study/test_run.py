@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -37,6 +38,7 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
+from gaitval.study.stored_policy import stored_baseline
 from gaitval_gate.baseline import (
     TIMES,
     WALKING,
@@ -334,12 +336,12 @@ def ran(run: Run) -> list[str]:
 
 
 def test_the_stored_policy_is_found_whatever_the_run_folder_is_called(tmp_path: Path) -> None:
-    found = study.stored_baseline(tmp_path / "mine", "S05")
+    found = stored_baseline(tmp_path / "mine", "S05")
     assert found is not None
     assert found.parts[-3:] == ("reports", "S05", "baseline")
-    assert study.stored_baseline(tmp_path / "S05", "someone") is None
+    assert stored_baseline(tmp_path / "S05", "someone") is None
     write_json(tmp_path / "mine" / "baseline" / "metrics.json", {})
-    assert study.stored_baseline(tmp_path / "mine", "S05") == tmp_path / "mine" / "baseline"
+    assert stored_baseline(tmp_path / "mine", "S05") == tmp_path / "mine" / "baseline"
 
 
 def test_main_job_runs_every_stage_once_and_then_none(
@@ -758,14 +760,24 @@ def stored_policy(folder: Path, task: WalkingTask, **about: object) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def folder_with_reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished scaling and reference motion; the reference takes seconds to fit."""
+    folder = tmp_path_factory.mktemp("scaled") / "run"
+    with open_run(load_subject("5"), load_configuration(), folder, Listener()) as run:
+        run_one(run, "scale")
+        run_one(run, "reference")
+    return folder
+
+
 @pytest.fixture
-def scaled(opened: Opener, monkeypatch: pytest.MonkeyPatch) -> Run:
+def scaled(
+    opened: Opener, folder_with_reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Run:
     """A run whose body is scaled, with no stored policy anywhere."""
     monkeypatch.setattr(study, "general_policy", lambda: None)
-    run = opened()
-    run_one(run, "scale")
-    run_one(run, "reference")
-    return run
+    shutil.copytree(folder_with_reference, tmp_path / "run")
+    return opened()
 
 
 def said(run: Run) -> str:
@@ -816,7 +828,7 @@ def test_the_persons_own_stored_policy_is_no_start(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A built-in person is learned as anybody is, so that the result is what a user will get."""
-    assert study.stored_baseline(scaled.folder, "S05") is not None
+    assert stored_baseline(scaled.folder, "S05") is not None
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
@@ -824,13 +836,15 @@ def test_the_persons_own_stored_policy_is_no_start(
 
 
 def test_a_policy_of_another_size_is_not_started_from(
-    opened: Opener, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    opened: Opener,
+    scaled: Run,
+    task: WalkingTask,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda: general)
     run = opened("training.hidden_units=64")
-    run_one(run, "scale")
-    run_one(run, "reference")
     study.choose_start(run, study.train_stage(run, 1))
     assert not (run.folder / "start").exists()
     assert "128 hidden units, but training.hidden_units is 64" in said(run)

@@ -24,9 +24,9 @@ def newton_walk(hidden: np.ndarray, seconds: float = 5.0) -> Rollout:
     return Rollout(
         time=time,
         phase=time,
-        positions=nothing,
-        velocities=nothing,
-        moments=nothing,
+        positions=np.zeros((count, 31)),
+        velocities=np.zeros((count, 31)),
+        moments=np.zeros((count, 25)),
         ground_reaction=feet,
         centre_of_pressure=feet,
         centre_of_mass=path.astype(np.float32),

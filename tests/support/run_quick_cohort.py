@@ -19,6 +19,7 @@ def main() -> None:
         scheduler=None if where.isdigit() else where,
         workers=int(where) if where.isdigit() else None,
         retries=20,
+        without_tls=True,
         function="quick_study:work",
         tell=lambda state: print(state.done, state.workers, flush=True),
     )

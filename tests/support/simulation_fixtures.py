@@ -13,6 +13,7 @@ from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
+from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.model.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
 from gaitval.model.urdf import model_hash, write_urdf
@@ -44,6 +45,21 @@ def random_state(seed: int) -> tuple[np.ndarray, np.ndarray]:
     q[:3] = turn / np.linalg.norm(turn) * random.uniform(0.0, 3.0)
     q[3:6] = random.uniform(-2.0, 2.0, 3)
     return q, random.uniform(-5.0, 5.0, 31)
+
+
+def standing_moments(model: BodyModel, q: np.ndarray, column: int, place: Any) -> np.ndarray:
+    """Generalised forces (31,) of a body at rest at `q` (31,) with its weight on the right (0) or
+    left (1) foot, by inverse dynamics; the force is vertical and acts at `place` (3,), m."""
+    tree, still = tree_arrays(model), np.zeros(31)
+    force, point = np.zeros((2, 3)), np.full((2, 3), np.nan)
+    force[column] = [0.0, 0.0, model.mass * GRAVITY]
+    point[column] = place
+    out = np.empty(31)
+    newton_euler(
+        tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia,
+        q, still, still, force, point, np.zeros((2, 3)), empty_dynamics(), out,
+    )  # fmt: skip
+    return out
 
 
 class DartPeer:

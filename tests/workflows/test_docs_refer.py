@@ -40,7 +40,7 @@ PACKAGE = [*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
 OTHERS = ("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/")
 """Paths that only a built wheel has, and those in the repositories of others."""
-NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
+NAMES = {path.name for folder in (*FOLDERS, "extras") for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
 WINGS = {path.name for path in (ROOT / "extras").iterdir()}
 

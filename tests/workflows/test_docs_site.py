@@ -13,7 +13,6 @@ from pathlib import Path
 
 import docs_links
 import docs_pages
-import docs_pictures
 import pytest
 import yaml
 from page_in_browser import chromium, opened
@@ -29,6 +28,7 @@ ELSEWHERE = {"speed.md", "learning.md", "method.md", "cohort.md", "decisions.md"
 """Pages that may say a time: the table, and those that report what an experiment took."""
 COMPILING = {"a minute"}
 """Of the first walk, which README and installation say themselves."""
+BUILT = pytest.mark.slow  # `make docs` builds the site, with warnings as errors, and checks links
 NO_EXTRA = "the extra `docs` is not installed; `make docs` installs it"
 
 
@@ -57,6 +57,7 @@ def site(tmp_path_factory):
     return folder
 
 
+@BUILT
 def test_the_site_builds_with_warnings_as_errors(site):
     """Links are checked as it is built (`on_post_build`)."""
     assert yaml.load((ROOT / "mkdocs.yml").read_text(), yaml.BaseLoader)["strict"] == "true"
@@ -65,12 +66,14 @@ def test_the_site_builds_with_warnings_as_errors(site):
     assert "arithmatex" not in (site / "method.html").read_text(encoding="utf-8")
 
 
+@BUILT
 def test_the_reference_shows_docstrings(site):
     page = (site / "reference" / "model.html").read_text(encoding="utf-8")
     assert "gaitval.model.parameters.apply_parameters" in page
     assert "The model with its leg lengths and joint positions changed by mu." in page
 
 
+@BUILT
 def test_the_search_needs_no_server_and_no_network(site):
     """The index is a script, and the stand-in for workers is ours (`docs_links` forbids others)."""
     index = (site / "search" / "search_index.js").read_text(encoding="utf-8")
@@ -80,6 +83,7 @@ def test_the_search_needs_no_server_and_no_network(site):
         assert re.search(r'<script src="(?:\.\./)*assets/iframe-worker\.js"', text), page
 
 
+@BUILT
 def test_guides_come_before_code_in_the_search(site):
     text = (site / "search" / "search_index.json").read_text(encoding="utf-8")
     found = {entry["location"]: entry.get("boost", 1.0) for entry in json.loads(text)["docs"]}
@@ -119,6 +123,8 @@ def test_a_search_finds_guides_without_a_server(site, request):
 
 
 def test_every_tutorial_has_a_picture_and_none_is_heavy():
+    import docs_pictures  # it loads the browser's library
+
     for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
         assert re.search(r"!\[[^\]]+\]\(\.\./[\w-]+\.png\)", page.read_text("utf-8")), page.name
     pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs").glob("*.png")}

@@ -5,9 +5,10 @@ import os
 import sys
 
 import fuzz_cases
+import fuzz_commands
 import numpy as np
 import pytest
-from fuzz import BAD, Case, Worker, cases, merged, replaced, run_case
+from fuzz import BAD, FIRST, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
 pytestmark = pytest.mark.skipif(
@@ -36,6 +37,63 @@ def test_no_damaged_file_ends_in_a_fault_or_is_taken_without_a_word(worker, coun
     assert not bad, "\n".join(f"--replay {case.kind}:{case.seed}: {case.why}" for case in bad)
     assert {case.kind for case in found} == set(worker.kinds)
     assert {"refused", "equal"} <= {case.outcome for case in found}
+
+
+@pytest.fixture(scope="module")
+def commands(tmp_path_factory):
+    """The further kinds, but for those of which a case takes seconds."""
+    made = fuzz_commands.kinds(tmp_path_factory.mktemp("further"))
+    return {name: each for name, each in made.items() if name not in fuzz_commands.SLOW}
+
+
+@pytest.mark.parametrize(
+    ("count", "seed"), [(90, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
+)
+def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed):
+    worker = Worker(commands)
+    try:
+        found = list(cases(worker, count, seed))
+    finally:
+        worker.close()
+    bad = [case for case in found if case.outcome in BAD]
+    assert not bad, "\n".join(f"--replay {case.kind}:{case.seed}: {case.why}" for case in bad)
+    assert {case.kind for case in found} == set(commands)
+    assert {"refused", "another input"} <= {case.outcome for case in found}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        *("people_csv:60000", "archive:4300030", "archive:4300056", "training_log:4300011"),
+        *("cohort_csv:4700229", "cohort_toml:4700163", "recording_npz:4700035"),
+    ],
+)
+def test_what_once_was_a_fault_is_none(commands, tmp_path, case):
+    """An age that is not known, a place before a file's beginning, a name of 300 letters, zeros,
+    a mass that is no number, a virtual person numbered by a list, markers of another shape."""
+    kind, _, seed = case.partition(":")
+    found = run_case(kind, int(seed), commands[kind], fuzz_cases.Result(), tmp_path)
+    assert found.outcome not in BAD, found
+
+
+def test_the_kinds_are_named_as_they_are(kinds, commands):
+    assert set(kinds) == set(FIRST)
+    assert not set(commands) & set(FIRST)
+    assert len(kinds) + len(commands) + len(fuzz_commands.SLOW) >= 18
+
+
+def test_a_command_that_is_no_more_is_no_refusal(tmp_path):
+    """Else what proves nothing would count as refused."""
+    with pytest.raises(Exception, match="No such command") as raised:
+        fuzz_commands.command("nothing", tmp_path)
+    assert not isinstance(raised.value, fuzz_commands.Refused)
+
+
+@pytest.mark.parametrize(("text", "why"), [("[NaN]", "NaN"), ("[1, -Infinity]", "Infinity")])
+def test_what_is_no_number_in_results_is_seen(tmp_path, text, why):
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(fuzz_cases.SilentNonsense, match=why):
+        fuzz_commands.looked_over(tmp_path)
 
 
 def test_a_case_is_made_again_from_its_seed(kinds):

@@ -292,7 +292,7 @@ def test_an_empty_file(laboratory: Laboratory, name: str) -> None:
 def test_a_folder(laboratory: Laboratory, name: str) -> None:
     path = laboratory.folder / name
     path.mkdir()
-    words = ["directory"] if path.suffix else ["a file without an ending", "Export the trial"]
+    words = ["is a folder"] if path.suffix else ["a file without an ending", "Export the trial"]
     refuse(laboratory.request(standing=path), name, *words)
 
 
@@ -748,7 +748,9 @@ def test_forces_of_another_length(raw: Path, laboratory: Laboratory) -> None:
     refuse(laboratory.request(forces=late), "3.000 to 11.000 s", *words)
 
 
-@pytest.mark.parametrize("late", [0.1, 0.3, 9.0])
+@pytest.mark.parametrize(
+    "late", [0.1, *(pytest.param(t, marks=pytest.mark.slow) for t in (0.3, 9.0))]
+)
 def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, late: float) -> None:
     """Of the same length, but not synchronised, or of another trial of the same person."""
     other = window(whole_walk, late, late + SECONDS)
@@ -847,7 +849,7 @@ def gaitval(request: Request, out: Path, *more: str, **person: str) -> Any:
         ({"height": "5.66"}, "looks like feet"),
         ({"mass": "1.725", "height": "74.3"}, "look swapped"),
         ({"mass": "180"}, "looks like pounds. Give kilograms: --mass 81.6"),
-        ({"mass": "nan"}, "--mass nan: outside"),
+        ({"mass": "nan"}, "--mass = nan: input should be a finite number"),
         ({"sex": "male"}, "--sex male: give F or M"),
     ],
     ids=["cm", "feet", "swapped", "pounds", "nan", "sex"],

@@ -32,7 +32,7 @@ PROCESSING = ProcessingSettings()
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> MadeUpSession:
-    return made_up_session(tmp_path_factory.mktemp("made"), noise=0.0005)
+    return made_up_session(tmp_path_factory.mktemp("made"), noise=0.0005, seconds=2.4)
 
 
 def with_forces(made: MadeUpSession, path: Path, change: Callable[[Any], None]) -> Request:
@@ -203,6 +203,7 @@ class TestWhereADoubtIsSaid:
 # -- WBDS01 T01, with the calibration of its left plate changed ------------------------------------
 
 SECONDS, RATE = 8.0, 150
+MADE_UP_TOO = pytest.mark.slow  # the made-up session has the same fault, always
 
 
 def damaged(raw: Path, path: Path, change: Callable[[Any], None]) -> Request:
@@ -278,16 +279,16 @@ class TestWbds:
         ("change", "words"),
         [
             (scaled(1, -1), "pushed back first"),
-            (scaled(0, -1), "pushed outwards"),
-            (swapped, "axes are exchanged"),
+            pytest.param(scaled(0, -1), "pushed outwards", marks=MADE_UP_TOO),
+            pytest.param(swapped, "axes are exchanged", marks=MADE_UP_TOO),
             (scaled(5, 10), "free moment is"),
-            (scaled(5, -1), "free moment is"),
+            pytest.param(scaled(5, -1), "free moment is", marks=MADE_UP_TOO),
             (uncalibrated(0), "sideways force hardly changes"),
-            (uncalibrated(1), "fore-aft force hardly changes"),
+            pytest.param(uncalibrated(1), "fore-aft force hardly changes", marks=MADE_UP_TOO),
             (uncalibrated(2), "vertical channel is dead"),
             (uncalibrated(5), "free moment is"),
             (written_as(300.0), "frame rate of the file looks"),
-            (written_as(75.0), "frame rate of the file looks"),
+            pytest.param(written_as(75.0), "frame rate of the file looks", marks=MADE_UP_TOO),
         ],
         ids=[
             *("fore-aft turned", "sideways turned", "exchanged", "free moment x 10"),
@@ -307,6 +308,7 @@ class TestWbds:
         assert "centre of pressure under the foot" in checks
 
 
+@pytest.mark.slow  # that of WBDS raises none, always
 def test_the_walk_of_rajagopal_raises_no_doubt(gait_data):
     request = rajagopal_walk(gait_data).model_copy(update={"consistent": False})
     assert [str(doubt) for _, doubt in work_out(request, PROCESSING).doubts] == []

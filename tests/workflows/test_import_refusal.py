@@ -29,7 +29,9 @@ from gaitval_judge.write import write_judgement
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> MadeUpSession:
-    return made_up_session(tmp_path_factory.mktemp("session"), noise=0.0)
+    return made_up_session(
+        tmp_path_factory.mktemp("session"), noise=0.0, seconds=2.4, rate=150.0, per_frame=2
+    )
 
 
 def without_force(session: MadeUpSession, path: Path, plate: str) -> Path:

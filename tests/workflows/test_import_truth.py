@@ -14,6 +14,7 @@ The known walk has content up to 7.3 Hz. Three settings of the processing:
 """
 
 import hashlib
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -23,6 +24,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from html_page import only_quick_tests
 from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
 
@@ -39,7 +41,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.session import write
-from gaitval.session.results import import_from
+from gaitval.session.results import ImportResult
 from gaitval.session.session import Import, work_out
 from gaitval.session.stored import Session
 from gaitval.session.subject import subject_of
@@ -269,12 +271,34 @@ def hashes(folder: Path) -> dict[str, str]:
     }
 
 
+UNDRAWN = """
+import pytest
+from html_page import only_html, without_figures
+
+from gaitval.cli import main
+
+with pytest.MonkeyPatch.context() as patch:
+    only_html(patch)
+    without_figures(patch)
+    main()
+"""
+"""The command, whose page has no figures and no PDF."""
+
+
 @pytest.fixture(scope="module")
-def from_the_command_line(sessions, tmp_path_factory) -> Path:
+def from_the_command_line(request, sessions, tmp_path_factory) -> Path:
+    """Without the slow tests its page is not drawn, which takes longer than the import."""
     out: Path = tmp_path_factory.mktemp("import") / "made-up"
-    arguments = command(sessions[0.003], out)
+    quick = only_quick_tests(request.config)
+    support = Path(__file__).parents[1] / "support"
     done = subprocess.run(
-        [sys.executable, "-m", "gaitval", *arguments], capture_output=True, text=True
+        [
+            *(sys.executable, *(("-c", UNDRAWN) if quick else ("-m", "gaitval"))),
+            *command(sessions[0.003], out),
+        ],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(support), *sys.path])},
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return out
@@ -327,7 +351,7 @@ def test_an_import_repeats_bit_for_bit(from_the_command_line: Path, from_python:
 
 def test_the_record_of_an_import_is_typed(from_the_command_line):
     written = read_json(from_the_command_line / FOLDER / "import.json")
-    found = import_from(written, "import.json")
+    found = ImportResult.model_validate(written)
     assert found.as_dict() == written
     assert found.person.mass_kg == PERSON.mass_kg
 

@@ -30,6 +30,7 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
+from gaitval.metrics.baselines import Prediction, predictions
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.push_recovery import Push, evenly_spaced, required_pushes
 from gaitval.metrics.recording_limits import AFTER_REDUCTION
@@ -308,7 +309,7 @@ def fall_from_pushes(count: int) -> Change:
 
 def _rows(walk: Rollout, chosen: np.ndarray, **further: np.ndarray) -> Rollout:
     """Some rows of a walk."""
-    whole = ("mu", "start_phase", "fell")
+    whole = ("mu", "start_phase", "fell", "hip_centre")
     rows = {name: array[chosen] for name, array in vars(walk).items() if name not in whole}
     return replace(walk, **rows, **further)
 
@@ -412,16 +413,24 @@ def metrics_of(simulated: Simulated) -> dict:
         survived=np.reshape(stood, (len(settings.phases), -1)).tolist(),
     )
     walks = walks_of(simulated.walks, CONFIGURATION)
-    return validate(
-        SUBJECT,
-        RECORD,
-        MODEL,
-        walks,
-        None,
-        CONFIGURATION,
-        pushes=recovery,
-        others=builtin_subjects(),
-    ).as_dict()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gaitval.metrics.baselines.predictions", lambda *_: guesses())
+        return validate(
+            SUBJECT,
+            RECORD,
+            MODEL,
+            walks,
+            None,
+            CONFIGURATION,
+            pushes=recovery,
+            others=builtin_subjects(),
+        ).as_dict()
+
+
+@cache
+def guesses() -> list[Prediction]:
+    """What every walk here is compared with, worked out once: no change of a walk changes it."""
+    return predictions(SUBJECT, builtin_subjects())
 
 
 @cache

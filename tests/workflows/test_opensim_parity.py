@@ -38,7 +38,14 @@ INSIDE = slice(10, -10)
 from them a residual still differs by 1.2e-3 of its peak, ten frames by less than 1e-3."""
 
 
-@pytest.fixture(scope="module", params=[wbds_walk, rajagopal_walk], ids=["WBDS01 T01", "Rajagopal"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(wbds_walk, id="WBDS01 T01"),
+        # its moments are always compared in test_import_recordings.py
+        pytest.param(rajagopal_walk, id="Rajagopal", marks=pytest.mark.slow),
+    ],
+)
 def walk(request, gait_data) -> RecordedWalk:
     found: RecordedWalk = request.param(gait_data)
     return found

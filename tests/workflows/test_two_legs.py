@@ -19,8 +19,8 @@ from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.model.urdf import model_hash, read_urdf, write_urdf
 from gaitval.opensim.osim import BODIES, write_osim
-from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
+from gaitval.scaling.stored_measurements import measurements_from
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
@@ -170,7 +170,7 @@ def test_the_built_in_bodies_are_those_of_the_stored_policies(identifier):
 
 
 def test_measurements_of_a_subject_keep_both_legs(subject):
-    again = Measurements.from_dict(subject.measurements)
+    again = measurements_from(subject.measurements)
     assert again.right.thigh - again.left.thigh == pytest.approx(SHORTER)
 
 

@@ -7,9 +7,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
-from gaitval.model.safe_xml import parse_xml, read_xml
+from gaitval.model.safe_xml import parse_xml
 
 Element = ElementTree.Element
 
@@ -22,12 +23,7 @@ def read_document(path: Path) -> Element:
     it cannot be read, is no OpenSim file, or is not safe to read.
     """
     path = Path(path)
-    content = read_xml(
-        path,
-        largest=LARGEST_FILE,
-        usual="a full-body model has about 2,000,000",
-        mend="Give the .osim or .xml file that OpenSim wrote.",
-    )
+    content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
     return parse_xml(path, content, root="OpenSimDocument", kind="an OpenSim file")
 
 

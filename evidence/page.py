@@ -1,0 +1,316 @@
+"""Doors to other tools: what `gaitval export` writes, walked and read again there.
+
+The test person is subject 5 with the stored baseline.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import warnings
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import evidence
+from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.force_plates import UNLOADED_N
+from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.opensim.motion_reading import read_motion
+
+if TYPE_CHECKING:
+    from gaitval_export.walked import Walked
+
+PERSON = "5"
+CYCLES = 100
+SECOND = 500
+"""Physics steps."""
+STEPS = evidence.option("--steps", type=int, default=200_000, help="actions to learn from")
+MEASURES = {
+    "export -> plain MuJoCo*": {
+        "code": (
+            "@walk",
+            "gaitval/metrics/comparison.py:simulated_curves",
+            "gaitval/metrics/cycles.py:find_cycles,cut",
+            "extras/gaitval_export/walk.py",
+            "extras/gaitval_export/mujoco_folder.py",
+            "evidence/page.py:mujoco,_walked_in_mujoco",
+        ),
+        "data": ("reports/S05/baseline/*",),
+        "allowed": 150,
+        "why": "tests/export/test_mujoco_folder.py walks as the compiled engine at every change",
+    },
+    "gaitval/Walker-v0: objections *": {
+        "code": (
+            "gaitval/policy/environment.py",
+            "extras/gaitval_export/environment.py",
+            "evidence/page.py:gymnasium",
+        ),
+        "allowed": 20,
+        "why": "tests/export/test_environment.py runs the checker at every change",
+    },
+    "gaitval/Walker-v0: return *": {
+        "code": (
+            "gaitval/policy/environment.py",
+            "gaitval/policy/observation.py",
+            "gaitval/policy/reward.py",
+            "extras/gaitval_export/environment.py",
+            "extras/gaitval_export/train.py",
+            "evidence/page.py:learning",
+        ),
+        "allowed": 20,
+        "why": "tests/export/test_environment.py trains, a tenth as long, when slow tests run",
+    },
+    "export -> OpenSim*": {
+        "code": (
+            "@judged",
+            "gaitval/inverse/inverse_dynamics.py",
+            "extras/gaitval_export/opensim_folder.py",
+            "evidence/page.py:opensim",
+        ),
+        "allowed": 60,
+        "why": "tests/export/test_opensim_folder.py compares them at every change",
+    },
+    "export * round trip*": {
+        "code": (
+            "gaitval/mocap/c3d*.py",
+            "gaitval/mocap/mot*.py",
+            "gaitval/opensim/motion*.py",
+            "extras/gaitval_export/*_f*.py",
+            "extras/gaitval_export/walk.py",
+            "extras/gaitval_export/locohub.py",
+            "evidence/page.py:round_trips,_relative,_first_second",
+        ),
+        "allowed": 60,
+        "why": "tests/export reads every format back at every change",
+    },
+}
+"""What the rows depend on; see evidence/stale.py."""
+
+
+def _walker() -> "Walked":
+    from gaitval_export.walked import Walked
+
+    return Walked.of(PERSON)
+
+
+def _walked_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, NDArray[Any]], bool]:
+    """The walk of the exported script, run without gaitval in a process of its own."""
+    from gaitval_export.mujoco_folder import write_mujoco
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_mujoco(folder, walked)
+        script = (
+            "import runpy, sys; sys.argv = ['walk.py', *sys.argv[1:]]\n"
+            "try: runpy.run_path('walk.py', run_name='__main__')\n"
+            "finally: assert not [name for name in sys.modules if name.startswith('gaitval')]"
+        )
+        words = [sys.executable, "-I", "-c", script, "--cycles", str(cycles), "--out", "walk.npz"]
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode not in (0, 1) or not (folder / "walk.npz").is_file():
+            raise SystemExit(done.stderr)
+        with np.load(folder / "walk.npz") as file:
+            found = dict(file)
+    return found, bool(found.pop("fell"))
+
+
+def angles_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, float], int]:
+    """RMS of each mean angle (deg) of a walk in plain MuJoCo from that of the stored report, and
+    the right cycles walked after those that settle.
+    """
+    from gaitval.gait.record import LowPass
+    from gaitval.metrics.comparison import rms, simulated_curves
+    from gaitval.metrics.cycles import find_cycles
+    from gaitval.metrics.results import read_metrics
+    from gaitval.simulation.rollout import Rollout
+
+    stored, metrics = walked.stored, read_metrics(walked.stored.folder)
+    settling = stored.configuration.validation.settling_cycles
+    found, fell = _walked_in_mujoco(walked, settling + cycles + 1)
+    count = len(found["time"])
+    walk = Rollout(
+        time=found["time"],
+        phase=found["phase"],
+        positions=found["positions"],
+        moments=found["moments"],
+        ground_reaction=found["ground_reaction"],
+        velocities=np.zeros_like(found["positions"]),
+        centre_of_pressure=np.zeros((count, 2, 3)),
+        centre_of_mass=found["positions"][:, 3:6],
+        root_force=np.zeros((count, 6)),
+        mu=walked.mu,
+        start_phase=np.zeros(1),
+        fell=np.array([float(fell)]),
+    )
+    cut = find_cycles(walk, stored.configuration)
+    frequency = stored.configuration.validation.filter_frequency
+    curves = simulated_curves(
+        walk, cut, mass=stored.model.mass, filters=LowPass(frequency, frequency)
+    )
+    final = metrics.walks.nominal if metrics.final == "nominal" else metrics.walks.identified
+    assert final is not None
+    errors = {}
+    for name, each in final.curves.angles.items():
+        assert each.mean is not None
+        errors[name] = rms(np.rad2deg(curves.angles[name].mean(axis=0)) - np.array(each.mean))
+    return errors, cut.count("right")
+
+
+@evidence.measurement()
+def mujoco(_: Namespace) -> list[evidence.Row]:
+    """A hundred cycles of the exported person in plain MuJoCo, and their angles."""
+    errors, cycles = angles_in_mujoco(_walker(), CYCLES)
+    largest = max(errors, key=errors.__getitem__)
+    print(f"largest: {largest}")
+    what = "export -> plain MuJoCo (no gaitval imported)"
+    return [
+        evidence.Row(
+            f"{what}: mean angles against the report, RMS of the worst of all curves",
+            *(errors[largest], "deg", "<=", 0.2, 0.5, len(errors)),
+        ),
+        evidence.Row(f"{what}: cycles without a fall", cycles, "cycles", ">=", CYCLES, CYCLES, 1),
+    ]
+
+
+@evidence.measurement()
+def gymnasium(_: Namespace) -> evidence.Row:
+    """Whether Gymnasium's checker accepts the environment."""
+    import gymnasium as library
+    from gymnasium.utils.env_checker import check_env
+
+    made = library.make("gaitval_export.environment:gaitval/Walker-v0", walker=PERSON)
+    with warnings.catch_warnings():
+        # Advice on spaces without bounds, which a normaliser answers.
+        warnings.filterwarnings("ignore", message=".*Box.*")
+        warnings.simplefilter("error", append=True)
+        try:
+            check_env(made.unwrapped)
+            refused = 0
+        except (AssertionError, Warning) as error:
+            print(error)
+            refused = 1
+    return evidence.none_may(
+        "gaitval/Walker-v0: objections of Gymnasium's checker", refused, "objections", 1
+    )
+
+
+@evidence.measurement(STEPS)
+def learning(arguments: Namespace) -> evidence.Row:
+    """Return of the last hundred episodes over that of the first, with plain PPO."""
+    from gaitval_export.training_folder import write_training
+
+    with tempfile.TemporaryDirectory() as name:
+        write_training(Path(name), _walker())
+        words = [sys.executable, "train.py", "--steps", str(arguments.steps)]
+        done = subprocess.run(words, cwd=name, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SystemExit(done.stderr)
+        found = json.loads(done.stdout.splitlines()[-1])
+    print(found)
+    return evidence.Row(
+        f"gaitval/Walker-v0: return after {arguments.steps:,} steps of stable-baselines3's PPO, "
+        "over that of its first episodes",
+        *(found["last"] / found["first"], "1", ">=", 1.5, 1.5, 1),
+    )
+
+
+@evidence.measurement()
+def round_trips(_: Namespace) -> list[evidence.Row]:
+    """What is read of each format again, against what was written."""
+    from gaitval_export.c3d_file import recording_of, write_c3d_file
+    from gaitval_export.locohub import locohub_frame, read_locohub, write_locohub
+    from gaitval_export.opensim_folder import foot_forces, write_opensim
+
+    walked = _walker()
+    differences: dict[str, float] = {"MJCF": _first_second(walked)}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_opensim(folder, walked)
+        _, positions = read_motion(folder / "walk.mot")
+        _, _, plates = read_ground_reaction(folder / "ground_reaction.mot")
+        moments = read_storage(folder / "moments.sto").values[:, 6:]
+        walk, rows = walked.walk, walked.rows
+        force = np.stack([plate.force for plate in plates], axis=1)[..., [0, 2, 1]] * [1, -1, 1]
+        differences["OpenSim"] = max(
+            _relative(positions, walk.positions[rows]),
+            _relative(moments, walk.moments[rows]),
+            _relative(force, foot_forces(walked).force),
+        )
+        (path,) = write_c3d_file(folder, walked)
+        read, written = read_c3d(path), recording_of(walked)
+        differences["C3D"] = max(
+            _relative(read.markers, written.markers),
+            *(
+                _relative(theirs.force, ours.force)
+                for theirs, ours in zip(read.plates, written.plates, strict=True)
+            ),
+            *(
+                _relative(theirs.centre_of_pressure[on], ours.centre_of_pressure[on])
+                for theirs, ours in zip(read.plates, written.plates, strict=True)
+                for on in [ours.force[:, 2] > 2.0 * UNLOADED_N]
+            ),
+        )
+        (path,) = write_locohub(folder, walked)
+        frame = locohub_frame(walked)
+        differences["LocoHub"] = max(
+            _relative(values.ravel(), frame[name].to_numpy())
+            for name, values in read_locohub(path).items()
+        )
+    return [
+        evidence.Row(
+            f"export {name}, round trip: largest difference, of the quantity's largest value",
+            *(value, "1", "<=", 1e-6, 1e-4, 1),
+        )
+        for name, value in differences.items()
+    ]
+
+
+@evidence.measurement()
+def opensim(_: Namespace) -> evidence.Row:
+    """Joint moments that OpenSim finds in the exported files, and gaitval in the same walk."""
+    sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
+    from opensim_peer import inverse_dynamics_tool, read_table, run
+
+    from gaitval.coordinates import ACTUATED
+    from gaitval.inverse.inverse_dynamics import inverse_dynamics
+    from gaitval_export.opensim_folder import foot_forces, write_opensim
+
+    walked = _walker()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        model, motion, _, _, loads = write_opensim(folder, walked)
+        run(inverse_dynamics_tool(model, motion, loads, folder / "id.sto"), folder)
+        found = read_table(folder / "id.sto")
+    theirs = np.column_stack([found[f"{each}_moment"] for each in ACTUATED])
+    forces = foot_forces(walked)
+    ours = inverse_dynamics(
+        walked.body,
+        forces.time,
+        walked.walk.positions[walked.rows],
+        *(forces.force, forces.centre_of_pressure, forces.free_moment),
+    )
+    inside = slice(50, -50)  # both differentiate by splines, which are free at the ends
+    off = np.sqrt(np.mean((theirs - ours.moments)[inside] ** 2, axis=0))
+    largest = np.abs(ours.moments[inside]).max(axis=0)
+    return evidence.Row(
+        "export -> OpenSim 4.6: inverse dynamics of the walk against ours, RMS of the worst joint, "
+        "of its peak",
+        *(float(100.0 * (off / largest).max()), "%", "<=", 0.5, 2.0, len(ACTUATED)),
+    )
+
+
+def _relative(read: NDArray[Any], written: NDArray[Any]) -> float:
+    return float(np.max(np.abs(read - written)) / np.max(np.abs(written)))
+
+
+def _first_second(walked: "Walked") -> float:
+    """Motion and moments in plain MuJoCo against gaitval's own engine, while rounding is small."""
+    found, _ = _walked_in_mujoco(walked, 1)
+    return max(
+        _relative(found[name][:SECOND], getattr(walked.walk, name)[:SECOND])
+        for name in ("positions", "moments")
+    )

@@ -1,0 +1,115 @@
+"""What a worker says of a study, and what a study leaves for the tables: read like user input.
+
+A worker's answer is JSON, and so are the files of a store: nothing of them is unpickled. Whatever
+is not of these types is no answer, and the study counts as one that failed, or runs again.
+"""
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Short = Annotated[str, Field(max_length=1000)]
+Number = Annotated[int | float, Field(allow_inf_nan=False)] | None
+Count = Annotated[int, Field(ge=0)]
+
+
+class _Read(BaseModel):
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+
+
+class Outcome(_Read):
+    """What became of a study; see `task.run_order`."""
+
+    name: Short
+    fingerprint: Short
+    status: Literal["finished", "refused", "fault", "lost"]
+    reason: Annotated[str, Field(max_length=100_000)]
+    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    peak_memory: Count
+    worker: Short
+
+
+class _Subject(_Read):
+    identifier: Short
+    laboratory: Short | None
+    person: Short
+    trial: Short
+    source: Short
+    sex: Short
+    age: Number
+    mass: Number
+    height: Number
+    leg_length: Number
+    speed: Number
+
+
+class _Verdicts(_Read):
+    accepted: Count
+    refused: Count
+    goals: Count
+    goals_reached: Count
+    failed: list[Short]
+
+
+class _Measure(_Read):
+    measure: Short
+    target: Short
+    unit: Short
+    value: Number
+
+
+class _Group(_Read):
+    group: Short
+    unit: Short
+    rmse: Number
+    skill: Number
+
+
+class _Parameter(_Read):
+    parameter: Short
+    nominal: Number
+    prior_sd: Number
+    mean: Number
+    sd: Number
+    identified: bool | Number
+    verdict: Short
+
+
+class _Limit(_Read):
+    quantity: Short
+    target: Short
+    value: Number
+    limit: Number
+    unit: Short
+    verdict: Short
+
+
+class Summary(_Read):
+    """What the tables hold of a study; see `study.summary_of`."""
+
+    subject: _Subject
+    verdicts: _Verdicts
+    measures: list[_Measure]
+    groups: list[_Group]
+    parameters: list[_Parameter]
+    epsilon: Number
+    limits: list[_Limit] = []
+
+
+LONGEST: Final = 1_000_000
+"""Characters of a worker's answer."""
+
+
+def outcome_of(answer: Any, name: str, fingerprint: str) -> dict[str, Any]:
+    """The outcome that a worker has sent of the study `name` with its `fingerprint`, as JSON.
+
+    Raises
+    ------
+    ValueError : `answer` is none, or of another study.
+    """
+    if not isinstance(answer, str) or len(answer) > LONGEST:
+        raise ValueError("the worker's answer is no text, or too long")
+    found = Outcome.model_validate_json(answer)
+    if (found.name, found.fingerprint) != (name, fingerprint):
+        raise ValueError("the worker's answer is of another study")
+    return found.model_dump()

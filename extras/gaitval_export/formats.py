@@ -1,0 +1,56 @@
+"""The formats by name, and what writes each."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval_export.c3d_file import write_c3d_file
+from gaitval_export.crate import write_crate
+from gaitval_export.locohub import write_locohub
+from gaitval_export.mujoco_folder import write_mujoco
+from gaitval_export.opensim_folder import write_opensim
+from gaitval_export.training_folder import write_training
+from gaitval_export.walked import Walked
+
+Writer = Callable[[Path, Walked], list[Path]]
+"""Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""
+
+FORMATS: Final[dict[str, Writer]] = {
+    "mujoco": write_mujoco,
+    "gymnasium": write_training,
+    "opensim": write_opensim,
+    "c3d": write_c3d_file,
+    "locohub": write_locohub,
+}
+
+
+def _bundle(folder: Path, walked: Walked) -> list[Path]:
+    parts = {name: write(folder / name, walked) for name, write in FORMATS.items()}
+    return write_crate(folder, walked, parts)
+
+
+def export_to(name: str, folder: Path, walked: Walked) -> list[Path]:
+    """Write a format by its name; returns the paths of its files.
+
+    Raises
+    ------
+    ConfigurationError : there is no such format.
+    ArtefactError : the folder cannot be written to.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ArtefactError(
+            f"--out {folder}: is a file, but an export is a folder of files. Give another name."
+        )
+    return writer_of(name)(folder, walked)
+
+
+def writer_of(name: str) -> Writer:
+    """What writes a format by its name. Raises ConfigurationError for others."""
+    writers = FORMATS | {"bundle": _bundle}
+    if name not in writers:
+        raise ConfigurationError(
+            f"--to {name}: not a format that gaitval writes. Give one of "
+            f"{', '.join(FORMATS)}, or bundle for all of them."
+        )
+    return writers[name]

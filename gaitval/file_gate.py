@@ -1,0 +1,212 @@
+"""The gate for files from outside: each is looked at before anything is read of it.
+
+What is no regular file (a pipe would be waited for, a device might never end) or larger than its
+kind can be is refused. Every reader of gaitval comes through here; `tests/test_readers.py` finds
+one that does not. A reader in another language that wants a path gets it from `passed`.
+"""
+
+import csv
+import io
+import os
+import stat
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from gaitval.errors import GaitvalError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Refusal = type[GaitvalError]
+
+WRITTEN: Final = 8_000_000
+"""Bytes of the largest file that a person writes: a table of 25,000 studies has half of it."""
+VALUES: Final = 32_000_000
+"""Bytes of the largest JSON; `metrics.json` has less than 1,000,000."""
+TABLE: Final = 400_000_000
+"""Bytes of the largest table of numbers as text: 20 minutes of 60 markers at 200 Hz."""
+BINARY: Final = 4_000_000_000
+"""Bytes of the largest file that another library reads, such as C3D."""
+UNPACKED: Final = 1_000_000_000
+"""Bytes of all arrays of a file, or of what a workbook unpacks to: they are held in memory."""
+
+
+def passed(path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path") -> Path:
+    """`path`, if it is a file that may be read and has at most `largest` bytes.
+
+    Parameters
+    ----------
+    refusal : type of the error that is raised.
+    mend : what to do if it is missing, as the last sentence of the message, without a stop.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`: missing, no regular file, may not be read, or too large.
+    """
+    opened(path, refusal, largest=largest, mend=mend).close()
+    return Path(path)
+
+
+def read_bytes(
+    path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path"
+) -> bytes:
+    """The content of a file; parameters and errors are those of `passed`."""
+    with opened(path, refusal, largest=largest, mend=mend) as file:
+        try:
+            content = file.read(largest + 1)
+        except OSError as error:
+            raise refusal(f"{path}: cannot be read ({error.strerror}). Give another.") from None
+    if len(content) > largest:  # it says that it has none, as those below /proc do, or still grows
+        raise _too_large(path, refusal, largest)
+    return content
+
+
+def read_text(
+    path: Path,
+    refusal: Refusal,
+    *,
+    largest: int,
+    mend: str = "Check the path",
+    encodings: Sequence[str] = ("utf-8-sig",),  # -sig: Windows may begin a file with a mark
+) -> str:
+    """The text of a file in the first of `encodings` that fits, without a byte order mark.
+
+    Other parameters are those of `passed`. A text that is not ASCII takes up to four times its
+    bytes, so it may have a quarter of `largest`.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`, as `passed`.
+    UnicodeDecodeError : it is not text in any of `encodings`.
+    """
+    content = read_bytes(path, refusal, largest=largest, mend=mend)
+    if len(content) > largest // 4 and not content.isascii():
+        raise _too_large(path, refusal, largest // 4)
+    for encoding in encodings[:-1]:
+        try:
+            return _plain_lines(content.decode(encoding))
+        except UnicodeDecodeError:
+            continue
+    return _plain_lines(content.decode(encodings[-1]))
+
+
+def _plain_lines(text: str) -> str:
+    """With the ends of lines of this system, whichever wrote it."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def csv_rows(
+    path: Path, refusal: Refusal, *, largest: int = TABLE, mend: str = "Check the path"
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
+
+    Parameters are those of `passed`.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`, as `passed`, or it is not CSV in UTF-8.
+    """
+    try:
+        text = read_text(path, refusal, largest=largest, mend=mend)
+        reader = csv.DictReader(io.StringIO(text))
+        for row in reader:
+            yield reader.line_num, row
+    except UnicodeDecodeError:
+        raise refusal(f"{path}: not UTF-8 text. Save the table as UTF-8.") from None
+    except csv.Error as error:
+        raise refusal(f"{path}: cannot be read as CSV ({error}). Write it again.") from None
+
+
+def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":
+    """A CSV table that gaitval wrote; `options` are those of `pandas.read_csv`.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`, as `passed`, or it is not a CSV table.
+    """
+    import pandas as pd
+
+    try:
+        text = read_text(path, refusal, largest=TABLE)
+        table: pd.DataFrame = pd.read_csv(io.StringIO(text), **options)
+        return table
+    except ValueError as error:  # pandas' own errors and UnicodeDecodeError are ones
+        raise refusal(
+            f"{path}: cannot be read as CSV ({error}). Delete it and run its stage again."
+        ) from None
+
+
+def opened(
+    path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path"
+) -> io.BufferedReader:
+    """The open file; parameters and errors are those of `passed`.
+
+    That it is a file is asked before it is opened, for that alone moves a tape, and after, for it
+    may have been exchanged.
+    """
+    try:
+        _look(path, refusal, largest, os.stat(path))
+        # without O_NONBLOCK the opening of a pipe waits for who writes to it
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        file = os.fdopen(os.open(path, flags), "rb")
+    except FileNotFoundError:
+        raise refusal(f"{path}: no such file. {mend}.") from None
+    except OSError as error:
+        raise refusal(
+            f"{path}: cannot be opened ({error.strerror}). Change its permissions, or give another."
+        ) from None
+    except ValueError:  # a zero or half a character in the name
+        raise refusal(f"{str(path)!r}: no name of a file. {mend}.") from None
+    try:
+        _look(path, refusal, largest, os.fstat(file.fileno()))
+    except GaitvalError:
+        file.close()
+        raise
+    return file
+
+
+def _look(path: Path, refusal: Refusal, largest: int, found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        what = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
+        raise refusal(f"{path}: is {what}, but a file is read here. Give the file itself.")
+    if found.st_size > largest:
+        raise _too_large(path, refusal, largest)
+
+
+def _too_large(path: Path, refusal: Refusal, largest: int) -> GaitvalError:
+    return refusal(
+        f"{path}: has more than {largest:,} bytes, which no file of this kind needs. Give another."
+    )
+
+
+def check_unpacked(sizes: Iterable[int], path: Path, refusal: Refusal) -> None:
+    """Refuse a packed file `path` whose members, of `sizes` in bytes, are too large together.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`.
+    """
+    if sum(sizes) > UNPACKED:
+        raise refusal(
+            f"{path}: unpacks to more than {UNPACKED:,} bytes, which no file of this kind needs. "
+            "Give another."
+        )
+
+
+def parquet_rows(path: Path, refusal: Refusal, *, largest: int) -> int:
+    """Rows of a Parquet file, whose few bytes may say that they unpack to any number.
+
+    Parameters are those of `passed`.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`, as `passed`, or it unpacks to too much.
+    OSError, ValueError : it is not Parquet; pyarrow's own errors.
+    """
+    from pyarrow import parquet  # type: ignore[import-untyped]
+
+    about = parquet.read_metadata(passed(path, refusal, largest=largest))
+    groups = (about.row_group(i).total_byte_size for i in range(about.num_row_groups))
+    check_unpacked(groups, path, refusal)
+    return int(about.num_rows)

@@ -1,0 +1,43 @@
+"""The hip centres that a record's moments are about, and what taking them into account changes."""
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.comparison import rms
+from gaitval.metrics.walk_results import HipCentre, HipCentres
+from gaitval.reference.motion import HIP_SIGNS, about_record
+
+
+def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres | None:
+    """Where the record's hip centres are, and the errors of the moments about the model's own.
+
+    Parameters
+    ----------
+    places : (2, 2) m, `ReferenceMotion.hip_centre`.
+    walked, recorded : mean curves (101,); moments Nm/kg, those walked about `places`; forces body
+        weights.
+
+    Returns
+    -------
+    HipCentres
+        None if the centres are the model's own, or a side has no complete gait cycle.
+    """
+    names = [f"{name}_{side[0]}" for side in SIDES for name in HIP_SIGNS]
+    if not np.any(places) or any(name not in walked.moments for name in names):
+        return None
+    found = {}
+    for (forward, outward), side in zip(places, SIDES, strict=True):
+        # Body weights times g are N/kg.
+        vertical = walked.forces[f"vertical_{side[0]}"] * GRAVITY
+        errors = {}
+        for name in HIP_SIGNS:
+            curve = f"{name}_{side[0]}"
+            own = about_record(walked.moments[curve], name, -np.array([forward, outward]), vertical)
+            errors[name] = rms(own - recorded.moments[curve])
+        found[side] = HipCentre(
+            forward=float(forward), outward=float(outward), rmse_about_model=errors
+        )
+    return HipCentres(right=found["right"], left=found["left"])

@@ -1,0 +1,23 @@
+"""The stored walker of subject 5, which every format is written of."""
+
+from pathlib import Path
+
+import pytest
+
+from gaitval_export.walked import Walked
+
+
+@pytest.fixture(scope="session")
+def walked() -> Walked:
+    """Its reference takes seconds, once."""
+    return Walked.of("5")
+
+
+@pytest.fixture(scope="session")
+def mujoco_folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The person for plain MuJoCo."""
+    from gaitval_export.mujoco_folder import write_mujoco
+
+    folder = tmp_path_factory.mktemp("exported") / "mujoco"
+    write_mujoco(folder, walked)
+    return folder

@@ -1,0 +1,83 @@
+"""`gaitval/Walker-v0`: Gymnasium's own checker, and what is drawn at a reset."""
+
+import json
+import shutil
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import gaitval_export.environment
+from gaitval.errors import SubjectError
+from gaitval_export.environment import NAME, WalkerEnvironment
+from gaitval_export.training_folder import write_training
+from gaitval_export.walked import Walked
+
+
+@pytest.fixture(autouse=True)
+def _one_reference(walked: Walked, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reference takes seconds; subject 5's is there already."""
+    of = gaitval_export.environment._walked
+    monkeypatch.setattr(
+        gaitval_export.environment, "_walked", lambda who: walked if who == "5" else of(who)
+    )
+
+
+def test_gymnasiums_checker_finds_nothing() -> None:
+    """But for its advice on spaces without bounds, which a normaliser answers."""
+    made = gymnasium.make(f"gaitval_export.environment:{NAME}", walker="5")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        check_env(made.unwrapped)
+    assert all("Box" in str(each.message) for each in told)
+
+
+def test_the_body_is_the_identified_one_and_nobody_pushes(walked: Walked) -> None:
+    environment = WalkerEnvironment("5")
+    for seed in range(20):
+        environment.reset(seed=seed)
+        np.testing.assert_array_equal(environment.walker.mu, walked.mu)
+        assert environment._push is None
+
+
+def test_pushes_and_other_bodies_are_drawn_if_asked_for(walked: Walked) -> None:
+    environment = WalkerEnvironment("5", pushes=True, vary_body=True)
+    pushed = 0
+    for seed in range(20):
+        environment.reset(seed=seed)
+        assert not np.array_equal(environment.walker.mu, walked.mu)
+        pushed += environment._push is not None
+    assert 10 < pushed < 20  # four of five episodes
+
+
+def test_options_of_a_reset_go_first(walked: Walked) -> None:
+    environment = WalkerEnvironment("5")
+    environment.reset(seed=0, options={"push": (0.7, 100.0, 0.0), "phase": 0.25})
+    assert environment._push == (0.7, 100.0, 0.0)
+    assert environment.start_phase == 0.25
+
+
+def test_a_walker_that_is_not_there_is_refused() -> None:
+    with pytest.raises(SubjectError, match="nobody"):
+        gymnasium.make(NAME, walker="nobody")
+
+
+@pytest.mark.slow  # stable-baselines3 loads torch; 20 s
+def test_the_script_trains_with_plain_stable_baselines3(walked: Walked, tmp_path: Path) -> None:
+    write_training(tmp_path, walked)
+    done = subprocess.run(
+        [sys.executable, "train.py", "--steps", "20000", "--out", "learned"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found["last"] > found["first"]
+    assert {path.name for path in (tmp_path / "learned").iterdir()} == {
+        *("policy.zip", "normalisation.pkl")
+    }
+    shutil.rmtree(tmp_path / "learned")

@@ -1,0 +1,115 @@
+"""LocoHub's Parquet: names, signs, 150 points, and the same curves again."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gaitval.coordinates import COORDINATES
+from gaitval.errors import RecordError
+from gaitval.gait.sampling import interpolated
+from gaitval_export.locohub import POINTS, locohub_frame, read_locohub, write_locohub
+from gaitval_export.walked import Walked
+
+SIDED = (
+    *(f"{joint}_{kind}_{{}}_{unit}"
+      for joint in ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
+      for kind, unit in (("angle", "rad"), ("velocity", "rad_s"), ("moment", "Nm_kg"))),
+    *("hip_adduction_angle_{}_rad", "hip_adduction_moment_{}_Nm_kg"),
+    *(f"{segment}_sagittal_angle_{{}}_rad" for segment in ("thigh", "shank", "foot")),
+    *(f"grf_{axis}_{{}}_BW" for axis in ("vertical", "anterior", "lateral")),
+)  # fmt: skip
+"""Of LocoHub's feature_constants.py and of the catalogue of its reference."""
+WHOLE = [
+    f"{segment}_{plane}_angle_rad"
+    for segment in ("pelvis", "trunk")
+    for plane in ("sagittal", "frontal", "transverse")
+]
+ABOUT = ["subject", "subject_metadata", "task", "task_id", "task_info", "step", "phase_ipsi"]
+
+
+@pytest.fixture(scope="module")
+def frame(walked: Walked) -> pd.DataFrame:
+    return locohub_frame(walked)
+
+
+@pytest.fixture(scope="module")
+def curves(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
+    (path,) = write_locohub(tmp_path_factory.mktemp("locohub"), walked)
+    assert path.name.endswith("_phase.parquet")
+    return read_locohub(path)
+
+
+def test_it_has_the_standards_columns_and_no_other(frame: pd.DataFrame) -> None:
+    sided = {name.format(side) for name in SIDED for side in ("ipsi", "contra")}
+    assert set(frame.columns) == {*ABOUT, *sided, *WHOLE}
+    assert (frame["task"] == "level_walking").all()
+    assert frame["subject"].str.fullmatch(r"[A-Z]{2}\d*_AB\d{2}").all()
+    assert not frame.isna().any().any()
+
+
+def test_every_cycle_of_either_foot_has_150_points(frame: pd.DataFrame, walked: Walked) -> None:
+    cycles = walked.cycles.count("right") + walked.cycles.count("left")
+    assert len(frame) == cycles * POINTS
+    for _, cycle in frame.groupby("step"):
+        np.testing.assert_allclose(cycle["phase_ipsi"], np.arange(POINTS) / (POINTS - 1) * 100.0)
+
+
+def test_what_goes_out_comes_in_again(frame: pd.DataFrame, curves: dict[str, np.ndarray]) -> None:
+    for name, values in curves.items():
+        np.testing.assert_array_equal(values.ravel(), frame[name], err_msg=name)
+
+
+def test_curves_are_those_of_the_walk(walked: Walked, curves: dict[str, np.ndarray]) -> None:
+    starts, ends = walked.cycles.starts["left"], walked.cycles.ends["left"]
+    samples = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, POINTS)
+    first = walked.cycles.count("right")
+    for name, side in (
+        ("knee_flexion_angle_ipsi_rad", "l"),
+        ("knee_flexion_angle_contra_rad", "r"),
+    ):
+        angle = walked.walk.positions[:, COORDINATES.index(f"knee_angle_{side}")]
+        np.testing.assert_allclose(curves[name][first:], interpolated(angle, samples))
+
+
+def test_signs_are_those_of_a_gait(curves: dict[str, np.ndarray]) -> None:
+    """Of the first right cycle: braking before pushing, and so on."""
+    at = {name: values[0] for name, values in curves.items()}
+    early, late, swing = slice(15, 35), slice(70, 85), slice(100, 125)
+    assert at["knee_flexion_angle_ipsi_rad"][swing].max() > 0.8
+    assert at["ankle_dorsiflexion_moment_ipsi_Nm_kg"][late].min() < -0.8  # plantarflexor
+    assert at["hip_flexion_moment_ipsi_Nm_kg"][early].mean() < 0.0  # extensor
+    assert at["grf_anterior_ipsi_BW"][early].mean() < 0.0 < at["grf_anterior_ipsi_BW"][late].max()
+    assert at["grf_lateral_ipsi_BW"][early].mean() < 0.0  # to the left, as the midline is
+    assert at["grf_lateral_contra_BW"][swing].mean() > 0.0
+    assert at["grf_vertical_ipsi_BW"][early].mean() > 0.8
+    assert (
+        at["thigh_sagittal_angle_ipsi_rad"][0]
+        > 0.2
+        > -0.2
+        > at["shank_sagittal_angle_ipsi_rad"][90]
+    )
+    assert at["foot_sagittal_angle_ipsi_rad"][0] > 0.1  # the heel strikes
+    assert at["pelvis_transverse_angle_rad"][0] > 0.0  # the right side is ahead
+
+
+def test_segments_follow_from_the_joints(curves: dict[str, np.ndarray]) -> None:
+    """In the sagittal plane a knee is what lies between its thigh and its shank."""
+    between = curves["thigh_sagittal_angle_ipsi_rad"] - curves["shank_sagittal_angle_ipsi_rad"]
+    np.testing.assert_allclose(between, curves["knee_flexion_angle_ipsi_rad"], atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda frame: frame.drop(columns="phase_ipsi"), "phase_ipsi"),
+        (lambda frame: frame.iloc[:-1], "149 points"),
+    ],
+)
+def test_what_is_not_locohubs_is_refused(frame, tmp_path, change, message) -> None:
+    path = tmp_path / "other_phase.parquet"
+    change(frame).to_parquet(path)
+    with pytest.raises(RecordError, match=message):
+        read_locohub(path)
+    path.write_text("no Parquet")
+    with pytest.raises(RecordError, match="cannot be read as Parquet"):
+        read_locohub(path)

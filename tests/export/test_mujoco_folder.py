@@ -1,0 +1,154 @@
+"""The person in plain MuJoCo: the same body, the same observations, the same walk."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from evidence.page import angles_in_mujoco
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval_export import walk as plain
+from gaitval_export.mujoco_folder import FILES, write_mujoco
+from gaitval_export.walked import Walked
+
+NO_CONTACT = mujoco.mjtDisableBit.mjDSBL_CONTACT
+
+
+def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The script as somebody else runs it: isolated from PYTHONPATH and this folder."""
+    return subprocess.run(
+        [sys.executable, "-I", str(folder / "walk.py"), *arguments],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_the_script_imports_no_gaitval(mujoco_folder: Path) -> None:
+    tree = ast.parse((mujoco_folder / "walk.py").read_text(encoding="utf-8"))
+    names = {
+        name.partition(".")[0]
+        for node in ast.walk(tree)
+        for name in (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [str(node.module)]
+            if isinstance(node, ast.ImportFrom)
+            else []
+        )
+    }
+    assert names - set(sys.stdlib_module_names) == {"mujoco", "numpy", "safetensors"}
+    assert {path.name for path in mujoco_folder.iterdir()} == set(FILES)
+
+
+def test_it_walks_as_the_compiled_engine_does(
+    walked: Walked, mujoco_folder: Path, tmp_path: Path
+) -> None:
+    """A second of it to rounding: MuJoCo solves the same equations with the same step. Later the
+    policy's single precision lets rounding grow, as it does between any two engines."""
+    done = run(mujoco_folder, "--cycles", "1.2", "--out", str(tmp_path / "walk.npz"))
+    assert done.returncode == 0, done.stderr
+    assert "did not fall" in done.stdout
+    theirs, rows = np.load(tmp_path / "walk.npz"), 500
+    for name in ("time", "phase", "positions"):
+        expected = getattr(walked.walk, name)[:rows]
+        np.testing.assert_allclose(theirs[name][:rows], expected, atol=1e-9, rtol=0, err_msg=name)
+    for name in ("moments", "ground_reaction"):
+        expected = getattr(walked.walk, name)[:rows]
+        np.testing.assert_allclose(theirs[name][:rows], expected, atol=1e-6, rtol=0, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("environment", "law"),
+    [
+        ({"observation": "extended", "mirror": True}, "hunt_crossley"),
+        ({"observation": "extended", "mirror": False}, "cubic"),
+        ({"observation": "paper", "pace_scale": 0.0}, "hunt_crossley"),
+    ],
+    ids=["as trained", "cubic", "paper"],
+)
+def test_it_observes_and_acts_in_every_configuration(
+    walked: Walked, tmp_path: Path, environment: dict[str, object], law: str
+) -> None:
+    task = walked.stored.corrected_task
+    settings = task.configuration
+    changed = settings.model_copy(
+        update={
+            "environment": settings.environment.model_copy(
+                # The network is for the observation it was trained with; its bias is left out.
+                update={**environment, "centring": 0.0}
+            ),
+            "contact": settings.contact.model_copy(update={"law": law}),
+        }
+    )
+    other = Walked(replace(walked.stored, configuration=changed))
+    other.stored.__dict__["corrected_task"] = replace(task, configuration=changed)
+    write_mujoco(tmp_path, other)
+    theirs, ours = plain.Walker(tmp_path), WalkingEnvironment(other.stored.corrected_task)
+    options = {"phase": 0.3, "mu": other.mu, "push": None, "noise": 0.0}
+    expected, _ = ours.reset(seed=0, options=options)
+    seen = theirs.reset(0.3)
+    random = np.random.default_rng(0)
+    for _ in range(30):
+        assert seen.dtype == expected.dtype
+        np.testing.assert_allclose(seen, expected, atol=1e-5)
+        action = random.normal(0.0, 0.3, ours.action_space.shape).astype(np.float32)
+        expected, _, fell, _, _ = ours.step(action)
+        seen, fallen = theirs.step(action)
+        assert fallen == fell
+    np.testing.assert_allclose(theirs.data.qpos[theirs.joints], ours.walker.state[0, 6:], atol=1e-8)
+
+
+def test_a_person_that_falls_says_so(mujoco_folder: Path) -> None:
+    walker = plain.Walker(mujoco_folder)
+    walker.reset()
+    fell = False
+    for _ in range(300):  # without the policy, 3 s
+        _, fell = walker.step(np.zeros(26))
+        if fell:
+            break
+    assert fell
+
+
+def test_the_model_is_the_person_by_itself(walked: Walked, mujoco_folder: Path) -> None:
+    """Without the script: mass, joints, actuators that take a target, and the start of the walk."""
+    model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
+    data = mujoco.MjData(model)
+    assert model.body_mass.sum() == pytest.approx(walked.stored.subject.mass_kg, rel=1e-9)
+    assert {model.actuator(i).name for i in range(model.nu)} == set(ACTUATED)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    walker = plain.Walker(mujoco_folder)
+    walker.reset()
+    np.testing.assert_allclose(data.qpos, walker.data.qpos, atol=1e-12)
+    np.testing.assert_allclose(data.qvel, walker.data.qvel, atol=1e-12)
+
+
+def test_mujocos_own_contact_carries_the_person(walked: Walked, mujoco_folder: Path) -> None:
+    """For a step, from the keyframe; another law, so only as much as a body weight needs."""
+    model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
+    assert not model.opt.disableflags & NO_CONTACT
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    upward = []
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+        force = np.zeros(6)
+        total = 0.0
+        for contact in range(data.ncon):
+            mujoco.mj_contactForce(model, data, contact, force)
+            total += force[0]  # the contact's first axis is its normal
+        upward.append(total)
+    weight = walked.stored.subject.mass_kg * GRAVITY
+    assert 0.7 < np.mean(upward) / weight < 1.4
+
+
+@pytest.mark.slow  # 110 s of walking
+def test_a_hundred_cycles_are_those_of_the_report(walked: Walked) -> None:
+    errors, cycles = angles_in_mujoco(walked, 100)
+    assert cycles == 100
+    assert max(errors.values()) < 0.5, errors  # deg, RMS of each mean curve

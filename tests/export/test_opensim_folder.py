@@ -1,0 +1,105 @@
+"""The walk for OpenSim: read back by gaitval's own readers, and the loads tied to the feet."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from opensim_peer import inverse_dynamics_tool, read_table, run
+
+from gaitval.coordinates import ACTUATED
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.metrics.ground_wrenches import ground_wrenches
+from gaitval.mocap.force_plates import UNLOADED_N
+from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion_reading import read_motion
+from gaitval.opensim.osim import BODIES
+from gaitval_export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
+from gaitval_export.virtual_markers import JOINT_CENTRES
+from gaitval_export.walked import Walked
+from gaitval_judge.opensim.model_file import read_model
+
+INSIDE = slice(50, -50)
+"""Both differentiate by splines, which are free at the ends."""
+
+
+@pytest.fixture(scope="module")
+def folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("opensim")
+    paths = write_opensim(found, walked)
+    assert [path.name for path in paths] == list(FILES)
+    return found
+
+
+def test_the_motion_comes_in_again(walked: Walked, folder: Path) -> None:
+    time, positions = read_motion(folder / "walk.mot")
+    assert time[0] == 0.0
+    np.testing.assert_allclose(positions, walked.walk.positions[walked.rows], atol=1e-9)
+
+
+def test_joint_moments_come_in_again_and_nothing_holds_the_pelvis(
+    walked: Walked, folder: Path
+) -> None:
+    table = read_storage(folder / "moments.sto")
+    for column, name in enumerate(ACTUATED):
+        expected = walked.walk.moments[walked.rows, column]
+        np.testing.assert_allclose(table.column(f"{name}_moment"), expected, atol=1e-8)
+    for name in table.columns[:6]:
+        assert not table.column(name).any()
+
+
+def test_the_ground_reaction_comes_in_again(walked: Walked, folder: Path) -> None:
+    """As a wrench about the origin, which is what acts."""
+    rate, start, plates = read_ground_reaction(folder / "ground_reaction.mot")
+    assert rate == pytest.approx(1.0 / walked.environment.walker.physics_step)
+    assert start == 0.0
+    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.rows]
+    for side, plate in enumerate(plates):
+        loaded = wrenches[:, side, 2] > UNLOADED_N  # the reader gives no point below
+        force = plate.force @ TO_OPENSIM  # rows times C are Cᵀ of columns: back from OpenSim's
+        point = plate.centre_of_pressure @ TO_OPENSIM
+        moment = np.cross(point, force) + plate.free_moment @ TO_OPENSIM
+        expected = wrenches[:, side]
+        np.testing.assert_allclose(force[loaded], expected[loaded, :3], atol=1e-6)
+        np.testing.assert_allclose(moment[loaded], expected[loaded, 3:], atol=1e-5)
+        assert not force[wrenches[:, side, 2] <= LOADED_N].any()
+
+
+def test_the_free_moment_is_about_the_vertical(walked: Walked) -> None:
+    forces = foot_forces(walked)
+    known = np.isfinite(forces.centre_of_pressure).all(axis=2)
+    np.testing.assert_allclose(forces.free_moment[known][:, :2], 0.0, atol=1e-8)
+    assert 1.0 < np.abs(forces.free_moment[known][:, 2]).max() < 30.0  # Nm, of a walk
+
+
+def test_the_model_is_the_person(walked: Walked, folder: Path) -> None:
+    model = read_model(folder / "model.osim")
+    assert model.mass == pytest.approx(walked.stored.subject.mass_kg, rel=1e-9)
+    assert set(JOINT_CENTRES) <= {marker.name for marker in model.markers}
+
+
+def test_opensim_finds_the_moments_that_inverse_dynamics_finds_here(
+    walked: Walked, folder: Path, tmp_path: Path
+) -> None:
+    model, motion, _, _, loads = (folder / name for name in FILES)
+    run(inverse_dynamics_tool(model, motion, loads, tmp_path / "id.sto"), tmp_path)
+    found = read_table(tmp_path / "id.sto")
+    forces = foot_forces(walked)
+    ours = inverse_dynamics(
+        walked.body,
+        forces.time,
+        walked.walk.positions[walked.rows],
+        *(forces.force, forces.centre_of_pressure, forces.free_moment),
+    )
+    for column, name in enumerate(ACTUATED):
+        expected = ours.moments[INSIDE, column]
+        largest = np.abs(expected).max()
+        np.testing.assert_allclose(found[f"{name}_moment"][INSIDE], expected, atol=1e-3 * largest)
+
+
+def test_loads_act_on_both_feet_from_the_file_beside_them(folder: Path) -> None:
+    loads = ElementTree.parse(folder / "loads.xml")
+    bodies = [each.text for each in loads.iter("applied_to_body")]
+    assert bodies == [BODIES["foot_r"], BODIES["foot_l"]]
+    assert (folder / str(loads.findtext(".//datafile"))).is_file()

@@ -1,0 +1,40 @@
+"""Errors of the hip's moments about the model's own centre."""
+
+import numpy as np
+import pytest
+
+from gaitval.constants import GRAVITY
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.hip_centres import hip_centres
+
+ROUND = np.linspace(0.0, 1.0, 101)
+
+
+def curves(offset):
+    """Made-up curves; hip flexion moments off by an offset times the vertical force."""
+    vertical = np.clip(np.sin(np.pi * ROUND / 0.6), 0.0, None)
+    moments = {f"hip_adduction_{side}": -0.5 * vertical for side in "rl"}
+    moments |= {f"hip_flexion_{side}": np.cos(ROUND) + offset * GRAVITY * vertical for side in "rl"}
+    return Curves({}, moments, {f"vertical_{side}": vertical for side in "rl"})
+
+
+def test_the_error_about_the_model_s_hip_is_that_of_the_lever():
+    """Walked moments that equal the record's about its centre, 2 cm in front, miss it by 2 cm times
+    the force about the model's."""
+    places = np.array([[0.02, 0.0], [0.01, 0.0]])
+    found = hip_centres(places, curves(0.0), curves(0.0))
+    assert found is not None
+    force = curves(0.0).forces["vertical_r"] * GRAVITY
+    own = found.right.rmse_about_model
+    assert own["hip_flexion"] == pytest.approx(0.02 * np.sqrt(np.mean(force**2)))
+    assert own["hip_adduction"] == pytest.approx(0.0, abs=1e-12)
+    assert found.left.rmse_about_model["hip_flexion"] == pytest.approx(0.5 * own["hip_flexion"])
+    assert (found.right.forward, found.left.outward) == (0.02, 0.0)
+
+
+def test_a_walk_about_the_model_s_own_hips_has_nothing_to_say():
+    assert hip_centres(np.zeros((2, 2)), curves(0.0), curves(0.0)) is None
+
+
+def test_a_walk_without_a_cycle_has_nothing_to_say():
+    assert hip_centres(np.full((2, 2), 0.01), Curves({}, {}, {}), curves(0.0)) is None

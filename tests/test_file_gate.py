@@ -1,0 +1,273 @@
+"""What is no file, or too large, is refused by every reader before anything is read of it."""
+
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval import file_gate
+from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read_toml, write_arrays
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ArtefactError, GaitvalError, RecordError
+from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Recording
+from gaitval.model.markers import load_markers
+from gaitval.model.urdf import read_urdf
+from gaitval.policy.storage import load_policy
+from gaitval.reference.motion import ReferenceMotion
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.batch import read_batch
+from gaitval.simulation.rollout import Rollout
+from gaitval_cohort.store import Store
+from gaitval_cohort.table import read_table
+from gaitval_curves.curve_files import read_mean_curves
+from gaitval_curves.unpacking import unpack
+from gaitval_curves.wbds_files import table_rows
+from gaitval_gate import history
+from gaitval_judge.opensim.fields import read_document
+
+ROOT = Path(__file__).parents[1]
+posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices as POSIX has them")
+
+READERS = {
+    "a.toml": read_batch,
+    "b.toml": read_table,
+    "c.toml": load_subject,
+    "d.toml": load_configuration,
+    "e.toml": load_marker_set,
+    "f.toml": lambda path: read_toml(path, RecordError),
+    "a.csv": read_table,
+    "b.csv": lambda path: read_mean_curves([path]),
+    "c.csv": lambda path: table_rows(path, ()),
+    "a.parquet": lambda path: read_mean_curves([path]),
+    "a.json": read_json,
+    "b.json": load_markers,
+    "policy.json": lambda path: load_policy(path.parent),
+    "policy.safetensors": lambda path: load_policy(path.parent),
+    "a.npz": lambda path: read_arrays(path, ("x",)),
+    "b.npz": ReferenceMotion.load,
+    "c.npz": Rollout.load,
+    "d.npz": Recording.load,
+    "a.trc": read_recording,
+    "a.c3d": read_recording,
+    "amkr.txt": read_recording,
+    "a.mot": read_storage,
+    "a.sto": read_storage,
+    "a.urdf": read_urdf,
+    "a.osim": read_document,
+    "scaling.csv": lambda path: MarkedBody.load(path.parent),
+    "a.db": history.read,
+    "b.db": history.prepare,
+    "a.zip": lambda path: unpack(path, path.parent / "unpacked"),
+    "a.any": file_hash,
+    "b.any": lambda path: copy_file(path, path.with_suffix(".copy")),
+}
+"""What reads a file of each kind, given its path."""
+
+
+def read(reader: str, folder: Path) -> None:
+    """Read the file of this name with its reader, beside what else is wanted."""
+    stored = ROOT / "reports" / "S05" / "baseline" / "policy"
+    for name in ("policy.json", "policy.safetensors"):
+        if reader.startswith("policy") and name != reader:
+            shutil.copy(stored / name, folder / name)
+    READERS[reader](folder / reader)
+
+
+@posix
+@pytest.mark.parametrize("reader", READERS)
+def test_a_pipe_and_a_device_are_refused_by_every_reader(reader, tmp_path):
+    """A pipe would be waited for, and /dev/zero never ends."""
+    os.mkfifo(tmp_path / reader)
+    with pytest.raises(GaitvalError, match=r"pipe or a device|is not a file|no policy|no such"):
+        read(reader, tmp_path)
+    (tmp_path / reader).unlink()
+    (tmp_path / reader).symlink_to("/dev/zero")
+    with pytest.raises(GaitvalError, match=r"pipe or a device|is not a file|no policy|no such"):
+        read(reader, tmp_path)
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_folder_and_nothing_are_refused_by_every_reader(reader, tmp_path):
+    if reader != "b.db":  # which begins a new history
+        with pytest.raises(GaitvalError):
+            read(reader, tmp_path)
+    (tmp_path / reader).unlink(missing_ok=True)
+    (tmp_path / reader).mkdir()
+    with pytest.raises(GaitvalError):
+        read(reader, tmp_path)
+
+
+@posix
+@pytest.mark.parametrize("reader", READERS)
+def test_what_is_too_large_is_refused_by_every_reader(reader, tmp_path):
+    """A file of 5 GB that has no content takes no place."""
+    (tmp_path / reader).touch()
+    os.truncate(tmp_path / reader, 5_000_000_000)
+    with pytest.raises(GaitvalError):
+        read(reader, tmp_path)
+
+
+@posix
+def test_a_file_that_says_that_it_has_no_size_is_bounded():
+    with pytest.raises(RecordError, match="more than 10 bytes"):
+        file_gate.read_bytes(Path("/proc/cpuinfo"), RecordError, largest=10)
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\udc80b", "a" * 5000])
+def test_what_is_no_name_of_a_file_is_refused(tmp_path, name):
+    with pytest.raises(RecordError, match=r"no name of a file|cannot be opened|no such file"):
+        file_gate.read_bytes(tmp_path / name, RecordError, largest=10)
+
+
+def test_text_that_is_not_ascii_may_have_a_quarter(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"a" * 100)
+    assert file_gate.read_text(path, RecordError, largest=100) == "a" * 100
+    path.write_text("é" * 20, encoding="utf-8")
+    with pytest.raises(RecordError, match="more than 25 bytes"):
+        file_gate.read_text(path, RecordError, largest=100)
+    assert file_gate.read_text(path, RecordError, largest=200) == "é" * 20
+
+
+def test_ends_of_lines_are_those_of_this_system(tmp_path):
+    (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
+    assert file_gate.read_text(tmp_path / "a.txt", RecordError, largest=99) == "a\nb\nc\n"
+
+
+def npy(shape: str, kind: str = "<f8", data: bytes = b"") -> bytes:
+    header = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}}}".ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + data
+
+
+LIES = {
+    "more values than bytes": npy("(10000000000000,)"),
+    "more than any number": npy("(9223372036854775807, 9223372036854775807)"),
+    "fewer than none": npy("(-1,)", data=bytes(8)),
+    "values without a size": npy("(3,)", "|V0"),
+    "python's own objects": npy("(1,)", "|O", b"cos\nsystem\n(S'true'\ntR."),
+    "no numbers": npy("(1,)", "<U1", b"abcd"),
+    "no header": b"\x93NUMPY\x01\x00\xff\xff{",
+    "no array": b"x",
+}
+
+
+@pytest.mark.parametrize("lie", LIES)
+@pytest.mark.parametrize("load", [ReferenceMotion.load, Rollout.load, Recording.load])
+def test_arrays_that_lie_are_refused(tmp_path, lie, load):
+    path = tmp_path / "a.npz"
+    names = ("phase", "time", "positions", "__about__", "stride_time", "speed")
+    with zipfile.ZipFile(path, "w") as members:
+        for name in names:
+            members.writestr(f"{name}.npy", LIES[lie])
+    with pytest.raises(ArtefactError, match=r"a\.npz"):
+        load(path)
+
+
+def test_a_bomb_of_arrays_is_refused(tmp_path):
+    """Five MB that unpack to a thousand."""
+    path = tmp_path / "a.npz"
+    values = npy("(130000000,)") + bytes(1_040_000_000)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as members:
+        members.writestr("x.npy", values)
+    del values
+    assert path.stat().st_size < 20e6
+    with pytest.raises(ArtefactError, match="unpacks to more than"):
+        read_arrays(path, ("x",))
+
+
+@pytest.fixture
+def arrays() -> dict[str, np.ndarray]:
+    """Those of a reference motion of four samples."""
+    sizes = {"positions": (4, 31), "velocities": (4, 31), "moments": (4, 25), "phase": (4,),
+             "ground_reaction": (4, 2, 3), "centre_of_mass": (4, 3), "end_effectors": (4, 4, 3),
+             "offsets": (25,), "stride_time": (), "speed": ()}  # fmt: skip
+    return {name: np.ones(size) for name, size in sizes.items()}
+
+
+def test_a_reference_of_other_shapes_or_without_numbers_is_refused(tmp_path, arrays):
+    path = tmp_path / "reference.npz"
+    write_arrays(path, arrays)
+    assert ReferenceMotion.load(path).speed == 1.0
+    for name, values in arrays.items():
+        holey = values.copy()
+        holey.flat[0] = np.nan
+        for other, told in (
+            (holey, "not finite"),
+            (values[..., None], "has the shape"),
+            (values.astype(str), "not numbers"),
+        ):
+            write_arrays(path, arrays | {name: other})
+            with pytest.raises(ArtefactError, match=rf"reference\.npz: {name} .*{told}"):
+                ReferenceMotion.load(path)
+
+
+def test_a_copy_that_finds_no_room_names_the_copy(tmp_path, monkeypatch):
+    """Not what is copied, which is as it should be."""
+    (tmp_path / "source").write_text("x")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("shutil.copyfileobj", full)
+    with pytest.raises(ArtefactError, match=r"target: cannot be written: there is no space left"):
+        copy_file(tmp_path / "source", tmp_path / "target")
+    assert [path.name for path in tmp_path.iterdir()] == ["source"]
+
+
+@posix
+def test_results_are_not_written_where_nothing_can_be(tmp_path):
+    """Exit code 2 and a sentence: it was 70."""
+    done = subprocess.run(
+        [sys.executable, "-m", "gaitval", "scale", "5", "--out", "/proc/nowhere"],
+        capture_output=True, text=True, check=False, env={**os.environ, "COLUMNS": "500"},
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    assert "/proc/nowhere" in done.stderr
+
+
+def test_a_store_reads_no_pipe(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "summary.json").write_text(json.dumps({"x": "[" * 10}))
+    assert Store(str(tmp_path)).read("a", "summary.json") == {"x": "[" * 10}
+    (tmp_path / "a" / "summary.json").unlink()
+    if os.name == "posix":
+        os.mkfifo(tmp_path / "a" / "summary.json")
+    assert Store(str(tmp_path)).read("a", "summary.json") is None
+
+
+def test_a_table_of_many_rows_in_few_bytes_is_refused(tmp_path):
+    import pandas as pd
+
+    path = tmp_path / "a.parquet"
+    pd.DataFrame({"angle_knee_angle_r": np.zeros(5_000_000)}).to_parquet(path)
+    assert path.stat().st_size < 100_000
+    with pytest.raises(RecordError, match="5000000 rows of data, but there must be 101"):
+        read_mean_curves([path])
+
+
+def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path):
+    from gaitval_curves.wbds_archive import _rows
+
+    path = tmp_path / "WBDSinfo.xlsx"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as members,
+        members.open("xl/worksheets/sheet1.xml", "w") as sheet,
+    ):
+        for _ in range(110):
+            sheet.write(bytes(10_000_000))
+    with pytest.raises(RecordError, match="unpacks to more than"):
+        _rows(path)
+    path.write_bytes(io.BytesIO(b"PK").getvalue())
+    with pytest.raises(RecordError, match="cannot be read"):
+        _rows(path)
