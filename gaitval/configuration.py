@@ -309,15 +309,15 @@ class RandomisationSettings(Section):
 
 
 def _samples_or_auto(value: Any) -> Any:
-    if value == "auto" or (isinstance(value, int) and 1 <= value <= LARGEST_TRAINING):
+    if value in ("auto", "full") or (isinstance(value, int) and 1 <= value <= LARGEST_TRAINING):
         return value
     raise ValueError(
-        f"give a number of samples from 1 to {LARGEST_TRAINING:.0e}, or auto, but it is {value!r}. "
-        "The default is 'auto'"
+        f"give a number of samples from 1 to {LARGEST_TRAINING:.0e}, auto or full, but it is "
+        f"{value!r}. The default is 'auto'"
     )
 
 
-CountOfSamples = Annotated[int | Literal["auto"], BeforeValidator(_samples_or_auto)]
+CountOfSamples = Annotated[int | Literal["auto", "full"], BeforeValidator(_samples_or_auto)]
 
 Start = Literal["scratch", "general", "policy", "range"]
 """What a training starts from: nothing; the general policy, for one person or for a person's range
@@ -329,7 +329,7 @@ SAMPLES_FROM: Final[Mapping[Start, int]] = {
     "policy": 800_000,
     "range": 2_000_000,
 }
-"""Environment steps that a training needs, by its start, where `training.samples` is `auto`
+"""Environment steps of a whole training, by its start, where `training.samples` is not a number
 (docs/learning.md)."""
 
 
@@ -337,8 +337,9 @@ class TrainingSettings(Section):
     """Proximal policy optimisation (stable-baselines3)."""
 
     samples: CountOfSamples = "auto"
-    """Environment steps of every training of the run, whatever it starts from. `auto`: by its
-    start, see `SAMPLES_FROM`."""
+    """Environment steps of every training of the run, whatever it starts from. `full`: by its
+    start, see `SAMPLES_FROM`. `auto`: as `full`, but none for a person for whom the policy it would
+    start from walks without a fall and survives the pushes (`metrics.learning_gain.NEEDED`)."""
     workers: int = Field(2, ge=1, le=1024)
     """Processes; each runs its share of the environments, in groups of eight: more processes than
     environments / 8 are not started."""
@@ -382,7 +383,7 @@ class TrainingSettings(Section):
 
     def samples_from(self, start: Start) -> int:
         """Environment steps of a training from `start`."""
-        return SAMPLES_FROM[start] if self.samples == "auto" else self.samples
+        return self.samples if isinstance(self.samples, int) else SAMPLES_FROM[start]
 
 
 class IdentificationSettings(Section):

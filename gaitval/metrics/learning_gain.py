@@ -1,4 +1,5 @@
-"""What a training gave: the trained policy beside its start, and which of them is handed on.
+"""Whether a policy needs training for a person, and what a training gave: the trained policy beside
+its start, and which of them is handed on.
 
 `metrics.policy_comparison` walks them.
 """
@@ -8,6 +9,11 @@ from typing import Final, Literal
 
 from gaitval.metrics.typed import Count, Number, OpenResult, Result
 
+NEEDED: Final = (
+    "A policy is trained further for a person only if it needs it: on walks that were not used for "
+    "learning it falls, or survives fewer than {limit:g} % of the pushes from within 90 degrees of "
+    "straight ahead, the acceptance limit."
+)
 RULE: Final = (
     "The trained policy is handed on if, on walks that were not used for learning, it falls in no "
     "more of them, survives no fewer pushes and is no further from the record (epsilon) than the "
@@ -24,10 +30,17 @@ class Standing(Result):
     """Walks that ended in a fall."""
     pushes: Count
     survived: Count
+    pushes_ahead: Count
+    """Those from within 90 degrees of straight ahead, which are judged."""
+    survived_ahead: Count
     epsilon: Number | None
     """Mean over the walks; null if one of them has no complete gait cycle."""
     scatter: Number | None
     """Standard deviation of epsilon over the walks."""
+
+    def needs_training(self, limit: float) -> bool:
+        """Whether it does, by `NEEDED`, with its `limit`, %."""
+        return self.falls > 0 or 100.0 * self.survived_ahead < limit * self.pushes_ahead
 
     def not_worse_than(self, other: "Standing") -> bool:
         """Whether it is worse in nothing."""
@@ -40,7 +53,7 @@ class LearningGain(OpenResult):
     """The policy at the start and at the end of a training, and which of them is handed on."""
 
     samples: Count
-    """Environment steps of the training."""
+    """Environment steps of the training; 0 if the start needed none."""
     start: Standing | None
     """Null for a training from nothing."""
     trained: Standing
@@ -55,6 +68,12 @@ class LearningGain(OpenResult):
         handed_on: Literal["trained", "start"] = "trained" if better else "start"
         return cls(samples=samples, start=start, trained=trained, rule=RULE, handed_on=handed_on)
 
+    @classmethod
+    def none_needed(cls, start: Standing, limit: float) -> "LearningGain":
+        """Of a policy that needed no training, by `NEEDED` with its `limit`, %."""
+        rule = NEEDED.format(limit=limit)
+        return cls(samples=0, start=start, trained=start, rule=rule, handed_on="start")
+
     @property
     def trained_is_handed_on(self) -> bool:
         """Whether the trained policy is the one that is handed on."""
@@ -65,6 +84,8 @@ class LearningGain(OpenResult):
         trained, start = self.trained, self.start
         if start is None:
             return f"Learning from nothing: {_in_words(trained)}."
+        if self.samples == 0:
+            return f"No training was needed: {_in_words(start)}."
         kept = "handed on" if self.trained_is_handed_on else "the start is handed on"
         return (
             f"What {self.samples:,} samples gave: {_in_words(start)} before, {_in_words(trained)} "
@@ -75,4 +96,8 @@ class LearningGain(OpenResult):
 def _in_words(standing: Standing) -> str:
     epsilon = "no whole cycle" if standing.epsilon is None else f"epsilon {standing.epsilon:.4f}"
     falls = f", {standing.falls} of {standing.walks} walks fell" if standing.falls else ""
-    return f"{epsilon}, {standing.survived} of {standing.pushes} pushes survived{falls}"
+    return (
+        f"{epsilon}, {standing.survived} of {standing.pushes} pushes survived "
+        f"({standing.survived_ahead} of {standing.pushes_ahead} within 90 deg of straight ahead)"
+        f"{falls}"
+    )

@@ -1,4 +1,5 @@
-"""Start and result of a training, on walks from which neither learned.
+"""Start and result of a training, on walks from which neither learned; and whether there has to be
+a training.
 
 Both walk without noise, with the body as scaled, from the start phases of the validation. They are
 pushed halfway between the phases at which the validation pushes, so that neither is chosen by the
@@ -17,10 +18,12 @@ from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.push_recovery import (
     Push,
     evenly_spaced,
+    is_required,
     survive_together,
     trials,
     without_drift,
 )
+from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import array
 from gaitval.policy.rollouts import RolloutPool, in_groups
 from gaitval.policy.storage import Policy
@@ -50,7 +53,7 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
         for direction in evenly_spaced(DIRECTIONS)
     ]
     went: list[ScoredWalk] = []
-    survived = 0
+    survived: list[bool] = []
     # one pool for all tasks, since starting workers takes seconds
     with RolloutPool(tasks[0], workers=configuration.training.workers) as pool:
         for task in tasks:
@@ -58,33 +61,47 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
             went += chain.from_iterable(pool.with_task(task).each_together(walked, walks))
             tried = in_groups(trials(task, policy, mu, pushes))
             pushed = pool.with_task(without_drift(task))
-            survived += sum(chain.from_iterable(pushed.each_together(survive_together, tried)))
+            survived += chain.from_iterable(pushed.each_together(survive_together, tried))
     errors = [each.epsilon for each in went]
     mean = mean_of(errors)
     totals = array([each.total for each in errors if each])
+    ahead = [is_required(each) for each in pushes] * len(tasks)
     return Standing(
         walks=len(went),
         falls=sum(each.fell for each in went),
-        pushes=len(pushes) * len(tasks),
-        survived=survived,
+        pushes=len(survived),
+        survived=sum(survived),
+        pushes_ahead=sum(ahead),
+        survived_ahead=sum(stood for stood, asked in zip(survived, ahead, strict=True) if asked),
         epsilon=None if mean is None else mean.total,
         scatter=None if mean is None else float(np.std(totals)),
     )
 
 
+def push_limit() -> float:
+    """The share of pushes that acceptance asks a walker to survive, %."""
+    (limit,) = [
+        each.value
+        for each in load_registry().tolerance
+        if each.measure == "push_survival" and each.role == "acceptance"
+    ]
+    return limit
+
+
 def learning_gain(
     tasks: Sequence[WalkingTask],
-    start: Policy | None,
+    before: Standing | None,
     trained: Policy,
     mu: Array,
     *,
     samples: int,
 ) -> LearningGain:
-    """Compare the policies `start` (None for a training from nothing) and `trained` of a training
-    of `samples` environment steps, on new walks of its `tasks` with the body `mu` (14,). The tasks
-    have one configuration.
+    """Compare the start of a training of `samples` environment steps, which walked as `before`
+    says (None for a training from nothing), and the policy `trained` of it, on walks of its `tasks`
+    with the body `mu` (14,). The tasks have one configuration. Of 0 samples, none was needed.
     """
-    before = None if start is None else standing_of(tasks, start, mu)
+    if before is not None and samples == 0:
+        return LearningGain.none_needed(before, push_limit())
     return LearningGain.of(samples, before, standing_of(tasks, trained, mu))
 
 

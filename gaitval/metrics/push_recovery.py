@@ -234,6 +234,12 @@ def required_directions(settings: PushSettings) -> tuple[float, ...]:
     return tuple(float(each) for each in np.linspace(*ends, count))
 
 
+def is_required(push: Push) -> bool:
+    """Whether a `push` has a direction of those that must be survived: within 90° of ahead."""
+    # of evenly spaced directions, the two sideways ones count
+    return math.cos(push.direction) > -1e-9
+
+
 def required_pushes(settings: PushSettings) -> list[Push]:
     """The pushes that must be survived by `settings`, at every phase."""
     return [

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
 from gaitval import file_gate
-from gaitval.artefacts import read_json, replacing, write_json
-from gaitval.configuration import EnvironmentSettings
+from gaitval.artefacts import read_json, replacing, versions, write_json
+from gaitval.configuration import Configuration, EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
+from gaitval.model.body import BodyModel
+from gaitval.model.urdf import model_hash
 from gaitval.policy.observation import OBSERVATION_SIZES
 
 FORMAT = 2
@@ -77,6 +79,29 @@ class Policy:
         for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
             x = np.tanh(x @ t[weight].T + t[bias])
         return np.asarray(x @ t[NETWORK[4]].T + t[NETWORK[5]], dtype=np.float32)
+
+
+def of_body(model: BodyModel, subject: str) -> dict[str, str]:
+    """What the policy of a `subject`, with the body `model`, says of whom it is for."""
+    return {"subject": subject, "model_hash": model_hash(model)}
+
+
+def description(
+    configuration: Configuration, about: Mapping[str, Any], samples: int, *, device: str = "cpu"
+) -> dict[str, Any]:
+    """What a policy says of itself (`Policy.about`) after a training of `samples` environment steps
+    with `configuration` on a `device`; `about` says whom it is for.
+    """
+    return {
+        **about,
+        "observation": configuration.environment.observation,
+        "action_scale": configuration.environment.action_scale,
+        "samples": samples,
+        "seed": configuration.seed,
+        "device": device,
+        "configuration": configuration.model_dump(mode="json"),
+        "versions": versions(),
+    }
 
 
 def save_policy(policy: Policy, folder: Path) -> None:

@@ -16,14 +16,13 @@ from stable_baselines3.common.logger import configure
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval import file_gate
-from gaitval.artefacts import replacing, versions
+from gaitval.artefacts import replacing
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ArtefactError, PolicyError
-from gaitval.model.urdf import model_hash
 from gaitval.policy.learner import Learner
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
-from gaitval.policy.storage import Policy
+from gaitval.policy.storage import Policy, description, of_body
 from gaitval.policy.training_log import read_log, write_log
 from gaitval.simulation.walker import WalkingTask
 
@@ -206,8 +205,7 @@ def train(
     ConfigurationError : the configured device does not exist.
     """
     learner = run_training([task, *also], Path(folder), samples, start, on_progress)
-    about = {"subject": subject, "model_hash": model_hash(task.model)}
-    return policy_of(task.configuration, learner, about)
+    return policy_of(task.configuration, learner, of_body(task.model, subject))
 
 
 def _device(configuration: Configuration) -> str:
@@ -290,14 +288,7 @@ def policy_of(configuration: Configuration, learner: Learner, about: dict[str, A
     }
     return Policy(
         tensors,
-        {
-            **about,
-            "observation": configuration.environment.observation,
-            "action_scale": configuration.environment.action_scale,
-            "samples": learner.ppo.num_timesteps,
-            "seed": configuration.seed,
-            "device": str(learner.ppo.device),
-            "configuration": configuration.model_dump(mode="json"),
-            "versions": versions(),
-        },
+        description(
+            configuration, about, learner.ppo.num_timesteps, device=str(learner.ppo.device)
+        ),
     )

@@ -40,6 +40,9 @@ WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""
+BEFORE = "before.json"
+"""Beside a trained policy: how its start walked (`metrics.learning_gain.Standing`); null if it had
+none."""
 STORED_FILES = (
     "subject.toml",
     "configuration.toml",

@@ -15,6 +15,7 @@ from gaitval.artefacts import copy_files, write_json
 from gaitval.errors import ConfigurationError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
+    BEFORE,
     GAIN,
     METRICS,
     POLICY_FILES,
@@ -22,7 +23,6 @@ from gaitval.study.inputs import (
     ROLLOUTS,
     UNFINISHED,
     WALKS,
-    start_policy,
     stored_policy,
     walking_task,
 )
@@ -31,7 +31,9 @@ from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
     LEARNING_SECTIONS,
     SIMULATION_SECTIONS,
+    comparing_walks,
     hand_on_stage,
+    learned,
     metrics_of,
     reference_stage,
     repeat_stage,
@@ -90,33 +92,23 @@ def _speeds(run: Run) -> dict[str, float]:
 def train_range_stage(run: Run) -> Stage:
     """References of the range of `run` → one policy for all of them, from the general policy."""
     speeds = _speeds(run)
-    start = run.folder / "start"
-    earlier = [f"start/{name}" for name in POLICY_FILES] if start.exists() else []
-    training = run.configuration.training
+    folder = run.folder / "trained"
+    start = "start" if (run.folder / "start").exists() else None
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
-        from gaitval.policy.training import train
         from gaitval.study.predicted_tasks import range_task
 
-        first, *rest = [range_task(run, name) for name in speeds]
-        policy = train(
-            first,
-            run.folder / "trained",
-            also=rest,
-            samples=training.samples_from("range" if earlier else "scratch"),
-            start=start_policy(run, start) if earlier else None,
-            subject=run.subject.identifier,
-            on_progress=run.observer.progress,
-        )
-        save_policy(policy, run.folder / "trained")
+        tasks = [range_task(run, name) for name in speeds]
+        samples = run.configuration.training.samples_from("range" if start else "scratch")
+        save_policy(learned(run, tasks, start, folder, samples), folder)
 
     return Stage(
         "train-range",
         train,
-        inputs=("model.urdf", *speeds, *earlier),
-        outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
-        values=run.sections(*LEARNING_SECTIONS, "training"),
+        inputs=("model.urdf", *speeds, *(f"{start}/{name}" for name in POLICY_FILES if start)),
+        outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv", BEFORE)),
+        values={**run.sections(*LEARNING_SECTIONS, "training"), **comparing_walks(run)},
         workspace="trained",
     )
 

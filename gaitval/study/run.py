@@ -16,11 +16,11 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from gaitval.artefacts import copy_files, file_hash
+from gaitval.artefacts import copy_files, file_hash, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers, ready_to_start
-from gaitval.study.inputs import POLICY_FILES, start_policy
+from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import (
     BESIDE,
     INTERRUPTED,
@@ -242,8 +242,9 @@ def _identify(folder: Path, subject: "Subject", configuration: "Configuration") 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
     """Whether Algorithm 1 needs no more than the first `rounds` of `run`, and why in words.
 
-    It ends when the walker is near enough to its reference, when another round gains no more than
-    the scatter over start phases, or after `identification.rounds`.
+    It ends when the walker is near enough to its reference, when nothing had to be learned, when
+    another round gains no more than the scatter over start phases, or after
+    `identification.rounds`.
     """
     settings = run.configuration.identification
     errors = round_errors(run, rounds)
@@ -257,6 +258,8 @@ def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
         )
     if epsilon < settings.kappa * floor:
         return True, shown
+    if read_json(run.folder / f"rounds/{rounds}/policy/{GAIN}")["samples"] == 0:
+        return True, f"{shown}; nothing was learned, so another round would change nothing"
     if rounds > 1 and not round_gained(run, rounds):
         return True, f"{shown}; it gained no more than walks differ"
     return rounds >= settings.rounds, shown

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write
 from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
+    BEFORE,
     GAIN,
     IDENTIFIED,
     METRICS,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
+    from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
@@ -130,6 +132,61 @@ def _trained_task(run: Run, round_number: int) -> "WalkingTask":
     return identified_task(run, np.array(found["identified"]), f"{before}/identification")
 
 
+def learned(
+    run: Run, tasks: "Sequence[WalkingTask]", start: str | None, folder: Path, samples: int
+) -> "Policy":
+    """The policy of `run` for `tasks`: what is in its folder `start`, if that needs no training, or
+    what is trained from it, or from nothing, in `folder`, which keeps how the start walked.
+    """
+    from gaitval.metrics.policy_comparison import push_limit, standing_of
+    from gaitval.policy.storage import Policy, description, of_body
+
+    subject, before = run.subject.identifier, None
+    policy = None if start is None else start_policy(run, run.folder / start)
+    if policy is not None:
+        before = standing_of(tasks, policy, _body_of(tasks[0]))
+    write_json(folder / BEFORE, {"start": before and before.as_dict()})
+    if run.configuration.training.samples != "auto":
+        needed = True
+    else:
+        needed = before is None or before.needs_training(push_limit())
+    if policy is not None and not needed:
+        from gaitval.policy.training_log import write_log
+
+        write_log(folder / "training.csv", [])
+        body = of_body(tasks[0].model, subject)
+        return Policy(policy.tensors, description(run.configuration, body, 0))
+    from gaitval.policy.training import train
+
+    first, *rest = tasks
+    return train(
+        first,
+        folder,
+        also=rest,
+        samples=samples,
+        start=policy,
+        subject=subject,
+        on_progress=run.observer.progress,
+    )
+
+
+def _body_of(task: "WalkingTask") -> "Array":
+    """mu (14,) with which the policy for `task` is tried."""
+    from gaitval.model.parameters import nominal_parameters
+
+    found = task.reference_mu
+    return nominal_parameters() if found is None else found
+
+
+def comparing_walks(run: Run) -> dict[str, dict[str, Any]]:
+    """Settings of the walks by which policies of `run` are compared, as values of a stage."""
+    validation, pushes = run.configuration.validation, run.configuration.pushes
+    return {
+        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
+    }
+
+
 def train_stage(run: Run, round_number: int) -> Stage:
     """The training of `round_number` in `run`; round 1 starts from `start/` or nothing."""
     training = run.configuration.training
@@ -139,24 +196,16 @@ def train_stage(run: Run, round_number: int) -> Stage:
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
-        from gaitval.policy.training import train
 
-        policy = train(
-            _trained_task(run, round_number),
-            run.folder / here,
-            samples=samples,
-            start=None if start is None else start_policy(run, run.folder / start),
-            subject=run.subject.identifier,
-            on_progress=run.observer.progress,
-        )
-        save_policy(policy, run.folder / here)
+        task = _trained_task(run, round_number)
+        save_policy(learned(run, [task], start, run.folder / here, samples), run.folder / here)
 
     return Stage(
         f"train-{round_number}",
         train,
         inputs=("model.urdf", "reference.npz", *_before_training(run, round_number)),
-        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
-        values=run.sections(*LEARNING_SECTIONS, "training"),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv", BEFORE)),
+        values={**run.sections(*LEARNING_SECTIONS, "training"), **comparing_walks(run)},
         workspace=here,
     )
 
@@ -170,8 +219,8 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
     start = _start_of(run, round_number)
 
     def decide() -> None:
+        from gaitval.metrics.learning_gain import Standing
         from gaitval.metrics.policy_comparison import handed_on, learning_gain
-        from gaitval.model.parameters import nominal_parameters
         from gaitval.policy.storage import save_policy
 
         if speeds:
@@ -181,17 +230,17 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
         else:
             tasks = [_trained_task(run, round_number)]
         trained_in, target = run.folder / f"{here}trained", run.folder / f"{here}policy"
-        before = None if start is None else start_policy(run, run.folder / start)
         trained = stored_policy(run, trained_in)
-        found = tasks[0].reference_mu
-        mu = nominal_parameters() if found is None else found
-        gain = learning_gain(tasks, before, trained, mu, samples=int(trained.about["samples"]))
+        walked = read_json(trained_in / BEFORE)["start"]
+        before = None if walked is None else Standing.model_validate(walked)
+        samples = int(trained.about["samples"])
+        gain = learning_gain(tasks, before, trained, _body_of(tasks[0]), samples=samples)
         run.observer.say(gain.in_words())
         write_json(target / GAIN, gain.as_dict())
-        save_policy(handed_on(gain, before, trained), target)
+        started = None if start is None else start_policy(run, run.folder / start)
+        save_policy(handed_on(gain, started, trained), target)
         copy_files(trained_in, target, log)
 
-    validation, pushes = run.configuration.validation, run.configuration.pushes
     of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
     return Stage(
         "keep-range" if speeds else f"keep-{round_number}",
@@ -201,15 +250,10 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
             "model.urdf",
             *(speeds or ("reference.npz",)),
             *_before_training(run, round_number),
-            *(f"{here}trained/{name}" for name in (*POLICY_FILES, *log)),
+            *(f"{here}trained/{name}" for name in (*POLICY_FILES, BEFORE, *log)),
         ),
         outputs=tuple(f"{here}policy/{name}" for name in (*POLICY_FILES, *log, GAIN)),
-        values={
-            **run.sections(*SIMULATION_SECTIONS),
-            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
-            "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
-            **of_range,
-        },
+        values={**run.sections(*SIMULATION_SECTIONS), **comparing_walks(run), **of_range},
     )
 
 
