@@ -303,6 +303,14 @@ RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Roun
 ScratchOption = Annotated[
     bool, typer.Option("--scratch", help="Train from nothing, and not from the general policy.")
 ]
+TrainOption = Annotated[
+    bool,
+    typer.Option(
+        "--train",
+        help="Train for this person even if the policy that it starts from needs no training "
+        "(training.samples=full).",
+    ),
+]
 StartOption = Annotated[
     Path | None,
     typer.Option(

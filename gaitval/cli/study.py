@@ -25,6 +25,7 @@ from gaitval.cli.app import (
     SetOption,
     StartOption,
     SubjectArgument,
+    TrainOption,
     UseOption,
     command,
     with_pages,
@@ -131,8 +132,9 @@ def train(
 ) -> None:
     """Train a walking policy (PPO): rounds/1/trained.
 
-    The longest stage. Interrupt it when you like: the same command resumes. It starts from
-    the general policy; the better of start and trained policy is handed on.
+    It starts from the general policy, and trains only if that falls with this person or is pushed
+    over too often (`--set training.samples=full`: in any case). Interrupt it when you like: the
+    same command resumes. The better of start and trained policy is handed on.
     """
     _stage(
         "train",
@@ -362,7 +364,8 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
 
 @command(
     "gaitval subject 5               # from the general policy",
-    "gaitval subject 5 --scratch     # from nothing",
+    "gaitval subject 5 --train       # own training, needed or not",
+    "gaitval subject 5 --scratch     # from nothing, the paper's way",
     "gaitval subject my_patient.toml --start my_walkers   # from another policy",
     "gaitval subject my_patient.toml --out runs/patient",
     "gaitval subject 5 --use kinematics   # knows angles only; moments and forces are predicted",
@@ -375,6 +378,7 @@ def subject_command(
     config: ConfigOption = None,
     settings: SetOption = None,
     force: ForceOption = False,
+    train: TrainOption = False,
     scratch: ScratchOption = False,
     start: StartOption = None,
     use: UseOption = None,
@@ -383,15 +387,18 @@ def subject_command(
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
 
-    Alternates training and identification until epsilon is below identification.kappa times the
-    reference's own, until a round gains nothing, or until identification.rounds are done
-    (Algorithm 1). Stages that are up to date are skipped.
+    The general policy walks the person; only if it falls, or is pushed over too often, is it
+    trained further. Training and identification alternate until epsilon is below
+    identification.kappa times the reference's own, until a round gains nothing, or until
+    identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import read_metrics
     from gaitval.study.run import run_subject
 
     settings = with_pages(settings, language, paper)
+    if train:
+        settings = ["training.samples=full", *(settings or ())]
     if use is not None:
         settings = [*(settings or ()), f"record.use={use}"]
         if use != "all" and out is None:

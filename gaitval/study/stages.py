@@ -146,13 +146,15 @@ def learned(
     if policy is not None:
         before = standing_of(tasks, policy, _body_of(tasks[0]))
     write_json(folder / BEFORE, {"start": before and before.as_dict()})
-    if run.configuration.training.samples != "auto":
-        needed = True
-    else:
-        needed = before is None or before.needs_training(push_limit())
+    asked = run.configuration.training.samples != "auto"
+    needed = asked or before is None or before.needs_training(push_limit())
     if policy is not None and not needed:
         from gaitval.policy.training_log import write_log
 
+        run.observer.say(
+            "This person needs no training: the policy walks without a fall and stands the pushes "
+            "(training.samples=full trains all the same)."
+        )
         write_log(folder / "training.csv", [])
         body = of_body(tasks[0].model, subject)
         return Policy(policy.tensors, description(run.configuration, body, 0))
