@@ -96,8 +96,4 @@ class LearningGain(OpenResult):
 def _in_words(standing: Standing) -> str:
     epsilon = "no whole cycle" if standing.epsilon is None else f"epsilon {standing.epsilon:.4f}"
     falls = f", {standing.falls} of {standing.walks} walks fell" if standing.falls else ""
-    return (
-        f"{epsilon}, {standing.survived} of {standing.pushes} pushes survived "
-        f"({standing.survived_ahead} of {standing.pushes_ahead} within 90 deg of straight ahead)"
-        f"{falls}"
-    )
+    return f"{epsilon}, {standing.survived} of {standing.pushes} pushes survived{falls}"

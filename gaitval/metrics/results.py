@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 9
+SCHEMA_VERSION: Final = 10
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""

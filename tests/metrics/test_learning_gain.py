@@ -6,7 +6,10 @@ import pytest
 
 from gaitval.metrics.learning_gain import LearningGain, Standing
 
-BEFORE = Standing(walks=8, falls=1, pushes=96, survived=90, epsilon=0.25, scatter=0.002)
+BEFORE = Standing(
+    walks=8, falls=1, pushes=96, survived=90, pushes_ahead=52, survived_ahead=50, epsilon=0.25,
+    scatter=0.002,
+)  # fmt: skip
 
 
 def trained(**differences):
@@ -35,6 +38,29 @@ def test_what_is_worse_in_anything_is_not_handed_on(differences, kept):
 def test_a_start_that_does_not_walk_a_cycle_is_never_kept_for_its_epsilon():
     fell = trained(epsilon=None, scatter=None)
     assert LearningGain.of(500, fell, BEFORE).trained_is_handed_on
+
+
+@pytest.mark.parametrize(
+    ("differences", "needs"),
+    [
+        ({"falls": 0}, False),
+        ({"falls": 1}, True),
+        ({"falls": 0, "survived_ahead": 42}, False),
+        ({"falls": 0, "survived_ahead": 41}, True),
+        # those from behind are not judged
+        ({"falls": 0, "survived": 45, "survived_ahead": 45}, False),
+    ],
+)
+def test_a_start_that_falls_or_is_pushed_over_too_often_needs_training(differences, needs):
+    assert trained(**differences).needs_training(80.0) is needs
+
+
+def test_without_a_need_the_start_is_handed_on_and_the_limit_is_said():
+    found = LearningGain.none_needed(trained(falls=0), 80.0)
+    assert not found.trained_is_handed_on
+    assert found.samples == 0
+    assert "80 %" in found.rule
+    assert found.in_words().startswith("No training was needed: epsilon 0.2500, 90 of 96 pushes")
 
 
 def test_what_was_learned_from_nothing_is_handed_on():

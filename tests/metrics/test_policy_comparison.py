@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed, random_policy
 
-from gaitval.metrics.policy_comparison import between, handed_on, learning_gain, standing_of
+from gaitval.metrics.policy_comparison import (
+    between,
+    handed_on,
+    learning_gain,
+    push_limit,
+    standing_of,
+)
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
 
@@ -44,8 +50,11 @@ def walking(short):
 
 def test_a_policy_that_makes_the_walker_fall_is_not_handed_on(short, walking):
     worse = random_policy(short, scale=30.0)
-    gain = learning_gain([short], walking, worse, MU, samples=1000)
+    walked = standing_of([short], walking, MU)
+    assert not walked.needs_training(push_limit())
+    gain = learning_gain([short], walked, worse, MU, samples=1000)
     assert gain.start is not None
+    assert gain.trained.needs_training(push_limit())
     assert gain.start.epsilon is not None
     assert gain.start.falls == 0
     assert gain.trained.falls == gain.trained.walks == 2
@@ -53,7 +62,7 @@ def test_a_policy_that_makes_the_walker_fall_is_not_handed_on(short, walking):
     assert kept.key == walking.key
     assert kept.about["samples"] == 0
     assert kept.about["model_hash"] == worse.about["model_hash"]
-    better = learning_gain([short], worse, walking, MU, samples=1000)
+    better = learning_gain([short], gain.trained, walking, MU, samples=1000)
     assert handed_on(better, worse, walking) is walking
 
 
@@ -66,4 +75,10 @@ def test_several_tasks_count_together(short, walking):
     one, both = standing_of([short], walking, MU), standing_of([short, short], walking, MU)
     assert (both.walks, both.pushes) == (2 * one.walks, 2 * one.pushes)
     assert both.survived == 2 * one.survived
+    assert (both.pushes_ahead, both.survived_ahead) == (
+        2 * one.pushes_ahead,
+        2 * one.survived_ahead,
+    )
+    # of 24 directions, 13 are not behind
+    assert one.pushes_ahead * 24 == one.pushes * 13
     assert math.isclose(both.epsilon, one.epsilon)

@@ -307,8 +307,9 @@ def test_every_reason_not_to_judge_is_known(language: str, origin: str) -> None:
 def standing(falls: int, survived: int, epsilon: float | None, scatter: float | None) -> Standing:
     """Of 8 walks and 21 pushes."""
     return Standing(
-        walks=8, falls=falls, pushes=21, survived=survived, epsilon=epsilon, scatter=scatter
-    )
+        walks=8, falls=falls, pushes=21, survived=survived, pushes_ahead=12,
+        survived_ahead=min(survived, 12), epsilon=epsilon, scatter=scatter,
+    )  # fmt: skip
 
 
 def test_what_learning_gave_is_said_in_each_language() -> None:
@@ -320,7 +321,10 @@ def test_what_learning_gave_is_said_in_each_language() -> None:
         "1 von 8 Gängen endeten mit einem Sturz, nachher Epsilon 0,2738, 18 von 21 Stößen "
         "überstanden; die trainierte Strategie wird weitergegeben."
     )
+    untrained = LearningGain.none_needed(better, 80.0).in_words()
+    assert words("de").of(untrained).startswith("Es war kein Training nötig: Epsilon 0,2738, 18")
     for language in TRANSLATED:
+        assert words(language).of(untrained)
         for before in (None, start, none, better):
             for after in (start, none, better):
                 text = LearningGain.of(2000, before, after).in_words()

@@ -311,6 +311,8 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
                         write_json(run.folder / output, {**written, "scatter": 0.1})
                     elif output.endswith("identification.json"):
                         write_json(run.folder / output, FOUND)
+                    elif output.endswith("gain.json"):
+                        write_json(run.folder / output, {"samples": 20})
                     elif output.endswith("training.csv"):
                         rows = "samples,wall_seconds,cycles\n10,1.5,2\n20,3.0,4\n"
                         write_text(run.folder / output, rows)
@@ -461,6 +463,19 @@ def test_the_log_goes_on_over_the_rounds(opened: Opener, stand_ins: list[float |
         "30,4.5,2",
         "40,6.0,4",
     ]
+
+
+def test_where_nothing_was_learned_another_round_is_not_tried(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=3", "identification.kappa=0.1")
+    run_subject(run)
+    gain = run.folder / "rounds/1/policy/gain.json"
+    assert not study.algorithm_1_ends(run, 1)[0]
+    write_json(gain, {"samples": 0})
+    done, why = study.algorithm_1_ends(run, 1)
+    assert done
+    assert "nothing was learned" in why
 
 
 def test_a_round_that_fell_is_the_last_to_be_chosen(
