@@ -57,17 +57,20 @@ class Compared:
 Outputs = Mapping[str, Mapping[str, Said]]
 
 
-def compared(folder: Path, data: Path | None = None) -> Compared:
+def compared(
+    folder: Path, data: Path | None = None, size: Mapping[str, Any] | None = None
+) -> Compared:
     """Import sessions into a folder and compare all outputs.
 
     Parameters
     ----------
     data : raw data, for the walk of WBDS01.
+    size : lengths and rates of the made-up session, where they are not its own defaults.
     """
     numbers = failed = 0
     shown: dict[str, None] = {}
     differences = []
-    for name, options in _sessions(folder, data).items():
+    for name, options in _sessions(folder, data, size or {}).items():
         outputs = _outputs(folder / name, options)
         shown |= dict.fromkeys(output for output, rows in outputs.items() if rows)
         every = dict.fromkeys(row for rows in outputs.values() for row in rows)
@@ -104,13 +107,15 @@ def _slack(row: str, value: float) -> float:
     return JUDGE_SLACK.get(known.get(row.split(" (")[0], ""), OTHER_SLACK * abs(value))
 
 
-def _sessions(folder: Path, data: Path | None) -> dict[str, dict[str, Any]]:
+def _sessions(
+    folder: Path, data: Path | None, size: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
     sys.path.insert(0, str(ROOT / "tests" / "support"))
     from made_up_session import made_up_session
     from recorded_sessions import wbds01_t01
 
     (folder / "files").mkdir(parents=True)
-    request = made_up_session(folder / "files", noise=0.003).request
+    request = made_up_session(folder / "files", noise=0.003, **size).request
     # 11.5 % too heavy: within what the import takes, beyond what it takes for right
     heavy = {"request": request, "mass": 1.115 * request.mass_kg}
     found: dict[str, dict[str, Any]] = {

@@ -108,6 +108,19 @@ def _pdf_alone_where_asked(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Without the slow tests, equal C3D files are read once, but in tests of reading them. With
+    them, as in CI, each is read each time."""
+    from c3d_once import read_once
+    from html_page import only_quick_tests
+
+    with pytest.MonkeyPatch.context() as patch:
+        if only_quick_tests(request.config) and request.path.parent.name != "mocap":
+            read_once(patch)
+        yield
+
+
 @pytest.fixture(scope="session")
 def gait_data() -> Path:
     """Folder of the raw data (`wbds/`, `normative/`, …), which is not part of the project.
@@ -121,11 +134,20 @@ def gait_data() -> Path:
 
 
 @pytest.fixture(scope="session")
-def task() -> Iterator[WalkingTask]:
+def task(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WalkingTask]:
     """The walking task of subject 5 with the default configuration."""
     from simulation_fixtures import task_of_subject
 
-    found = task_of_subject("S05")
+    # Its reference takes three seconds: the first worker leaves it for the others of this session.
+    base = tmp_path_factory.getbasetemp()
+    left = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "task.pickle"
+    if left.exists():
+        found = pickle.loads(left.read_bytes())
+    else:
+        found = task_of_subject("S05")
+        own = base / "own.pickle"
+        own.write_bytes(pickle.dumps(found))
+        own.replace(left)
     before = pickle.dumps(found)
     yield found
     assert pickle.dumps(found) == before, "a test changed the walking task that all tests share"

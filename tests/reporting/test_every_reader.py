@@ -10,7 +10,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 from colour_vision import DEFICIENCIES, contrast, difference
-from html_page import only_html, whole_pdf
+from html_page import only_html
 from page_in_browser import chromium, opened, overflow, violations
 from recording_summary import sample
 
@@ -29,9 +29,9 @@ SMALLEST_PRINT = 7.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With a PDF where the slow tests run, which look at it."""
     made = tmp_path_factory.mktemp("reader")
-    with whole_pdf():
-        write_recording_report(made, sample(), ReportSettings(paper="letter"))
+    write_recording_report(made, sample(), ReportSettings(paper="letter"))
     return made
 
 

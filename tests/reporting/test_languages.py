@@ -8,7 +8,7 @@ from pathlib import Path
 
 import messages
 import pytest
-from html_page import only_html, without_figures
+from html_page import only_html, unpainted, without_figures
 from recording_summary import sample
 from report_run import build_run
 
@@ -163,6 +163,7 @@ def test_the_catalogue_knows_every_text_of_a_report(
     """Titles and notes of limits, captions, labels of figures, rows of tables, credibility. Those
     that are missing here go into `gaitval/reporting/texts.txt`; then run `scripts/messages.py`."""
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
     unknown = unknown_texts(monkeypatch)
     write_report(folder, [f"report.language={language}"])

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from made_up_session import made_up_session
+from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
@@ -12,7 +12,7 @@ from gaitval.session.importing import import_files
 
 
 def test_a_folder_in_which_another_works_is_refused(tmp_path: Path) -> None:
-    request = made_up_session(tmp_path, noise=0.0).request
+    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     out = tmp_path / "out"
     with held(out):
         before = sorted(out.rglob("*"))

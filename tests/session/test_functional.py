@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_session import made_up_session
+from made_up_session import SHORT, made_up_session
 from recorded_sessions import wbds01_t01
 from standing_person import PERSON, StandingPerson, standing_person
 
@@ -202,7 +202,7 @@ def test_the_record_and_the_rows_say_what_was_found(tmp_path):
 
 
 def test_a_functional_hip_without_a_trial_is_refused(tmp_path):
-    request = made_up_session(tmp_path, noise=0.0).request
+    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     request = request.model_copy(update={"hip_centre": "functional"})
     with pytest.raises(RecordError, match="--functional FILE"):
         read_session(request, PROCESSING)

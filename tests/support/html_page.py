@@ -6,9 +6,11 @@ from contextlib import contextmanager
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
+from typing import TextIO
 
 import pytest
 import weasyprint
+from matplotlib.figure import Figure
 
 from gaitval.reporting.drawing import blank
 
@@ -50,6 +52,23 @@ def only_quick_tests(config: pytest.Config) -> bool:
 def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave figures out, too, where a test is about words: they take seconds."""
     monkeypatch.setattr("gaitval.reporting.page.drawn", lambda draw, *_: blank(draw))
+
+
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw figures, with all that they are told to show, but do not paint them: most of the time
+    goes into their outlines, which tell a test of words or of a missing curve nothing."""
+
+    def save(figure: Figure, target: TextIO, **_: object) -> None:
+        for axes in figure.axes:  # labels of ticks are words, too, and made at the last moment
+            axes.get_xticklabels()
+            axes.get_yticklabels()
+        width, height = 72.0 * figure.get_size_inches()
+        target.write(
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
+            f'viewBox="0 0 {width:g} {height:g}"></svg>'
+        )
+
+    monkeypatch.setattr(Figure, "savefig", save)
 
 
 class Page(HTMLParser):

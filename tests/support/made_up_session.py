@@ -30,6 +30,9 @@ MARKER_RATE = 200.0
 FORCES_PER_FRAME = 5
 SECONDS = 4.0
 STANDING_FRAMES = 200
+SHORT = {"seconds": 2.4, "rate": 150.0, "per_frame": 2, "standing_frames": 60}
+"""Of a session whose import takes half the time: for tests that look at something else than how
+closely the truth comes back."""
 
 
 @dataclass(frozen=True)

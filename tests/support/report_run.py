@@ -3,6 +3,7 @@
 import csv
 import io
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from synthetic_walk import perfect_walk, sharp_filter, walks_of
@@ -12,16 +13,47 @@ from gaitval.artefacts import write_json
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.record import GaitRecord
 from gaitval.metrics.results import CorrectionResult, IdentificationResult
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PARTS, MomentShare, StoredPushes
+from gaitval.model.body import BodyModel
 from gaitval.model.urdf import write_urdf
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.rollout import Rollout
 from gaitval.study.stage import Run
 
 PHASES = (0.0, 0.5)
+
+
+_WRITTEN: dict[str, dict[str, bytes]] = {}
+"""By the text of a person's file: the files that scaling and the reference write."""
+_WALKED: dict[tuple[str, float], Rollout] = {}
+"""By the text of a person's file and the first phase: the walk that is the record's."""
+
+
+def _scaled(subject: Subject, key: str, folder: Path) -> BodyModel:
+    """The body of a person; its files in the folder. They take a second, so every further run of
+    the same person gets copies."""
+    body = scale_subject(subject)
+    names = ("model.urdf", "scaling.csv", "reference.npz")
+    if key not in _WRITTEN:
+        write_urdf(body.model, folder / "model.urdf")
+        body.frame().to_csv(folder / "scaling.csv", index=False)
+        build_reference(subject.record(), body.model).save(folder / "reference.npz")
+        _WRITTEN[key] = {name: (folder / name).read_bytes() for name in names}
+    for name, written in _WRITTEN[key].items():
+        (folder / name).write_bytes(written)
+    return body.model
+
+
+def _exact_walk(record: GaitRecord, key: str, phase: float) -> Rollout:
+    """The walk that a record says, once for each person; nobody changes its arrays."""
+    if (key, phase) not in _WALKED:
+        _WALKED[key, phase] = perfect_walk(record, cycles=9.0, start_phase=phase)
+    return _WALKED[key, phase]
 
 
 def _imperfect(walk, seed: int, size: float):
@@ -191,14 +223,12 @@ def build_run(
     with a side that was not recorded if one of `unrecorded_verdicts.CASES` is named.
     """
     subject = subject or load_subject("S05")
+    key = subject.to_toml()
     if source is not None:
         subject = subject.model_copy(update={"source": source, "citation": source})
     (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
     record = subject.record()
-    body = scale_subject(subject)
-    write_urdf(body.model, folder / "model.urdf")
-    body.frame().to_csv(folder / "scaling.csv", index=False)
-    build_reference(record, body.model).save(folder / "reference.npz")
+    model = _scaled(subject, key, folder)
     configuration = sharp_filter(
         cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
     )
@@ -210,7 +240,7 @@ def build_run(
     for seed, (which, size) in enumerate(sizes.items()):
         rollouts = []
         for phase in PHASES if which == final else PHASES[:1]:
-            perfect = perfect_walk(record, cycles=9.0, start_phase=phase)
+            perfect = _exact_walk(record, key, phase)
             walk = _imperfect(perfect, seed, size)
             walk.positions[:, 3] = perfect.positions[:, 3]
             rollouts.append(walk)
@@ -224,7 +254,7 @@ def build_run(
     metrics = validate(
         subject,
         record,
-        body.model,
+        model,
         made["nominal"],
         made.get("identified"),
         configuration,

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from made_up_session import SHORT
 
 from evidence import one_number
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
@@ -12,7 +13,7 @@ from gaitval_cohort import results
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> one_number.Compared:
-    return one_number.compared(tmp_path_factory.mktemp("one") / "sessions")
+    return one_number.compared(tmp_path_factory.mktemp("one") / "sessions", size=SHORT)
 
 
 def test_every_output_says_the_same_of_every_limit(found: one_number.Compared) -> None:
