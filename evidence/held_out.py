@@ -51,7 +51,7 @@ MEASURES = {
             "@scaled",
             "@reference",
             "@errors",
-            "gaitval/metrics/action_bias.py",
+            "gaitval/metrics/reference_curves.py",
             "gaitval/metrics/centring.py",
             "experiments/held_out_runs.py:reference_errors,store,KINEMATICS",
         ),

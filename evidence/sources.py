@@ -39,7 +39,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "learned": (
         "gaitval/policy/*.py",
         "gaitval/learning_control/*.py",
-        "gaitval/metrics/action_bias.py",
+        "gaitval/metrics/reference_curves.py",
         "gaitval/metrics/centring.py",
     ),
     "walk": ("@physics", "@scaled", "@reference", "@learned"),

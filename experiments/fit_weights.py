@@ -27,10 +27,10 @@ from gaitval.configuration import ContactSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.reference_curves import reference_curves
 from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, fitted
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject

@@ -19,9 +19,9 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion

@@ -13,8 +13,8 @@ from gaitval.arrays import Array
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.c3d_writing import write_c3d
-from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
-from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.force_plates import UNLOADED_N, plate_under
+from gaitval.mocap.recording import Recording
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
 
@@ -49,7 +49,10 @@ def recording_of(walked: Walked) -> Recording:
         names=tuple(marker.name for marker in markers),
         markers=places,
         marker_rate=rate / CAMERA_STEPS,
-        plates=tuple(_plate(str(side + 1), corners, wrenches[:, side]) for side in range(2)),
+        plates=tuple(
+            plate_under(str(side + 1), corners, wrenches[:, side, :3], wrenches[:, side, 3:])
+            for side in range(2)
+        ),
         force_rate=rate,
     )
 
@@ -59,10 +62,3 @@ def _corners(places: Array) -> Array:
     (back, right), (front, left) = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
     front += MARGIN  # the foot is ahead of the pelvis
     return np.array([[front, right, 0], [back, right, 0], [back, left, 0], [front, left, 0]])
-
-
-def _plate(name: str, corners: Array, wrench: Array) -> Plate:
-    axes, middle = plate_axes(corners), corners.mean(axis=0)
-    force = wrench[:, :3]
-    moment = wrench[:, 3:] - np.cross(middle, force)
-    return make_plate(name, corners, force @ axes, moment @ axes)

@@ -22,7 +22,7 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.ground_wrenches import ground_wrenches
-from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
+from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes, plate_under
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
@@ -248,13 +248,12 @@ def _on_belts(walk: Rollout, task: WalkingTask, rows: slice) -> tuple[tuple[Plat
     plates = []
     for side in range(2):
         corners = _belt(side)
-        axes, middle = plate_axes(corners), corners.mean(axis=0)
-        force = wrenches[:, side, :3]
-        # From the world's origin to the middle of the plate, which is where the treadmill has moved
-        # to: M_P = M_O - (P - O) x F.
-        moment = wrenches[:, side, 3:] - np.cross(away + middle, force)
-        plate = make_plate(str(side + 1), corners, force @ axes, moment @ axes)
-        off = np.abs((plate.centre_of_pressure - middle)[:, :2]) > np.array(BELT) / 2.0
+        force, moment = wrenches[:, side, :3], wrenches[:, side, 3:]
+        # The moment is about the world's origin, away from which the treadmill has moved.
+        plate = plate_under(str(side + 1), corners, force, moment, moved=away)
+        off = (
+            np.abs((plate.centre_of_pressure - corners.mean(axis=0))[:, :2]) > np.array(BELT) / 2.0
+        )
         if off.any():
             raise VirtualError("a foot leaves its own belt. Take another number or seed.")
         plates.append(plate)

@@ -14,7 +14,7 @@ from gaitval.arrays import runs
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
 from gaitval.mocap.findings import Finding, finding
-from gaitval.mocap.force_plates import make_plate, plate_axes
+from gaitval.mocap.force_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
 
 LEAST_UNLOADED_SECONDS: Final = 0.1
@@ -113,11 +113,8 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     # Before the first and after the last phase the offset is that phase's own.
     offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
     force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
-    # `make_plate` takes the moment about the middle of the surface, M − c × F, and finds the centre
-    # of pressure anew.
-    axes, centre = plate_axes(plate.corners), plate.corners.mean(axis=0)
-    about_centre = moment - np.cross(centre, force)
-    zeroed = make_plate(plate.name, plate.corners, force @ axes, about_centre @ axes)
+    # Its centre of pressure is found anew.
+    zeroed = plate_under(plate.name, plate.corners, force, moment)
     return zeroed, [_offset_finding(recording, plate, shown + "taken away")]
 
 

@@ -28,11 +28,11 @@ from gaitval.arrays import Array
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
 from gaitval.learning_control.walked import Walked, accuracy_of, fitted
-from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import CorrectedCurve, CorrectionResult
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
@@ -237,15 +237,18 @@ def correct(
             allowed=allowed,
             on_round=progress,
         )
-        share, point, refused = 1.0, found.point, None
-        for share in _SHARES:
-            point = share * found.point
-            # Without and with it from the start phase, then the same from half a cycle later.
-            before, after, *other = walk([none, point], start, (start + 0.5) % 1.0)
-            refused = harm(before, after, *other) if point.any() else None
-            if refused is None:
-                break
-    if refused is not None:
+        # Without it and with each share of it, from the start phase and from half a cycle later:
+        # eight walks, which take no longer than one.
+        points = [none, *(share * found.point for share in _SHARES)]
+        walks = walk(points, start, (start + 0.5) % 1.0)
+    here, other = walks[: len(points)], walks[len(points) :]
+    before = here[0]
+    for index, share in enumerate(_SHARES, start=1):
+        point, after = share * found.point, here[index]
+        refused = harm(before, after, other[0], other[index]) if point.any() else None
+        if refused is None:
+            break
+    else:
         share, point, after = 0.0, none, before
     number = found.effective_number
     return Corrected(_correction(point), found.errors, share, number, refused, before, after)

@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
+from gaitval.metrics.reference_curves import reference_curves
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy

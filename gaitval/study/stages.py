@@ -361,8 +361,8 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     del values["validation"]["consecutive_cycles"]
 
     def evaluate() -> None:
-        from gaitval.metrics.action_bias import floor_of
         from gaitval.metrics.epsilon import Walks, epsilons, mean_of
+        from gaitval.metrics.reference_curves import floor_of
         from gaitval.metrics.round_errors import RoundErrors
         from gaitval.metrics.typed import array
         from gaitval.policy.rollouts import RolloutPool, in_groups

@@ -19,9 +19,9 @@ from gaitval.journal import Journal
 from gaitval.learning_control.correct import Case, _walks, beside_reference, correct
 from gaitval.learning_control.search import effective_number, harm, search
 from gaitval.learning_control.walked import Walked, accuracy_of, fitted
-from gaitval.metrics.action_bias import reference_curves
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment

@@ -175,7 +175,7 @@ STAGE_CODE = {
     "identify_stage": ("identification/identify.py", "contact/forces.py"),
     "evaluate_stage": ("metrics/epsilon.py", "policy/rollouts.py"),
     "choose_stage": ("study/inputs.py",),
-    "correct_stage": ("learning_control/correct.py", "metrics/action_bias.py"),
+    "correct_stage": ("learning_control/correct.py", "metrics/reference_curves.py"),
     "simulate_stage": ("simulation/walker.py", "metrics/rollouts.py", "reference/adjustment.py"),
     "push_stage": ("metrics/push_recovery.py", "reference/adjustment.py"),
     "validate_stage": ("metrics/validation.py", "metrics/tolerances.toml"),

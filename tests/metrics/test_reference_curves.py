@@ -5,9 +5,9 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, recorded_curves
-from gaitval.metrics.action_bias import floor_of, reference_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.epsilon import ANGLES
+from gaitval.metrics.reference_curves import floor_of, reference_curves
 
 
 def test_the_references_curves_have_the_records_names_signs_and_sides(task):
