@@ -87,7 +87,7 @@ def placed_plate(
     force, point, moment = wrench
     plain = np.nan_to_num(point), np.nan_to_num(moment)
     torque = _about_pressure(path, name, force, *plain, places, units)
-    torque = np.where(np.isfinite(moment).all(axis=1)[:, None], torque, np.nan)
+    torque[~np.isfinite(moment).all(axis=1)] = np.nan
     sign = sign_on_person(recording, force, point)
     plate = pressed_plate(path, name, sign * force, point, sign * torque)
     return plate if corners is None else replace(plate, corners=corners)

@@ -258,7 +258,7 @@ def read_locohub_trials(path: Path, task: str = "level_walking") -> list[LocoHub
             "of the name DATASET_phase.parquet."
         )
     tasks = sorted(map(str, frame["task"].unique()))
-    frame = frame[frame["task"].astype(str) == task]
+    frame = frame[frame["task"].astype(str) == task].reset_index(drop=True)
     if frame.empty:
         raise RecordError(
             f"{path}: no cycle of the task {task}; there are {', '.join(tasks) or 'none'}. Give "
@@ -300,7 +300,7 @@ def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
     ]
     found = []
     for (subject, task_id, _), group in frame.groupby(keys, sort=False):
-        for several in _by_speed(speeds, texts[group.index].unique()):
+        for several in _by_speed(speeds, list(texts[group.index].unique())):
             part = group[texts[group.index].isin(several)]
             cycles: dict[Side, Mapping[str, Array]] = {}
             for side in SIDES:
@@ -366,20 +366,22 @@ def _without(info: Mapping[str, str], keys: Sequence[str]) -> dict[str, str]:
 
 def _cycles(path: Path, subject: str, group: "pd.DataFrame") -> dict[str, Array]:
     """Columns (n, 150) of the whole cycles of a person."""
-    sizes = group.groupby("step", sort=False).size().to_numpy()
+    # A number may come again, in another trial or of the other foot: phases begin anew as well.
+    step, phase = group["step"].to_numpy(), group["phase_ipsi"].to_numpy(dtype=float)
+    begins = np.flatnonzero(np.r_[True, (step[1:] != step[:-1]) | (np.diff(phase) < 0.0)])
+    sizes = np.diff(np.r_[begins, len(group)])
     if (sizes != POINTS).any():
         raise RecordError(
             f"{path}: {subject}: a cycle has {int(sizes[sizes != POINTS][0])} points, but a cycle "
             f"of LocoHub has {POINTS}. Give the phase-indexed file, not the one over time."
         )
-    group = group.sort_values(["step", "phase_ipsi"], kind="stable")
     columns = {
         str(name): group[name].to_numpy(dtype=float).reshape(-1, POINTS)
         for name in group.select_dtypes("number").columns
         if name != "step"
     }
-    phase = columns.pop("phase_ipsi", np.full((1, POINTS), np.nan))
-    even = np.linspace(0.0, 100.0, POINTS)
+    columns.pop("phase_ipsi", None)
+    even = np.tile(np.linspace(0.0, 100.0, POINTS), len(sizes))
     if not np.abs(phase - even).max() < 0.5:
         raise RecordError(
             f"{path}: {subject}: phase_ipsi of a cycle does not go evenly from 0 to 100 % "
@@ -390,7 +392,7 @@ def _cycles(path: Path, subject: str, group: "pd.DataFrame") -> dict[str, Array]
     whole = np.all([np.isfinite(values).all(axis=1) for values in filled.values()], axis=0)
     if not filled or not np.any(whole):
         raise RecordError(
-            f"{path}: {subject}: none of {len(phase)} cycles is without gaps in the {len(filled)} "
+            f"{path}: {subject}: none of {len(sizes)} cycles is without gaps in the {len(filled)} "
             "columns that have numbers. Leave the columns with gaps out of the file."
         )
     return {name: values[whole] for name, values in filled.items()}
