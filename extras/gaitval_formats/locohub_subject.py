@@ -129,12 +129,6 @@ def subject_of(
         assumed.append(f"leg length {leg:.3f} m, {LEG_OF_STATURE:g} of the stature")
     if not first.sides_said:
         assumed.append("cycles begin with the right foot")
-    own = [_trial_values(first, mass, given, fill_missing, tell)]
-    for trial in trials[1:]:
-        try:
-            own.append(_trial_values(trial, mass, given, fill_missing, tell))
-        except GaitvalError as error:
-            tell(f"{trial.subject} {trial.task_id}: left out: {error}")
     dataset = first.subject.partition("_")[0]
     values = {
         "identifier": _identifier(first.subject),
@@ -148,12 +142,16 @@ def subject_of(
         "mass_kg": mass,
         "height_m": height,
         "leg_length_m": leg,
-        **own[0],
+        **_trial_values(first, mass, given, fill_missing, tell),
     }
     subject = make_subject(values, where)
-    for number, further in enumerate(own[1:], start=2):
-        alone = make_subject(values | further | {"trial": f"{further['trial']}-{number}"}, where)
-        subject = subject.with_trial(alone)
+    for number, trial in enumerate(trials[1:], start=2):
+        try:
+            further = _trial_values(trial, mass, given, fill_missing, tell)
+            named = {"trial": f"{further['trial']}-{number}"}
+            subject = subject.with_trial(make_subject(values | further | named, where))
+        except GaitvalError as error:
+            tell(f"{trial.subject} {trial.task_id}: left out: {error}")
     if assumed:
         tell(f"{first.subject}: assumed: {'; '.join(assumed)}")
     return make_subject(subject.model_dump(), where)
