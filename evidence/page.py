@@ -22,6 +22,7 @@ from gaitval.mocap.mot import read_ground_reaction, read_storage
 from gaitval.opensim.motion_reading import read_motion
 
 if TYPE_CHECKING:
+    from gaitval.mocap.recording import Recording
     from gaitval_export.walked import Walked
 
 PERSON = "5"
@@ -86,6 +87,16 @@ MEASURES = {
         ),
         "allowed": 60,
         "why": "tests/export reads every format back at every change",
+    },
+    "formats read in*": {
+        "code": (
+            "gaitval/mocap/*.py",
+            "extras/gaitval_formats/*.py",
+            "evidence/page.py:formats,_formats,_trial_off,_people_off,_further",
+        ),
+        "data": ("tests/support/format_files.py", "tests/support/locohub_files.py"),
+        "allowed": 60,
+        "why": "tests/formats reads every format at every change",
     },
 }
 """What the rows depend on; see evidence/stale.py."""
@@ -301,6 +312,123 @@ def opensim(_: Namespace) -> evidence.Row:
         "of its peak",
         *(float(100.0 * (off / largest).max()), "%", "<=", 0.5, 2.0, len(ACTUATED)),
     )
+
+
+READ_EQUAL = 1e-6
+"""Of a quantity's largest value: single precision of C3D, and nine digits of text."""
+
+
+@evidence.measurement()
+def formats(_: Namespace) -> list[evidence.Row]:
+    """Formats of the issue whose made file comes in as it was written, each by its own reader."""
+    sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
+    with tempfile.TemporaryDirectory() as name:
+        found = _formats(Path(name))
+    for each, off in found.items():
+        print(f"{each}: {off:.2g}")
+    right = sum(off <= READ_EQUAL for off in found.values())
+    return [
+        evidence.Row(
+            "formats read in, each from a made file that comes in equal to 1e-6",
+            *(right, "formats", ">=", 10, 7, len(found)),
+        ),
+        evidence.Row(
+            "formats read in: largest difference of all, of the quantity's largest value",
+            *(max(found.values()), "1", "<=", READ_EQUAL, 1e-4, len(found)),
+        ),
+    ]
+
+
+def _formats(folder: Path) -> dict[str, float]:
+    """Largest difference of what is read of each format from what was written into it."""
+    from format_files import TRIALS, laboratory, opencap_folder, pose2sim_folder
+    from made_up_session import made_up_session
+
+    from gaitval.mocap.reading import read_recording
+
+    session = made_up_session(folder, noise=1e-4, seconds=3.0, rate=100.0, standing_frames=20)
+    trial = laboratory(session.walking, session.forces)
+    walk = read_recording(session.walking)
+    found = {}
+    for name, write in TRIALS.items():
+        (folder / name).mkdir()
+        path, forces = write(folder / name, trial)
+        found[name] = _trial_off(read_recording(path, forces=forces), trial)
+    standing = read_recording(session.standing)
+    opencap = opencap_folder(folder / "f2", standing, walk, session.forces)
+    pose2sim = pose2sim_folder(folder / "P00", standing, walk)
+    both = read_recording(session.walking, forces=session.forces)
+    found["OpenCap folder"] = _people_off(opencap, both)
+    found["Pose2Sim folder"] = _people_off(pose2sim, walk)
+    found |= _further(folder, both)
+    return found
+
+
+def _trial_off(read: "Recording", written: "Recording") -> float:
+    """Of markers and forces, and of centres of pressure where a foot stands."""
+    assert read.names == written.names
+    assert len(read.plates) == len(written.plates)
+    off = [float(np.nanmax(np.abs(read.markers - written.markers))) / np.nanmax(written.markers)]
+    for theirs, ours in zip(read.plates, written.plates, strict=True):
+        on = np.linalg.norm(ours.force, axis=1) > 2.0 * UNLOADED_N
+        off += [
+            _relative(theirs.force, ours.force),
+            _relative(theirs.centre_of_pressure[on], ours.centre_of_pressure[on]),
+        ]
+    return max(off)
+
+
+def _people_off(folder: Path, written: "Recording") -> float:
+    """Of the one person of another program's folder, as `gaitval imports` reads them."""
+    from gaitval.mocap.reading import read_recording
+    from gaitval.session.batch import read_batch
+
+    (person,) = read_batch(folder)
+    known = max(abs(person.mass / 63.2 - 1.0), abs(person.height / 1.66 - 1.0))
+    forces = person.forces[0] if person.forces else None
+    return max(known, _trial_off(read_recording(person.trials[0], forces=forces), written))
+
+
+def _further(folder: Path, trial: "Recording") -> dict[str, float]:
+    """LocoHub's Parquet, and OpenSim's and WBDS's text."""
+    from locohub_files import PERSON, PHASE, data_set
+
+    from gaitval.gait.record import REQUIRED_ANGLES
+    from gaitval.mocap.mot_writing import StorageTable, write_storage
+    from gaitval.mocap.reading import read_recording
+    from gaitval.mocap.trc_writing import write_trc
+    from gaitval_formats.locohub import read_locohub_trials
+
+    (person,) = read_locohub_trials(data_set(folder / "a_phase.parquet", "right", "left"))
+    curves, record = person.curves(), PERSON.record()
+    expected = {name: record.angles[name](PHASE) for name in REQUIRED_ANGLES}
+    off = max(_relative(curves[f"angle_{name}"], each) for name, each in expected.items())
+    write_trc(folder / "o.trc", trial)
+    columns, values = [], []
+    for plate in trial.plates:
+        for kind, numbers in (
+            ("force_{}_v", plate.force),
+            ("force_{}_p", np.nan_to_num(plate.centre_of_pressure)),
+            ("torque_{}_", plate.free_moment),
+        ):
+            columns += [f"ground_{kind.format(plate.name)}{axis}" for axis in "xyz"]
+            values.append(numbers)
+    table = StorageTable(tuple(columns), trial.force_time, np.hstack(values))
+    write_storage(folder / "o.mot", table)
+    read = read_recording(folder / "o.trc", forces=folder / "o.mot")
+    rows = ["Time\t" + "\t".join(name + axis for name in trial.names for axis in "XYZ")]
+    for time, row in zip(
+        trial.time, 1e3 * trial.markers.reshape(len(trial.markers), -1), strict=True
+    ):
+        rows.append("\t".join(f"{value:.9g}" for value in (time, *row)))
+    (folder / "wmkr.txt").write_text("\n".join(rows) + "\n")
+    wbds = read_recording(folder / "wmkr.txt")
+    markers = float(np.nanmax(np.abs(wbds.markers - trial.markers)) / np.nanmax(trial.markers))
+    return {
+        "LocoHub Parquet": off,
+        "TRC with MOT": _trial_off(read, trial),
+        "WBDS text": markers,
+    }
 
 
 def _relative(read: NDArray[Any], written: NDArray[Any]) -> float:

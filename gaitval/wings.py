@@ -5,6 +5,7 @@ is loaded only when a user asks for what it does. Wings of other distributions a
 """
 
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, Final
 
 from gaitval.errors import ConfigurationError
@@ -13,11 +14,25 @@ COMMANDS: Final = "gaitval.commands"
 """Group of the commands: each an `gaitval.cli.app.Added`, by the name of the command."""
 PARTS: Final = "gaitval.parts"
 """Group of functions and modules that the core, or another wing, asks for by name."""
+RECORDINGS: Final = "gaitval.recordings"
+"""Group of readers of trials by the ending of a file: from its path to a `Recording`."""
+FORCES: Final = "gaitval.forces"
+"""Group of readers of forces by the ending of a file: from its path and the `Recording` whose they
+are to the rate, the first time and the plates; None for a file that the core reads."""
+SESSIONS: Final = "gaitval.sessions"
+"""Group of readers of a program's folders, by its name: from a folder to each session in it, as the
+file that describes it and tables as those of a session file; none for another program's."""
 
 
 def names(group: str) -> list[str]:
     """The names that installed wings register in `group`, in alphabetical order."""
     return sorted(entry_points(group=group).names)
+
+
+def of_ending(group: str, path: Path) -> Any:
+    """What a wing registers in `group` for files that end as `path` does; None if none does."""
+    name = path.suffix.lower().removeprefix(".")
+    return load(group, name) if name in names(group) else None
 
 
 def load(group: str, name: str) -> Any:

@@ -33,10 +33,16 @@ from gaitval_cohort.table import read_table
 from gaitval_curves.curve_files import read_mean_curves
 from gaitval_curves.unpacking import unpack
 from gaitval_curves.wbds_files import table_rows
+from gaitval_formats.folders import opencap_sessions
+from gaitval_formats.kistler_text import read_kistler_text
+from gaitval_formats.locohub import read_locohub_trials
+from gaitval_formats.motion_analysis import read_motion_analysis_forces
+from gaitval_formats.qualisys_tsv import read_qualisys_forces
 from gaitval_gate import history
 from gaitval_judge.opensim.fields import read_document
 
 ROOT = Path(__file__).parents[1]
+NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices as POSIX has them")
 
 READERS = {
@@ -61,6 +67,13 @@ READERS = {
     "a.trc": read_recording,
     "a.c3d": read_recording,
     "amkr.txt": read_recording,
+    "vicon.csv": read_recording,
+    "qualisys.tsv": read_recording,
+    "a_f_1.tsv": lambda path: read_qualisys_forces(path, NOBODY),
+    "a.forces": lambda path: read_motion_analysis_forces(path, NOBODY),
+    "bioware.txt": lambda path: read_kistler_text(path, NOBODY),
+    "sessionMetadata.yaml": lambda path: opencap_sessions(path.parent),
+    "a_phase.parquet": read_locohub_trials,
     "a.mot": read_storage,
     "a.sto": read_storage,
     "a.urdf": read_urdf,

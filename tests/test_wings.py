@@ -78,7 +78,10 @@ def test_every_wing_is_in_the_wheel_and_has_an_extra() -> None:
     assert set(names) <= set(EXTRAS)
 
 
-@pytest.mark.parametrize("group", [wings.COMMANDS, wings.PARTS, "pytest11"])
+@pytest.mark.parametrize(
+    "group",
+    [wings.COMMANDS, wings.PARTS, wings.RECORDINGS, wings.FORCES, wings.SESSIONS, "pytest11"],
+)
 def test_what_is_registered_is_there(group: str) -> None:
     for name, target in PROJECT["entry-points"][group].items():
         module, _, attribute = target.partition(":")

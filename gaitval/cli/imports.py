@@ -12,6 +12,7 @@ from gaitval.cli.app import ConfigOption, SetOption, command
 @command(
     "gaitval imports session.toml --out reports/lab",
     "gaitval imports recordings/ --out reports/lab     # every session.toml in a folder",
+    "gaitval imports OpenCapData_f2/ --out reports/lab   # or a session of OpenCap or Pose2Sim",
     name="imports",
 )
 def imports_command(

@@ -1,4 +1,4 @@
-"""Read C3D files: markers, force plates of types 1 to 5 and 7 (`c3d_plates`), events."""
+"""Read C3D files: markers, force plates of types 1 to 7 (`c3d_plates`), events."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Force plates of a C3D file, of types 1 to 5 and 7."""
+"""Force plates of a C3D file, of types 1 to 7."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -75,7 +75,7 @@ def _plate(
     kind = 0 if types is None else int(types)
     if kind not in CHANNELS:
         raise RecordError(
-            f"{where} is of type {kind or 'unknown'}, but only types 1 to 5 and 7 can be read. "
+            f"{where} is of type {kind or 'unknown'}, but only types 1 to 7 can be read. "
             "Export the trial with forces and moments (type 2) instead."
         )
     listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])

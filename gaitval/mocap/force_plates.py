@@ -1,6 +1,6 @@
 """Wrench, centre of pressure and free moment of force plates, as the C3D format describes them.
 
-Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm; types 5 and 7, which
+Types 1 to 4 of https://www.c3d.org/HTML/Documents/forceplatformtype.htm; types 5 to 7, which
 c3d.org does not describe, as Visual3D has them
 (https://wiki.has-motion.com/doku.php?id=visual3d:documentation:pipeline:force_commands:fp_type).
 A plate's own axes come from its corners, which are numbered by the quadrants of its surface:
@@ -14,10 +14,10 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.mocap.recording import Plate
 
-CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8, 7: 8}
+CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8, 6: 12, 7: 8}
 """Number of analog channels of each supported plate type."""
 
-CALIBRATIONS: Final[dict[int, tuple[int, int]]] = {4: (6, 6), 5: (6, 8), 7: (8, 8)}
+CALIBRATIONS: Final[dict[int, tuple[int, int]]] = {4: (6, 6), 5: (6, 8), 6: (12, 12), 7: (8, 8)}
 """Rows (what it gives) and columns (channels) of the calibration matrix, of the types with one."""
 
 UNLOADED_N: Final = 10.0
@@ -55,19 +55,20 @@ def plate_wrench(
 
     Parameters
     ----------
-    kind : type 1 to 5, or 7.
-    channels : (T, 6 or 8) in the order of the type.
+    kind : type 1 to 7.
+    channels : (T, 6, 8 or 12) in the order of the type.
         1: Fx, Fy, Fz, centre of pressure x, y, free moment z.
         2 and 4: Fx, Fy, Fz, Mx, My, Mz about the sensors' origin, 4 before its calibration.
         3 and 7: Fx12, Fx34, Fy14, Fy23, Fz1, Fz2, Fz3, Fz4 of the four sensors (Kistler), 7
         before its calibration.
         5: eight sensors (Cz, Dz, Az, Bz, Yac, Xdc, Xab, Ybd), whose calibration gives the channels
         of type 2.
+        6: Fx, Fy, Fz of each of four sensors, before their calibration.
     origin : (3,) m. 2, 4 and 5: from the sensors' origin to the middle of the surface, so that z is
         negative in a plate whose z points down. If z is positive the file has the opposite vector,
-        a common mistake, and it is reversed. 3 and 7: half the distances between the sensors along
-        x and y, both positive, and the depth of the sensors as z. 1: not used.
-    calibration : of types 4, 5 and 7, see `CALIBRATIONS`; None if it was already applied.
+        a common mistake, and it is reversed. 3, 6 and 7: half the distances between the sensors
+        along x and y, both positive, and the depth of the sensors as z. 1: not used.
+    calibration : of types 4 to 7, see `CALIBRATIONS`; None if it was already applied.
 
     Returns
     -------
@@ -83,12 +84,19 @@ def plate_wrench(
         return force, moment
     # Samples are rows, so C v becomes v Cᵀ.
     loads = channels if calibration is None else channels @ calibration.T
+    # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle. The
+    # surface is above them, and z points down.
+    half_x, half_y = abs(origin[0]), abs(origin[1])
+    up_to_surface = np.array([0.0, 0.0, -abs(origin[2])])
+    if kind == 6:
+        at = np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * [half_x, half_y, 0.0]
+        each = loads.reshape(-1, 4, 3)
+        force = each.sum(axis=1)
+        return force, np.cross(at, each).sum(axis=1) + np.cross(force, up_to_surface)
     if kind in (3, 7):
         x12, x34, y14, y23, z1, z2, z3, z4 = loads.T
-        half_x, half_y = abs(origin[0]), abs(origin[1])
         force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
-        # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle: Mx
-        # = Σ y Fz, My = −Σ x Fz, Mz = Σ (x Fy − y Fx).
+        # Mx = Σ y Fz, My = −Σ x Fz, Mz = Σ (x Fy − y Fx).
         moment = np.column_stack(
             [
                 half_y * (z1 + z2 - z3 - z4),
@@ -96,9 +104,8 @@ def plate_wrench(
                 half_y * (x34 - x12) + half_x * (y14 - y23),
             ]
         )
-        # Moved by d the moment is M + F × d. The surface is above the sensors, and z points down.
-        to_surface = np.array([0.0, 0.0, -abs(origin[2])])
-        return force, moment + np.cross(force, to_surface)
+        # Moved by d the moment is M + F × d.
+        return force, moment + np.cross(force, up_to_surface)
     to_surface = -origin if origin[2] > 0 else origin
     return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
 

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
@@ -35,13 +36,14 @@ _CONFUSED: Final = {
 
 
 def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
-    """Read a trial: C3D, TRC or a marker file of WBDS.
+    """Read a trial: C3D, TRC, a marker file of WBDS, or what a wing reads.
 
     Parameters
     ----------
-    path : .c3d, .trc, or `…mkr.txt` of WBDS.
+    path : .c3d, .trc, `…mkr.txt` of WBDS, or with an ending that a wing registers.
     forces : ground reaction for a marker file that has none: .mot or .sto in OpenSim's convention,
-        or `…grf.txt` of WBDS, in the same axes and on the same clock (WBDS: from the first frame).
+        `…grf.txt` of WBDS, or what a wing reads, in the same axes and on the same clock (WBDS: from
+        the first frame).
 
     Returns
     -------
@@ -67,20 +69,25 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
         from gaitval.mocap.wbds_text import read_wbds_markers
 
         recording = read_wbds_markers(path)
+    elif (reader := wings.of_ending(wings.RECORDINGS, path)) is not None:
+        recording = reader(path)
     else:
         raise RecordError(
-            f"{path}: markers are read from .c3d, .trc and WBDS's mkr.txt files, not from "
-            f"{kind or 'a file without an ending'}. Export the trial as C3D."
+            f"{path}: markers are read from .c3d, .trc{_further(wings.RECORDINGS)} and WBDS's "
+            f"mkr.txt files, not from {kind or 'a file without an ending'}. Export the trial as "
+            "C3D."
         )
     _check_markers(recording)
     if forces is None:
         return recording
     forces = Path(forces)
-    if forces.suffix.lower() not in (".mot", ".sto", ".txt"):
+    if forces.suffix.lower() not in (".mot", ".sto", ".txt") and (
+        wings.of_ending(wings.FORCES, forces) is None
+    ):
         raise RecordError(
-            f"{forces}: forces are read from .mot, .sto and WBDS's grf.txt files, not from "
-            f"{forces.suffix or 'a file without an ending'}. If a C3D file has them with the "
-            "markers, give it as the trial, without --forces."
+            f"{forces}: forces are read from .mot, .sto{_further(wings.FORCES)} and WBDS's grf.txt "
+            f"files, not from {forces.suffix or 'a file without an ending'}. If a C3D file has "
+            "them with the markers, give it as the trial, without --forces."
         )
     if recording.plates:
         raise RecordError(
@@ -90,6 +97,11 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     from gaitval.mocap.separate_forces import with_forces
 
     return with_forces(recording, forces)
+
+
+def _further(group: str) -> str:
+    """The endings that wings read, for a message."""
+    return "".join(f", .{name}" for name in wings.names(group) if name != "txt")
 
 
 def _check_markers(recording: Recording) -> None:

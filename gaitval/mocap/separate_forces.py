@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N
@@ -27,7 +28,10 @@ def with_forces(recording: Recording, path: Path) -> Recording:
     """The `recording` with the plates of the force file `path`, cut to the time that both cover.
     Raises RecordError as its reader and `with_plates` do.
     """
-    if path.suffix.lower() == ".txt":
+    reader = wings.of_ending(wings.FORCES, path)
+    if (found := None if reader is None else reader(path, recording)) is not None:
+        rate, start, plates = found
+    elif path.suffix.lower() == ".txt":
         from gaitval.mocap.wbds_text import read_wbds_forces
 
         rate, start, plates = read_wbds_forces(path)
@@ -87,6 +91,7 @@ def with_plates(
             force=plate.force[window],
             centre_of_pressure=plate.centre_of_pressure[window],
             free_moment=plate.free_moment[window],
+            moment=None if plate.moment is None else plate.moment[window],
         )
         for plate in plates
     )

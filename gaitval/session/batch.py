@@ -24,6 +24,7 @@ from typing import Annotated, Any, Final, get_args
 
 from pydantic import Field
 
+from gaitval import wings
 from gaitval.artefacts import read_toml, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
@@ -70,7 +71,8 @@ class Outcome:
 
 
 def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
-    """The people of the session file `path`; of a folder, of every `session.toml` in or below it.
+    """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
+    else of the program that wrote it, if a wing reads its folders.
 
     `tell` is called with a sentence for each key of an earlier gaitval: what it is read as. Raises
     ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
@@ -78,12 +80,15 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     """
     path = Path(path)
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
-    if not files:
+    people = [person for file in files for person in _read(file, tell)]
+    for name in wings.names(wings.SESSIONS) if path.is_dir() and not files else ():
+        for about, tables in wings.load(wings.SESSIONS, name)(path):
+            people += [person_of(about, f"read as {name}", table, tell) for table in tables]
+    if not people:
         raise ConfigurationError(
             f"{path}: no session.toml in this folder or below it. Write one with a table "
             "[[people]] for each person (gaitval imports --help)."
         )
-    people = [person for file in files for person in _read(file, tell)]
     names = [person.name for person in people]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

@@ -136,6 +136,14 @@ def four_sensors(origin: Array) -> Array:
     return np.column_stack([np.r_[axis, np.cross((*at, depth), axis)] for at, axis in parts])
 
 
+def twelve_sensors(origin: Array) -> Array:
+    """(6, 12) likewise, from x, y and z of the four sensors, in the order of the corners."""
+    half_x, half_y, depth = abs(origin)
+    places = [(a * half_x, b * half_y, depth) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    parts = [np.r_[axis, np.cross(at, axis)] for at in places for axis in np.eye(3)]
+    return np.column_stack(parts)
+
+
 def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) -> Plate:
     """A plate of a type that carries LOAD at POINT with TORQUE, times `scale` over time."""
     force, moment = wrench_in_plate(corners)
@@ -153,6 +161,11 @@ def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) ->
         matrix = np.diag(np.linspace(40.0, 110, 8)) + np.arange(64).reshape(8, 8) / 10
         volts = np.linalg.solve(matrix, sensors)
         return Plate(7, np.outer(course, volts), corners, KISTLER, matrix, units=("V",) * 8)
+    if kind == 6:
+        sensors = np.linalg.pinv(twelve_sensors(KISTLER)) @ np.r_[force, moment]
+        matrix = np.diag(np.linspace(40.0, 150, 12)) + np.arange(144).reshape(12, 12) / 20
+        volts = np.linalg.solve(matrix, sensors)
+        return Plate(6, np.outer(course, volts), corners, KISTLER, matrix, units=("V",) * 12)
     about_sensors = moment + np.cross(ORIGIN, force)
     stored = np.r_[force, 1e3 * about_sensors]
     if kind == 2:
@@ -238,7 +251,7 @@ class TestMarkers:
 
 
 class TestPlates:
-    @pytest.mark.parametrize("kind", [1, 2, 3, 4, 5, 7])
+    @pytest.mark.parametrize("kind", [1, 2, 3, 4, 5, 6, 7])
     @pytest.mark.parametrize(
         "order",
         [(0, 1, 2, 3), (2, 3, 0, 1), (3, 0, 1, 2), UPSIDE_DOWN],
@@ -321,7 +334,7 @@ class TestPlates:
             plate.calibration = plate.calibration.T
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
-    @pytest.mark.parametrize("kind", [4, 5, 7])
+    @pytest.mark.parametrize("kind", [4, 5, 6, 7])
     def test_a_missing_calibration(self, tmp_path, kind):
         plate = plate_of(kind)
         plate.calibration = np.zeros((6, 6))
@@ -625,8 +638,8 @@ class TestRefusals:
 
     def test_plate_of_a_type_that_is_not_known(self, tmp_path):
         plate = plate_of(2)
-        plate.kind = 6
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 6", "1 to 5")
+        plate.kind = 8
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 8", "1 to 7")
 
     def test_plate_without_a_place(self, tmp_path):
         plate = plate_of(2)

@@ -20,8 +20,18 @@ import fuzz_mutators as m
 import numpy as np
 import pandas as pd
 import quick_study
+from format_files import (
+    kistler_text,
+    laboratory,
+    motion_analysis,
+    opencap_folder,
+    pose2sim_folder,
+    qualisys_tsv,
+    vicon_csv,
+)
 from fuzz_cases import BASELINE, PER_FRAME, RATE, SECONDS, Kind, Result, SilentNonsense, as_subject
 from known_walk import known_walk
+from locohub_files import data_set
 from made_up_session import made_up_session
 
 from gaitval.cli import display
@@ -35,6 +45,7 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.journal import Journal
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import FootForces, Recording
+from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.markers import ModelMarker, load_markers, save_markers
 from gaitval.opensim.motion import (
     write_external_loads,
@@ -46,6 +57,7 @@ from gaitval.opensim.motion import (
 from gaitval.opensim.osim import write_osim
 from gaitval.policy.training_log import read_log
 from gaitval.reference.motion import ReferenceMotion
+from gaitval.session.batch import read_batch
 from gaitval.simulation.rollout import Rollout, SimulatedWalk
 from gaitval_cohort.results import tables_of
 from gaitval_cohort.store import FINISHED, SUMMARY, Store
@@ -167,6 +179,29 @@ def _imported(folder: Path) -> Result:
 _PERSON: Final = ("--sex", "F", "--mass", "63.2", "--height", "1.66", "--age", "30")
 
 
+def _trial(name: str, forces: str | None, folder: Path) -> Result:
+    """Of a trial only finite forces may come in, and markers that are of a person."""
+    read = read_recording(folder / name, forces=None if forces is None else folder / forces)
+    if not all(np.isfinite(plate.force).all() for plate in read.plates):
+        raise SilentNonsense("a force that is no number")
+    if np.isinf(read.markers).any() or not read.marker_rate > 0.0:
+        raise SilentNonsense("markers that are nowhere, or have no times")
+    return Result()
+
+
+def _session_folder(name: str, folder: Path) -> Result:
+    for person in read_batch(folder / name):
+        if not (0.0 < (person.mass or 0.0) < 1e4 and 0.0 < (person.height or 0.0) < 1e4):
+            raise SilentNonsense(f"mass {person.mass}, height {person.height}")
+    return Result()
+
+
+def _locohub(folder: Path) -> Result:
+    command("locohub", folder / "a_phase.parquet", "--fill-missing", "--out", folder / "out")
+    looked_over(folder / "out")
+    return Result()
+
+
 def npz_member(data: bytes, random: m.Random) -> bytes:
     """An array is missing, has another header, or holds what is no number; or a member is another
     file.
@@ -286,6 +321,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
                   "2026-11-20T10:00:00+00:00", "a machine", "S05", (figure,)),
         )  # fmt: skip
     _write_arrays(folder)
+    _write_formats(folder)
     (folder / "a").mkdir()
     record = {"name": "a", "fingerprint": "f", "status": "finished", "reason": "", "seconds": 1.0,
               "peak_memory": 1, "worker": "here:1"}  # fmt: skip
@@ -319,8 +355,28 @@ def kinds(folder: Path) -> dict[str, Kind]:
     def loaded(name: str, load: Callable[[Path], Any], mutators: tuple[m.Mutator, ...]) -> Kind:
         return Kind(seeds(name), {name: mutators}, partial(_loaded, load, name))
 
+    def trial_of(name: str, forces: str | None, damaged: str, *more: str) -> Kind:
+        there = [each for each in (name, forces, *more) if each is not None]
+        cells = (*text, *[m.other_number] * 4)
+        return Kind(seeds(*there), {damaged: cells}, partial(_trial, name, forces))
+
+    def program(*names: str) -> Kind:
+        first = names[0].partition("/")[0]
+        return Kind(seeds(*names), {names[0]: text}, partial(_session_folder, first))
+
     storage = (*text, *m.of_table(m.MOT))
+    trials = ("v.trc", "walk_f_1.tsv", "walk_f_2.tsv")
+    pose = "P00/T01_Walk/pose-3d/T01_Walk_0-100.trc"
     return {
+        "vicon_csv": trial_of("v.csv", None, "v.csv"),
+        "qualisys_tsv": trial_of("walk.tsv", None, "walk.tsv", *trials[1:]),
+        "qualisys_forces": trial_of("v.trc", "walk_f_1.tsv", "walk_f_2.tsv"),
+        "motion_analysis": trial_of("v.trc", "v.forces", "v.forces"),
+        "kistler_text": trial_of("v.trc", "k.txt", "k.txt", "k.plates.toml"),
+        "kistler_places": trial_of("v.trc", "k.txt", "k.plates.toml"),
+        "opencap": program("OC/sessionMetadata.yaml", "OC/MarkerData/walk1.trc"),
+        "pose2sim": program("P00/Config.toml", pose),
+        "locohub": Kind(seeds("a_phase.parquet"), {"a_phase.parquet": m.BYTES}, _locohub),
         "session": Kind(
             seeds("session.toml", *trial),
             {"session.toml": toml},
@@ -386,6 +442,23 @@ def kinds(folder: Path) -> dict[str, Kind]:
             seeds("a.zip"), {"a.zip": (*m.BYTES, *[zip_member] * 6)}, _unpacked
         ),
     }  # fmt: skip
+
+
+def _write_formats(folder: Path) -> None:
+    """A trial as other programs have it."""
+    trial = laboratory(folder / "walk.trc", folder / "walk_forces.mot")
+    write_trc(folder / "v.trc", trial)
+    vicon_csv(folder / "v.csv", trial)
+    qualisys_tsv(folder / "walk.tsv", trial)
+    motion_analysis(folder / "v.forces", trial)
+    kistler_text(folder / "k.txt", trial)
+    plain = read_recording(folder / "walk.trc")
+    opencap_folder(folder / "OC", plain, plain, None)
+    pose2sim_folder(folder / "P00", plain, plain)
+    (folder / "P00" / "P00_T01_Walk").rename(folder / "P00" / "T01_Walk")
+    few = folder / "P00" / "T01_Walk" / "pose-3d"
+    (few / "P00_T01_Walk_0-100_filt_butterworth_LSTM.trc").rename(few / "T01_Walk_0-100.trc")
+    data_set(folder / "a_phase.parquet", "right", "left")
 
 
 def _write_curves(folder: Path) -> None:

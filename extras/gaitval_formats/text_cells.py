@@ -1,0 +1,88 @@
+"""Lines of exported text, split into cells, and their numbers."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.text_table import numbers_of
+
+_GAPS = re.compile(r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#N/A)\s*(?![^\t,;])")
+
+
+def cells_of(line: str, separator: str) -> list[str]:
+    """Cells without blanks and quotation marks at their ends, and without empty ones at the end."""
+    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def separator_of(line: str) -> str:
+    """What separates the cells of a line: the tab, the semicolon or the comma it has most of."""
+    return max("\t;,", key=line.count)
+
+
+def numbers(path: Path, rows: Sequence[str], first_line: int, width: int, separator: str) -> Array:
+    """Numbers (rows, width) in lines, NaN where a cell is empty, NULL or NaN; a row that ends early
+    lacks its last cells if they are empty ones of a gap. Raises RecordError as `numbers_of`.
+    """
+    full = []
+    for row in rows:
+        cells = _GAPS.sub("", row.rstrip("\r\n")).split(separator)
+        full.append(separator.join(cells + [""] * (width - len(cells))))
+    return numbers_of(path, full, first_line, width, separator)
+
+
+def whole_rows(
+    path: Path, rows: Sequence[str], first_line: int, fewest: int, separator: str
+) -> None:
+    """Refuse a last row of fewer than `fewest` cells, which shows that the file was cut off."""
+    count = len(rows[-1].split(separator))
+    if count < fewest:
+        raise RecordError(
+            f"{path}: line {first_line + len(rows) - 1} has {count} cells, but the header has "
+            f"{fewest}: the file is truncated. Copy or export it again."
+        )
+
+
+def positive(path: Path, text: str, what: str) -> float:
+    """A number above zero. Raises RecordError, which says `what` it is."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not 0.0 < value < np.inf:
+        raise RecordError(
+            f"{path}: {what} is {text.strip() or 'missing'!r}, but must be a number above 0: the "
+            "times would be unknown. Export the trial again."
+        )
+    return value
+
+
+def markers_named(path: Path, names: Sequence[str]) -> list[int]:
+    """Places of the labelled markers among `names`: unlabelled ones begin with `*` or are empty.
+    Raises RecordError if there is none.
+    """
+    kept = [
+        i
+        for i, name in enumerate(names)
+        if name and not name.rpartition(":")[2].startswith(("*", "Unidentified"))
+    ]
+    if not kept:
+        raise RecordError(
+            f"{path}: none of {len(names)} trajectories has a name. Label the markers in the "
+            "program that recorded them and export again."
+        )
+    return kept
+
+
+def without_prefix(names: Sequence[str]) -> tuple[str, ...]:
+    """Names without a subject's prefix (`Anna:LASI`) that all of them share."""
+    prefixes = {name.partition(":")[0] for name in names}
+    if len(prefixes) == 1 and all(":" in name for name in names):
+        return tuple(name.partition(":")[2] for name in names)
+    return tuple(names)
