@@ -69,16 +69,35 @@ def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
     warning
         One at most; none with less than `LEAST_SECONDS` of known forces.
     """
-    known = _known(loads)
-    if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
+    ratio = _weight_ratio(needed, loads)
+    if ratio is None:
         return
-    ratio = float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
     if abs(ratio - 1.0) > LARGEST_WEIGHT_ERROR:
         yield QualityFlag(
             "weight", "all plates", ratio, 1.0 + np.copysign(LARGEST_WEIGHT_ERROR, ratio - 1.0),
             "1", f"the plates carry {ratio:.2f} times what the body weighs: the mass, or the unit "
             "of the forces, is wrong",
         )  # fmt: skip
+
+
+def aid_doubts(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
+    """Warning about what an `aid` carries that no plate shows; otherwise as `weight_doubts`."""
+    ratio = _weight_ratio(needed, loads)
+    if ratio is not None:
+        yield QualityFlag(
+            "aid", "all plates", ratio, 1.0, "1",
+            f"with {aid} the feet carry {ratio:.2f} times what the body weighs; the rest, and how "
+            "the aid pushes, is not measured. Moments of the legs are those of what the feet "
+            "carry, trunk and residuals those of the aid",
+        )  # fmt: skip
+
+
+def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
+    """What the plates carry over what the motion needs; None with too little of both feet."""
+    known = _known(loads)
+    if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
+        return None
+    return float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
 
 
 def _known(loads: FootForces) -> Flags:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Se
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from gaitval.datasets.identity import Identity, identity, trial_name, wbds_trial
+from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -125,7 +125,10 @@ class ImportOptions(BaseModel):
     hip_centre: HipCentre = "regression"
     """Use the functional hip centres of --functional where their error is small."""
     age: float | None = None
-    """Years; for the report."""
+    """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
+    aid: Aid | None = None
+    """What carries a part of the body: crutches (or canes, or a walker), rail, support (of body
+    weight). It is not measured: the plates may carry less than the body weighs."""
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; for the report. No device is modelled yet."""
     citation: str = "Own recording, not published"
@@ -186,6 +189,11 @@ class Request(ImportOptions):
     def height_m(self) -> float:
         """The stature, as scaling and subjects call it."""
         return self.height
+
+    @property
+    def age_years(self) -> float | None:
+        """The age, likewise."""
+        return self.age
 
     @property
     def stands_in_walk(self) -> bool:

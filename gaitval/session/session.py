@@ -101,6 +101,12 @@ def work_out(
     """
     known = Progress() if progress is None else progress
     noted = known.noting(tell)
+    if request.aid is not None:
+        noted(
+            "warnings",
+            f"with {request.aid}, what the feet carry is below one body weight, and the rest is "
+            "not measured: moments, residuals and the walk that knows them carry this error",
+        )
     session = known.session = read_session(request, processing, noted)
     functional: tuple[FunctionalJoint, ...] = ()
     hip_centres: dict[str, Array] = {}
