@@ -320,7 +320,8 @@ def find_events(
     """All events of a trial, in order of time: from force if possible, else from markers.
 
     An event from force replaces one from markers of the same foot and kind if they are close, or if
-    no event of the other kind lies between them.
+    no event of the other kind lies between them. Where an event is still missing between two of one
+    kind, the file's own is taken.
 
     Parameters
     ----------
@@ -357,4 +358,21 @@ def find_events(
             near = (np.abs(shown[event.kind] - event.time) < SAME_EVENT_SECONDS).any()
             if event in from_force or not (doubled or near):
                 kept.append(event)
+        kept += _filling([event for event in kept if event.side == side], recording.events)
     return tuple(sorted(kept, key=lambda event: event.time))
+
+
+def _filling(found: Sequence[Event], stored: Sequence[Event]) -> list[Event]:
+    """The file's events of a foot where two found of one kind follow each other, and one of the
+    other kind must have been between.
+    """
+    filling: list[Event] = []
+    for before, after in pairwise(sorted(found, key=lambda event: event.time)):
+        between = [
+            event
+            for event in stored
+            if event.side == before.side and event.kind != before.kind == after.kind
+            if before.time < event.time < after.time
+        ]
+        filling += between if len(between) == 1 else []
+    return filling

@@ -199,7 +199,9 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Qu
         )  # fmt: skip
 
 
-def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFlag]:
+def swing_doubts(
+    events: Sequence[Event], height_m: float, *, forces: bool = False
+) -> Iterator[QualityFlag]:
     """Warning about a swing too short or too long for a leg of this person, as a wrong frame rate
     makes it; needs no forces.
 
@@ -207,6 +209,8 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFl
     ----------
     events : of both feet, in order of time.
     height_m : m, stature of the person.
+    forces : whether forces tell the frame rate better (`motion_doubts`): a long swing is then that
+        of a slow walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
 
     Yields
     ------
@@ -226,6 +230,8 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFl
     relative = swing / np.sqrt(LEG_SHARE * height_m / STANDARD_GRAVITY)
     if not _within(relative, SWING_TIMES):
         short = relative < SWING_TIMES[0]
+        if forces and not short:
+            return
         yield QualityFlag(
             "swing time", "both feet", relative, SWING_TIMES[not short], "1",
             f"a swing takes {swing:.2f} s, too {'short' if short else 'long'} for a person of "

@@ -36,7 +36,10 @@ def trial_doubts(
     measured : forces at their own rate, at the marker frames, and inverse dynamics with these; None
         without forces.
     """
-    found = [*event_doubts(stored), *swing_doubts(events, request.height_m)]
+    found = [
+        *event_doubts(stored),
+        *swing_doubts(events, request.height_m, forces=measured is not None),
+    ]
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured
