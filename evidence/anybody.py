@@ -3,7 +3,7 @@
 `evidence/anybody.toml` lists the recordings: two of the project's data, the others public. FOLDER
 has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
 
-A plate shows an event where its force crosses 20 N, one foot is wholly on it (its heel and heads
+A plate, zeroed as in an import, shows an event where its force crosses 20 N, one foot is wholly on it (its heel and heads
 within 1 cm) and the other one, its swing included, is not near the floor beside it. The same foot's
 event of the markers alone that is nearest is compared with it; one that is farther than 0.2 s away
 is missed. Recordings that were looked at when the methods were chosen have rows of their own beside
@@ -29,6 +29,7 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.events import foot_contacts, marker_events
 from gaitval.gait.feet_on_plates import over_plate
 from gaitval.gait.filters import low_pass
+from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.sampling import interpolated
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.foot_markers import foot_markers
@@ -49,6 +50,7 @@ MEASURES = {
             "evidence/anybody.py",
             "gaitval/gait/events.py",
             "gaitval/gait/filters.py",
+            "gaitval/gait/plate_offset.py",
             "gaitval/mocap/foot_markers.py",
         ),
         "data": ("evidence/anybody.toml",),
@@ -96,7 +98,8 @@ def _walks(
 
 
 def plate_events(recording: Recording, landmarks: Mapping[str, str]) -> list[Event]:
-    """The events that the plates show of one foot that is wholly on one of them."""
+    """The events that the plates, zeroed, show of one foot that is wholly on one of them."""
+    recording, _ = zero_plates(recording, landmarks=landmarks)
     rate = recording.force_rate
     frames = (recording.force_time - recording.start) * recording.marker_rate
     feet = foot_markers(recording, landmarks)
@@ -110,8 +113,6 @@ def plate_events(recording: Recording, landmarks: Mapping[str, str]) -> list[Eve
     found: list[tuple[int, int, int, EventKind]] = []
     for number, plate in enumerate(recording.plates):
         force = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=min(50.0, 0.4 * rate))
-        resting = float(np.percentile(force, 5.0))
-        force = force - resting if abs(resting) < 30.0 else force
         for begin, end in zip(*foot_contacts(force > THRESHOLD_N, rate=rate), strict=True):
             if end - begin < 0.15 * rate or force[begin:end].max() < 5 * THRESHOLD_N:
                 continue
