@@ -7,6 +7,10 @@ the message without a traceback and exits with `exit_code`.
 from typing import Self
 
 
+class RecordWarning(UserWarning):
+    """A file is not as it should be in something that could be passed over."""
+
+
 class GaitvalError(Exception):
     """Base of all errors that the command line reports without a traceback."""
 
@@ -26,6 +30,9 @@ class SubjectError(GaitvalError):
 
 class RecordError(GaitvalError):
     """A file of recorded angles, moments, forces or markers cannot be used."""
+
+    trial: int | None = None
+    """Which of a session's walking trials it is about, from 0; None if none alone."""
 
 
 class ConfigurationError(GaitvalError):

@@ -6,7 +6,11 @@ do not say them are still read; what was assumed is kept in `Subject.guessed` fo
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
+
+Aid = Literal["crutches", "rail", "support"]
+"""What carries a part of a walking person's body: crutches, canes or a walker; the rail of a
+treadmill; a harness."""
 
 WBDS: Final = "WBDS"
 """Laboratory of the people of Fukuchi, Fukuchi & Duarte (2018), WBDS01 to WBDS42."""

@@ -18,18 +18,19 @@ from gaitval.gait.record import (
     Curve,
 )
 
-# Plausible ranges. They catch units and swapped columns, not unusual people: each is wider
-# than the range over the 50 people of the WBDS dataset.
-HEIGHT = (1.2, 2.3)  # m
-MASS = (25.0, 200.0)  # kg
-BMI = (13.0, 45.0)  # kg/m²
-LEG_RATIO = (0.42, 0.60)  # leg length / height; WBDS 0.48-0.56
-AGE = (16.0, 105.0)  # years; de Leva's segment tables are of adults
-SPEED = (0.2, 2.5)  # m/s, walking
-STRIDE_TIME = (0.6, 2.5)  # s
-LEFT_PHASE = (0.35, 0.65)
-STANCE_FRACTION = (0.5, 0.8)
+# Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
+# with steps as unequal as 20 to 80, who drag a foot or walk with an aid.
+HEIGHT = (0.8, 2.3)  # m
+MASS = (10.0, 200.0)  # kg
+BMI = (10.0, 45.0)  # kg/m²
+LEG_RATIO = (0.38, 0.60)  # leg length / height; WBDS 0.48-0.56, at two years 0.42
+AGE = (2.0, 105.0)  # years
+SPEED = (0.1, 2.5)  # m/s, walking
+STRIDE_TIME = (0.5, 3.5)  # s
+LEFT_PHASE = (0.2, 0.8)
+STANCE_FRACTION = (0.4, 0.9)
 VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for periodic gait and perfect calibration
+LEAST_WITH_AID = 0.1  # body weights on the feet of a person whose aid carries the rest
 LARGEST_COORDINATE = 10.0  # m, of a marker in its laboratory
 LARGEST_ANGLE = 3.0  # rad
 LARGEST_MOMENT = 5.0  # Nm/kg
@@ -123,6 +124,11 @@ def _range_problem(
         f"{name} = {value:g}: outside the plausible {limits[0]:g}-{limits[1]:g} {unit}. "
         "Check value and unit."
     ]
+
+
+def age_problems(age: float | None) -> list[str]:
+    """What is wrong with an `age` in years, in a sentence; nothing if it is not known."""
+    return _range_problem({"age_years": age}, "age_years", AGE, "years", {"months": 1 / 12})
 
 
 def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
@@ -225,7 +231,7 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
                 f"leg_length_m = {leg:g}: {leg / height:.2f} of height_m = {height:g}, outside "
                 f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
             )
-    problems += _range_problem(values, "age_years", AGE, "years", {"months": 1 / 12})
+    problems += age_problems(_number(values, "age_years"))
     problems += _range_problem(
         values, "walking_speed_m_s", SPEED, "m/s", {"km/h": 1 / 3.6, "mm/s": 1e-3}
     )
@@ -236,7 +242,7 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
     problems += _range_problem(
         values,
         "mean_vertical_force",
-        VERTICAL_FORCE,
+        VERTICAL_FORCE if values.get("aid") is None else (LEAST_WITH_AID, VERTICAL_FORCE[1]),
         "body weights",
         {"N/kg": 1 / STANDARD_GRAVITY},
     )

@@ -21,6 +21,7 @@ from pydantic import (
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.identity import Aid
 from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import (
     Forces,
@@ -153,9 +154,13 @@ class Subject(Displayed, StoredPart):
     sex: Literal["F", "M"]
     """Chooses the segment tables (de Leva 1996)."""
     age_years: Number | None = None
+    """Below 16, the segments have a child's masses (Jensen 1986)."""
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; not there if nobody said whether there is one. No device is
     modelled yet: the body has two healthy legs."""
+    aid: Aid | None = None
+    """What carries a part of the body beside the feet; it is not measured, so mean force is below
+    one body weight, and moments of the legs are those of what the feet carry."""
     mass_kg: Number
     height_m: Number
     leg_length_m: Number
@@ -322,8 +327,9 @@ class Subject(Displayed, StoredPart):
         write_text(Path(path), self.to_toml())
 
     def title(self) -> str:
-        """Name, person and trial, and what was said of a prosthesis."""
+        """Name, person and trial, and what was said of a prosthesis or an aid."""
         said = "" if self.prosthesis is None else f", prosthesis: {self.prosthesis}"
+        said += "" if self.aid is None else f", aid: {self.aid}"
         return f"Subject {self.identifier} ({self.source}){said}"
 
     def overview(self) -> "pd.DataFrame":

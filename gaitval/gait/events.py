@@ -11,7 +11,7 @@ toe-offs, and the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 | Zeni et al. 2008 (Gait & Posture 27:710)     | −54, −19         | **+14, −18**       |
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -22,7 +22,7 @@ from scipy.signal import find_peaks
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.filters import low_pass
+from gaitval.gait.filters import low_pass, low_pass_simulated
 from gaitval.gait.sampling import bridged
 from gaitval.mocap.foot_markers import FootMarkers, facing, foot_markers, pelvis_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
@@ -36,6 +36,10 @@ SMALLEST_SHARE: Final = 0.4
 to the foot's swing."""
 SHORTEST_EXCURSION: Final = 0.1
 """m. A foot that moves less than this fore and aft relative to the pelvis is not walking."""
+RESTING_SHARE: Final = 0.2
+"""A foot whose speed over ground or belt is below this fraction of its swing's is at rest."""
+SHORTEST_SWING: Final = 0.1
+"""s. A foot that was faster for less than this has not swung."""
 LEAST_PROMINENCE: Final = 0.05
 """Fraction of the foot's fore-aft excursion by which the foot must be further forward before and
 after a toe-off; so how much of a swing must be visible at the ends of the trial."""
@@ -142,8 +146,9 @@ def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tupl
 
     Toe-off is when the forefoot is farthest behind the pelvis (Zeni et al. 2008). Heel strike is
     when the middle of heel and forefoot sinks fastest, between two toe-offs and with the heel in
-    the lowest 35 % of its height range (O'Connor et al. 2007). Neither needs the belt speed. A
-    person who does not walk has no events.
+    the lowest 35 % of its height range (O'Connor et al. 2007). A foot that does not land so, but
+    flat or on its toes, lands when at least two of three other methods say so
+    (`_other_landings`). A person who does not walk has no events.
 
     Parameters
     ----------
@@ -172,12 +177,15 @@ def _foot_events(
     recording: Recording, side: Side, foot: FootMarkers, pelvis: Array, forward: Array
 ) -> list[Event]:
     rate, time = recording.marker_rate, recording.time
-    columns = np.stack([foot.heel[:, 2], foot.front[:, 2], (foot.front - pelvis) @ forward], axis=1)
+    heights = foot.heel[:, 2], foot.front[:, 2]
+    along = foot.heel @ forward, foot.front @ forward
+    columns = np.stack([*heights, *along, (foot.front - pelvis) @ forward], axis=1)
     known = np.asarray(np.isfinite(columns).all(axis=1))
     if known.sum() < 2:
         return []
     # gaps are bridged for the filter, and events in them are dropped below
-    heel, front, ahead = low_pass(bridged(columns, known), rate=rate, cutoff_hz=FOOT_CUTOFF_HZ).T
+    paths = low_pass(bridged(columns, known), rate=rate, cutoff_hz=FOOT_CUTOFF_HZ).T
+    heel, front, *_, ahead = paths
     excursion = float(np.ptp(ahead))
     if excursion < SHORTEST_EXCURSION:
         return []
@@ -190,26 +198,76 @@ def _foot_events(
     sinks, _ = find_peaks(-speed)
     sinks = sinks[(heel[sinks] < heel.min() + LOW_HEEL * np.ptp(heel)) & (speed[sinks] < 0.0)]
     # one landing between two toe-offs, the fastest
-    bounds = np.concatenate(([0], offs, [len(time)]))
-    landings = []
-    for begin, end in pairwise(bounds):
-        between = sinks[(sinks >= begin) & (sinks < end)]
-        if len(between):
-            landings.append(int(between[np.argmin(speed[between])]))
-    if landings:
-        typical = np.median(speed[landings])
-        # Both sides are negative, so `<` keeps the landings that sink faster.
-        landings = [frame for frame in landings if speed[frame] < SMALLEST_SHARE * typical]
-    kinds: list[tuple[EventKind, Array, list[int]]] = [
-        ("toe_off", ahead, [int(frame) for frame in offs]),
-        ("heel_strike", speed, landings),
+    swings = [*pairwise(np.concatenate(([0], offs, [len(time)])).tolist())]
+    inside = [sinks[(sinks >= begin) & (sinks < end)] for begin, end in swings]
+    fastest = [int(each[np.argmin(speed[each])]) if len(each) else None for each in inside]
+    typical = np.median([speed[each] for each in fastest if each is not None] or [0.0])
+    # Both sides are negative, so `<` keeps the landings that sink faster.
+    heel_first = [
+        each if each is not None and speed[each] < SMALLEST_SHARE * typical else None
+        for each in fastest
     ]
+    landings = [_vertex(speed, each) for each in heel_first if each is not None]
+    if None in heel_first:
+        methods = _other_landings(paths, rate, apart)
+        flat = [
+            _agreed(methods, *swing, rate)
+            for swing, each in zip(swings, heel_first, strict=True)
+            if each is None
+        ]
+        landings = sorted([*landings, *(each for each in flat if each is not None)])
+    found_at: dict[EventKind, list[float]] = {
+        "toe_off": [_vertex(ahead, int(frame)) for frame in offs],
+        "heel_strike": landings,
+    }
     return [
-        Event(float(time[0] + _vertex(curve, frame) / rate), side, kind)
-        for kind, curve, frames in kinds
-        for frame in frames
-        if known[frame]
+        Event(float(time[0] + at / rate), side, kind)
+        for kind, frames in found_at.items()
+        for at in frames
+        if known[round(at)]
     ]
+
+
+def _other_landings(paths: Array, rate: float, apart: int) -> tuple[Array, ...]:
+    """Frames at which a foot lands by three other methods, which need no heel to land on.
+
+    Zeni et al. 2008: the foot is farthest ahead of the pelvis. High-pass (Desailly et al. 2009,
+    Gait & Posture 29:76): farthest ahead of its own path below half the stride's frequency. Foot
+    velocity (Ghoussayni et al. 2004, Gait & Posture 20:266): heel or forefoot comes to rest on the
+    ground or belt, below `RESTING_SHARE` of its speed in swing.
+    """
+    heel, front, heel_at, front_at, ahead = paths
+    pushes, _ = find_peaks(-ahead, prominence=LEAST_PROMINENCE * np.ptp(ahead), distance=apart)
+    stride = np.median(np.diff(pushes)) / rate if len(pushes) > 1 else 1.0
+    middle = 0.5 * (heel_at + front_at)
+    swung = middle - low_pass_simulated(middle, step=1.0 / rate, frequency=0.5 / stride)
+    low = front < np.percentile(front, 20.0) + 0.03
+    belt = np.median(np.gradient(front_at)[low]) * rate
+    along = [np.gradient(path) * rate - belt for path in (heel_at, front_at)]
+    up = [np.gradient(path) * rate for path in (heel, front)]
+    speed = np.minimum(*(np.hypot(x, z) for x, z in zip(along, up, strict=True)))
+    begins, ends = runs(speed > RESTING_SHARE * np.percentile(np.abs(along[1]), 90.0))
+    rests = ends[(ends - begins >= SHORTEST_SWING * rate) & (ends < len(speed))]
+    farthest = [
+        find_peaks(path, prominence=LEAST_PROMINENCE * np.ptp(path), distance=apart)[0]
+        for path in (ahead, swung)
+    ]
+    return (*farthest, rests)
+
+
+def _agreed(methods: Sequence[Array], begin: int, end: int, rate: float) -> float | None:
+    """Frame of the landing between two toe-offs on which most methods agree; None if they do not.
+
+    It is the median of the methods' nearest frames to their common median.
+    """
+    inside = [found[(found >= begin) & (found < end)] for found in methods]
+    all_found = np.concatenate(inside)
+    if not len(all_found):
+        return None
+    middle = np.median(all_found)
+    near = [found[np.argmin(np.abs(found - middle))] for found in inside if len(found)]
+    near = [frame for frame in near if abs(frame - np.median(near)) < SAME_EVENT_SECONDS * rate]
+    return float(np.median(near)) if len(near) > 1 else None
 
 
 def _vertex(values: Array, sample: int) -> float:
@@ -262,7 +320,8 @@ def find_events(
     """All events of a trial, in order of time: from force if possible, else from markers.
 
     An event from force replaces one from markers of the same foot and kind if they are close, or if
-    no event of the other kind lies between them.
+    no event of the other kind lies between them. Where an event is still missing between two of one
+    kind, the file's own is taken.
 
     Parameters
     ----------
@@ -299,4 +358,21 @@ def find_events(
             near = (np.abs(shown[event.kind] - event.time) < SAME_EVENT_SECONDS).any()
             if event in from_force or not (doubled or near):
                 kept.append(event)
+        kept += _filling([event for event in kept if event.side == side], recording.events)
     return tuple(sorted(kept, key=lambda event: event.time))
+
+
+def _filling(found: Sequence[Event], stored: Sequence[Event]) -> list[Event]:
+    """The file's events of a foot where two found of one kind follow each other, and one of the
+    other kind must have been between.
+    """
+    filling: list[Event] = []
+    for before, after in pairwise(sorted(found, key=lambda event: event.time)):
+        between = [
+            event
+            for event in stored
+            if event.side == before.side and event.kind != before.kind == after.kind
+            if before.time < event.time < after.time
+        ]
+        filling += between if len(between) == 1 else []
+    return filling

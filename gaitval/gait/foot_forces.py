@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.feet_on_plates import (
@@ -197,6 +198,8 @@ def _share_out(
     shares.heights.append(float(np.nanmedian(plate.centre_of_pressure[:, 2])))
     moment = _moment(plate)
     sharing = shared_by_both(plate, feet, recording.force_rate)
+    if plate.foot is not None:
+        sharing = np.zeros(samples, dtype=bool)
     used = np.zeros(samples, dtype=bool)
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         # the filter also needs the rise and fall below the threshold
@@ -207,6 +210,8 @@ def _share_out(
         window = slice(max(before, begin - reach), min(after, end + reach))
         distances = distances_to_feet(plate, feet, begin, end)
         owner = owners_of(plate.force[begin:end, 2], distances, sharing[begin:end])
+        if plate.foot is not None:
+            owner[:] = SIDES.index(plate.foot)
         for column in (0, 1):
             mine = np.zeros(samples, dtype=bool)
             mine[begin:end] = owner == column
@@ -224,9 +229,10 @@ def _share_out(
             shares.wrench[mine, column, 3:] += moment[mine]
         # One foot owns a shared contact, but both touch the plate.
         shares.touched[begin:end] |= sharing[begin:end, None]
-        findings += judge_contact(
-            recording, plate, feet, begin, end, owner, distances, sharing, shares.valid
-        )
+        if plate.foot is None:
+            findings += judge_contact(
+                recording, plate, feet, begin, end, owner, distances, sharing, shares.valid
+            )
         used[begin:end] = True
     findings += judge_brushes(recording, plate, feet, vertical, used, processing, shares.valid)
     return findings

@@ -69,16 +69,35 @@ def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
     warning
         One at most; none with less than `LEAST_SECONDS` of known forces.
     """
-    known = _known(loads)
-    if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
+    ratio = _weight_ratio(needed, loads)
+    if ratio is None:
         return
-    ratio = float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
     if abs(ratio - 1.0) > LARGEST_WEIGHT_ERROR:
         yield QualityFlag(
             "weight", "all plates", ratio, 1.0 + np.copysign(LARGEST_WEIGHT_ERROR, ratio - 1.0),
             "1", f"the plates carry {ratio:.2f} times what the body weighs: the mass, or the unit "
             "of the forces, is wrong",
         )  # fmt: skip
+
+
+def aid_doubts(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
+    """Warning about what an `aid` carries that no plate shows; otherwise as `weight_doubts`."""
+    ratio = _weight_ratio(needed, loads)
+    if ratio is not None:
+        yield QualityFlag(
+            "aid", "all plates", ratio, 1.0, "1",
+            f"with {aid} the feet carry {ratio:.2f} times what the body weighs; the rest, and how "
+            "the aid pushes, is not measured. Moments of the legs are those of what the feet "
+            "carry, trunk and residuals those of the aid",
+        )  # fmt: skip
+
+
+def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
+    """What the plates carry over what the motion needs; None with too little of both feet."""
+    known = _known(loads)
+    if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
+        return None
+    return float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
 
 
 def _known(loads: FootForces) -> Flags:
@@ -180,7 +199,9 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Qu
         )  # fmt: skip
 
 
-def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFlag]:
+def swing_doubts(
+    events: Sequence[Event], height_m: float, *, forces: bool = False
+) -> Iterator[QualityFlag]:
     """Warning about a swing too short or too long for a leg of this person, as a wrong frame rate
     makes it; needs no forces.
 
@@ -188,6 +209,8 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFl
     ----------
     events : of both feet, in order of time.
     height_m : m, stature of the person.
+    forces : whether forces tell the frame rate better (`motion_doubts`): a long swing is then that
+        of a slow walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
 
     Yields
     ------
@@ -207,6 +230,8 @@ def swing_doubts(events: Sequence[Event], height_m: float) -> Iterator[QualityFl
     relative = swing / np.sqrt(LEG_SHARE * height_m / STANDARD_GRAVITY)
     if not _within(relative, SWING_TIMES):
         short = relative < SWING_TIMES[0]
+        if forces and not short:
+            return
         yield QualityFlag(
             "swing time", "both feet", relative, SWING_TIMES[not short], "1",
             f"a swing takes {swing:.2f} s, too {'short' if short else 'long'} for a person of "

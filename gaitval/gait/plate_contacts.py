@@ -29,6 +29,9 @@ from gaitval.mocap.recording import Plate, Recording
 OUTSIDE_FOOT: Final = 0.06
 """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
 cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it uncertain."""
+EDGE_M: Final = 0.02
+"""m by which markers may be beside a plate: the outline's toes are an estimate, and plates and
+cameras agree no better."""
 OUTSIDE: Final = "outside the foot"
 """Words of a finding about that, by which such contacts are counted."""
 OUTSIDE_SHARE: Final = 0.2
@@ -154,7 +157,10 @@ def judge_contact(
             findings.append(finding(recording, "contact", names, first, last, action))
         if len(plates) < len(recording.plates):
             continue  # a plate whose position is unknown may carry what seems to be beside it
-        on_any = np.any([over_plate(other, feet.outlines[column]) for other in plates], axis=0)
+        # Within 2 cm of an edge the centre of pressure, judged above, knows better than markers.
+        on_any = np.any(
+            [over_plate(other, feet.outlines[column], margin=EDGE_M) for other in plates], axis=0
+        )
         beside = (feet.low[column] & ~on_any).any(axis=1)[begin:end] & mine & heavy
         if beside.mean() * len(beside) > SHORTEST_SHARED_SECONDS * recording.force_rate:
             valid[first:last, column] = False

@@ -38,12 +38,13 @@ _STRIKES: Final = (
 _OFFS: Final = ("to", "fo", "off", "toeoff", "footoff")
 
 
-def read_c3d(path: Path) -> Recording:
+def read_c3d(path: Path, *, plates: bool = True) -> Recording:
     """Read a C3D file.
 
     Parameters
     ----------
     path : the file.
+    plates : whether to read the force plates.
 
     Returns
     -------
@@ -73,7 +74,7 @@ def read_c3d(path: Path) -> Recording:
             f"{path}: POINT:RATE is {rate:g}, so the times of the frames are unknown. Enter the "
             "camera rate in the program that made the file, and export again."
         )
-    plates, force_rate = read_plates(path, contents, markers, rate)
+    found, force_rate = read_plates(path, contents, markers, rate) if plates else ((), 0.0)
     start = contents.first_frame / rate
     return Recording(
         source=str(path),
@@ -82,7 +83,7 @@ def read_c3d(path: Path) -> Recording:
         markers=markers,
         marker_rate=rate,
         start=start,
-        plates=plates,
+        plates=found,
         force_rate=force_rate,
         events=_events(contents, start, len(markers) / rate),
     )

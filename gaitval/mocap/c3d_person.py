@@ -1,23 +1,36 @@
-"""What a C3D file contains about the person: Vicon's PROCESSING and SUBJECTS groups.
+"""What a C3D file contains about the person, in the groups that laboratories have for it.
 
-Plug-in Gait stores there what was measured on the person, kg and mm. Only what can be a person's is
-taken over: a length of 0 means that it was not measured.
+Plug-in Gait stores in PROCESSING what was measured on the person, kg and mm; Qualisys in SUBJECTS,
+as text whose name has the unit (`A_Height_mm`); Luxembourg in SUBJECT, as LABELS and VALUES. Only
+what can be a person's is taken over: a length of 0 means that it was not measured.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from gaitval.mocap.c3d_contents import Contents, check_size, read_contents
+from gaitval.mocap.c3d_contents import Contents, check_size, labels_of, read_contents
 
 SideValues = tuple[float | None, float | None]
 """Right and left; None where it was not measured."""
 
-_MM: Final = 1e-3
+_LENGTH_UNITS: Final = (1e-3, 1e-2, 1.0)
+"""m. A program that does not say whether mm, cm or m means the one that makes it a person's."""
+_NOT_LENGTHS: Final = ("mass_kg", "age_years")
+_GROUPS: Final = ("PROCESSING", "SUBJECTS", "SUBJECT")
+_WORDS: Final = (
+    *((r"^a(?=[^a-z])", ""), (r" (kg|mm|cm|m|years)$", ""), (r"[^a-z]", "")),
+    *((r"^right", "r"), (r"^left", "l"), (r"^body(?=mass|weight|height)", "")),
+    *((r"^weight$", "mass"), (r"^stature$", "height")),
+)
+"""What makes one name of the names of a parameter: `A_Right_KneeWidth_mm`, `R_kneeWidth` and
+`RKneeWidth` are `rkneewidth`."""
 _RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "mass_kg": (8.0, 300.0),
     "height_m": (0.7, 2.4),
+    "age_years": (1.0, 110.0),
     "leg_length_m": (0.3, 1.3),
     "knee_width_m": (0.04, 0.17),
     "ankle_width_m": (0.03, 0.12),
@@ -45,6 +58,7 @@ class PersonFacts:
     system: str = ""
     mass_kg: float | None = None
     height_m: float | None = None
+    age_years: float | None = None
     leg_length_m: SideValues = (None, None)
     knee_width_m: SideValues = (None, None)
     ankle_width_m: SideValues = (None, None)
@@ -70,6 +84,22 @@ def read_person(path: Path) -> PersonFacts:
     return person_of(str(path), read_contents(path))
 
 
+def _stored(contents: Contents) -> dict[str, list[str]]:
+    """Numbers about the person as text, by their plain names, the first group's first."""
+    found: dict[str, list[str]] = {}
+    for group in _GROUPS:
+        pairs = [(name, contents.text(group, name)) for name in contents.parameters.get(group, {})]
+        values = contents.get(group, "VALUES")
+        pairs += [*zip(labels_of(contents, group, "LABELS"), map(str, values), strict=False)]
+        for name, text in pairs:
+            plain = name.lower().replace("_", " ")
+            for pattern, word in _WORDS:
+                plain = re.sub(pattern, word, plain)
+            if re.fullmatch(r"[+]?\d+(\.\d*)?(e[+-]?\d+)?", text):
+                found.setdefault(plain, []).append(text)
+    return found
+
+
 def person_of(source: str, contents: Contents) -> PersonFacts:
     """What the parameters of a C3D file contain about the person.
 
@@ -83,16 +113,14 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
     PersonFacts
         SI units; values outside the range of a person's are left out.
     """
-    stored = {
-        name.lower(): contents.number("PROCESSING", name)
-        for name in contents.parameters.get("PROCESSING", {})
-    }
+    stored = _stored(contents)
 
-    def one(name: str, field: str, factor: float = _MM) -> float | None:
-        # A length of 0, which was not measured, is outside every range.
-        value = factor * stored.get(name, 0.0)
+    def one(name: str, field: str) -> float | None:
         low, high = _RANGES[field]
-        return value if low <= value <= high else None
+        # A length of 0, which was not measured, is outside every range.
+        factors = (1.0,) if field in _NOT_LENGTHS else _LENGTH_UNITS
+        values = (factor * float(text) for text in stored.get(name, ()) for factor in factors)
+        return next((value for value in values if low <= value <= high), None)
 
     def both(name: str, field: str) -> SideValues:
         return one(f"r{name}", field), one(f"l{name}", field)
@@ -107,8 +135,9 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
         source=source,
         name=contents.text("SUBJECTS", "NAMES"),
         system=next((name for name in system if name), ""),
-        mass_kg=one("bodymass", "mass_kg", 1.0),
+        mass_kg=one("mass", "mass_kg"),
         height_m=one("height", "height_m"),
+        age_years=one("age", "age_years"),
         leg_length_m=both("leglength", "leg_length_m"),
         knee_width_m=both("kneewidth", "knee_width_m"),
         ankle_width_m=both("anklewidth", "ankle_width_m"),

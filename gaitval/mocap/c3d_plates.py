@@ -1,5 +1,6 @@
 """Force plates of a C3D file, of types 1 to 7."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -7,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.c3d_contents import Contents, labels_of
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
@@ -110,10 +111,13 @@ def _plate(
     calibration = _calibration(where, contents, kind, index)
     channels = contents.analogs[:, [n - 1 for n in numbers]]
     if not np.isfinite(channels).all():
-        raise RecordError(
+        warnings.warn(
             f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
-            "numbers. Export the trial again."
+            "numbers; the plate is left out. Export the trial again",
+            RecordWarning,
+            stacklevel=2,
         )
+        return None
     if calibration is not None:
         # The matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
         force, moment = plate_wrench(kind, channels, origin / metres, calibration)

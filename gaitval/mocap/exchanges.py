@@ -17,6 +17,9 @@ from gaitval.mocap.spikes import jump_tolerance, surprise_of
 LONGEST_HIDDEN_SWAP: Final = 0.2
 """s. In this time the line between two markers of a segment turns far less than the half turn that
 an exchange causes (the shank turns at up to 400 deg/s)."""
+ON_ONE_LINE_M: Final = 0.02
+"""m by which a left marker may be on the right of its partner in the median frame: runners' toes
+are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a step or a joint."""
 AMBIGUOUS_SHARE: Final = 0.25
 """Share of a trial. Two markers that change places once are corrected if the shorter part is less
 than this; otherwise it is unclear which part is right."""
@@ -200,8 +203,9 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
             continue
         apart = (recording.marker(name) - recording.marker(partner)) @ leftward
         apart = apart[np.isfinite(apart)]
-        # legs may cross for a moment, but not in the median of all frames
-        if len(apart) and np.median(apart) < 0.0:
+        # Legs may cross for a moment, but not in the median of all frames; runners and people whose
+        # legs scissor land on one line, where markers are a little across it.
+        if len(apart) and np.median(apart) < -ON_ONE_LINE_M:
             wrong.append((name, partner))
     if wrong:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)

@@ -14,7 +14,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
-from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines
+from gaitval.mocap.text_table import XYZ, counted, numbers_of, sample_rate, sound_rows, text_lines
 
 
 def read_storage(path: Path) -> StorageTable:
@@ -30,8 +30,8 @@ def read_storage(path: Path) -> StorageTable:
     Raises
     ------
     RecordError
-        The file is of another kind or truncated, header and columns disagree, a column appears
-        twice, or the time is missing.
+        The file is of another kind or cut off in a row, a column appears twice, or the time is
+        missing. Counts of the header unlike the rows are a `RecordWarning`.
     """
     path = Path(path)
     lines = text_lines(path)
@@ -75,13 +75,14 @@ def read_storage(path: Path) -> StorageTable:
     ):
         promised = next((header[key] for key in keys if key in header), str(seen))
         if promised != str(seen):
-            raise RecordError(
-                f"{path}: the header promises {promised} {what}, but there are {seen}: the file "
-                "is truncated, or was cut by hand. Export the file again, or correct the header."
-            )
+            counted(path, f"the header's count of {what}", promised, seen, what)
+            # A row that the file's end cut in a number looks whole.
+            if what == "rows" and promised.isdigit() and 1 < seen < int(promised):
+                rows.pop()
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
     table = numbers_of(path, [row for _, row in rows], rows[0][0], len(labels), separator=None)
+    table = table[: sound_rows(path, table[:, 0])]
     # The name is optional: a first line with `=` is part of the header already.
     name = lines[0].strip() if ends[0] and "=" not in lines[0] else ""
     return StorageTable(

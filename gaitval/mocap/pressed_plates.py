@@ -1,12 +1,13 @@
 """Force plates in files that have the centre of pressure instead of moments."""
 
+import warnings
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
-from gaitval.errors import RecordError
+from gaitval.arrays import Array, Flags
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, UNLOADED_N
 from gaitval.mocap.recording import Plate
 
@@ -42,7 +43,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
             f"{path}: plate {name}: the centre of pressure or the torque is missing where the "
             "plate is loaded. Export the forces without gaps."
         )
-    _check_torque(path, name, force, torque)
+    torque = _about_pressure(path, name, force, point, torque)
     return Plate(
         name=name,
         corners=np.full((4, 3), np.nan),
@@ -52,23 +53,49 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
     )
 
 
-def _check_torque(path: Path, name: str, force: Array, torque: Array) -> None:
-    """Refuse a torque about the centre of pressure that no foot can exert."""
+def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: Array) -> Array:
+    """The torque (T, 3) Nm about the centre of pressure, which a foot can exert; one about another
+    point of the plate is moved there. Refuses what is about no point.
+    """
     size = np.linalg.norm(force, axis=1)
     strong = size > CERTAIN_LOAD_N
-    if not strong.any():
-        return
-    lever = float(np.median(np.linalg.norm(torque[strong], axis=1) / size[strong]))
+    lever = _lever(force, torque, strong)
     if lever <= LONGEST_LEVER_M:
-        return
+        return torque
+    loads = np.abs(force[strong]).mean(axis=0)
+    up = int(np.argmax(loads))
+    level = [axis for axis in range(3) if axis != up]
+    # Of a moment about o, M = (p - o) × F + (0, 0, Tz), only the vertical part is of the foot; the
+    # level ones say where o is: o × F = p × F - M.
+    needed = np.cross(point, force) - torque
+    crossed = np.stack([np.cross(unit, force) for unit in np.eye(3)], axis=2)
+    rows, wanted = crossed[strong][:, level].reshape(-1, 3), needed[strong][:, level].reshape(-1)
+    about = np.linalg.lstsq(rows, wanted, rcond=None)[0]
+    free = torque - np.cross(point - about, force)
+    if _lever(force, free, strong) <= LONGEST_LEVER_M / 2:
+        free[:, level] = 0.0
+        warnings.warn(
+            f"{path}: plate {name}: the torque is about {np.round(about, 3).tolist()} m and not "
+            "about the centre of pressure; the free moment is computed from it",
+            RecordWarning,
+            stacklevel=2,
+        )
+        return free
     why = (
         "It looks like Nmm: divide the torques by 1000"
         if lever > LONGEST_PLATE_M
-        else "It looks like the moment about the plate's middle or origin: export the free moment "
-        "about the centre of pressure"
+        else "Export the free moment about the centre of pressure"
     )
     raise RecordError(
         f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "
         f"but a foot can twist on the ground with at most {LONGEST_LEVER_M:g} m times the force. "
         f"{why}."
     )
+
+
+def _lever(force: Array, torque: Array, strong: Flags) -> float:
+    """Median of torque over force, m, where the force is a person's; 0 where none is."""
+    if not strong.any():
+        return 0.0
+    sizes = [np.linalg.norm(each[strong], axis=1) for each in (torque, force)]
+    return float(np.median(sizes[0] / sizes[1]))

@@ -4,6 +4,7 @@ The only entry point is `read_recording`. The checks here are for every format; 
 what is specific to its format.
 """
 
+import warnings
 from pathlib import Path
 from typing import Final
 
@@ -11,13 +12,16 @@ import numpy as np
 
 from gaitval import wings
 from gaitval.arrays import Array
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import PERSON_SPREAD_M, Recording
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
 """m. The markers of a person, and of objects nearby, spread over at least and at most this."""
+
+SAME_PLACE_M: Final = 0.001
+"""m. Two markers of one name that are never farther apart are one marker, stored twice."""
 
 SPREAD_FRAMES: Final = 50
 """Number of frames, evenly spaced, that this is taken from."""
@@ -35,7 +39,7 @@ _CONFUSED: Final = {
 """By the factor that corrects it."""
 
 
-def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
+def read_recording(path: Path, *, forces: Path | None = None, plates: bool = True) -> Recording:
     """Read a trial: C3D, TRC, a marker file of WBDS, or what a wing reads.
 
     Parameters
@@ -44,6 +48,7 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     forces : ground reaction for a marker file that has none: .mot or .sto in OpenSim's convention,
         `…grf.txt` of WBDS, or what a wing reads, in the same axes and on the same clock (WBDS: from
         the first frame).
+    plates : read a C3D file's force plates, too.
 
     Returns
     -------
@@ -54,13 +59,13 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
     ------
     RecordError
         The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing; a
-        marker appears twice, or all are missing; the rates do not divide; the forces are of another
+        all markers are missing; the rates do not divide; the forces are of another
         trial or in another unit.
     """
     path = Path(path)
     kind = path.suffix.lower()
     if kind == ".c3d":
-        recording = read_c3d(path)
+        recording = read_c3d(path, plates=plates)
     elif kind == ".trc":
         from gaitval.mocap.trc import read_trc
 
@@ -77,6 +82,7 @@ def read_recording(path: Path, *, forces: Path | None = None) -> Recording:
             f"mkr.txt files, not from {kind or 'a file without an ending'}. Export the trial as "
             "C3D."
         )
+    recording = _each_once(recording)
     _check_markers(recording)
     if forces is None:
         return recording
@@ -104,14 +110,37 @@ def _further(group: str) -> str:
     return "".join(f", .{name}" for name in wings.names(group) if name != "txt")
 
 
+def _each_once(recording: Recording) -> Recording:
+    """The trial with each name once: of copies of a marker the first, of others with one name
+    none, because it is unknown which is right.
+    """
+    names, kept = recording.names, list[int]()
+    left_out = dict[str, None]()
+    for number, name in enumerate(names):
+        first = names.index(name)
+        if names.count(name) == 1:
+            kept.append(number)
+        elif number == first:
+            own = recording.markers[:, [n for n, each in enumerate(names) if each == name]]
+            if np.nanmax(np.abs(own - own[:, :1]), initial=0.0) < SAME_PLACE_M:
+                kept.append(number)
+            else:
+                left_out[name] = None
+    if len(kept) == len(names):
+        return recording
+    said = f"; {', '.join(left_out)} are left out" if left_out else ""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    warnings.warn(
+        f"{recording.source}: more than one marker has the name {', '.join(twice)}. Copies are "
+        f"taken once{said}. Give each marker its own name in the recording program",
+        RecordWarning,
+        stacklevel=2,
+    )
+    return recording.with_markers([names[number] for number in kept], recording.markers[:, kept])
+
+
 def _check_markers(recording: Recording) -> None:
     names = recording.names
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise RecordError(
-            f"{recording.source}: more than one marker has the name {', '.join(twice)}. Give each "
-            "marker its own name in the recording program and export again."
-        )
     seen = np.isfinite(recording.markers).all(axis=2)
     if not seen.any():
         raise RecordError(

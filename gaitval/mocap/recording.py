@@ -43,6 +43,7 @@ class Plate:
     moment : (T, 3) Nm, of the plate on the person about the origin of the axes, also where the
         plate is not loaded; None if the file gives only the centre of pressure. A plate that was
         not zeroed can be corrected with this moment, but not with a centre of pressure.
+    foot : the only foot that is ever on it, if the user says so.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Plate:
     centre_of_pressure: Array
     free_moment: Array
     moment: Array | None = None
+    foot: Side | None = None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Tables of numbers in text files: lines, fields, rates."""
 
 import re
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -9,7 +10,7 @@ import numpy as np
 
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""
@@ -125,6 +126,38 @@ def _is_number(field: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def counted(path: Path, what: str, promised: object, seen: int, of: str) -> None:
+    """Warn of a file at `path` whose header promises another count than there is."""
+    warnings.warn(
+        f"{path}: {what} is {promised}, but there are {seen} {of}, which are used (but "
+        "for a last row that may be incomplete): the file was cut after it was exported",
+        RecordWarning,
+        stacklevel=2,
+    )
+
+
+def sound_rows(path: Path, time: Array) -> int:
+    """How many of the times (T,) are evenly spaced: all, or all but the last one.
+
+    Some programs write one row more at the end, off the others' clock. Any other uneven time is
+    left to `sample_rate`.
+    """
+    steps = np.diff(time)
+    if len(steps) < 3 or not np.isfinite(steps).all():
+        return len(time)
+    usual = np.median(steps)
+    off = abs(steps - usual) > 0.3 * usual
+    if off[:-1].any() or not off[-1] or not 0.0 < steps[-1] < 2.5 * usual:
+        return len(time)
+    warnings.warn(
+        f"{path}: the last of {len(time)} samples, at {time[-1]:g} s, is "
+        f"{1e3 * abs(steps[-1] - usual):.2g} ms off the others' spacing; left out",
+        RecordWarning,
+        stacklevel=2,
+    )
+    return len(time) - 1
 
 
 def sample_rate(path: Path, time: Array) -> float:

@@ -10,7 +10,14 @@ import numpy as np
 
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines, with_gaps
+from gaitval.mocap.text_table import (
+    counted,
+    numbers_of,
+    sample_rate,
+    sound_rows,
+    text_lines,
+    with_gaps,
+)
 from gaitval.mocap.units import METRES, unit_factor
 
 
@@ -32,8 +39,8 @@ def read_trc(path: Path) -> Recording:
     Raises
     ------
     RecordError
-        The file is not TRC or is truncated; header and columns, or rate and times, disagree; the
-        unit is missing or unknown.
+        The file is not TRC or cut off in a row; rate and times disagree; the unit is missing or
+        unknown. Counts of the header unlike the rows are a `RecordWarning`.
     """
     path = Path(path)
     lines = text_lines(path)
@@ -41,16 +48,18 @@ def read_trc(path: Path) -> Recording:
     count = len(names)
     # Five lines of header; a blank sixth, which some programs write, is left out with all others.
     numbered = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
-    if len(numbered) != frames:
-        raise RecordError(
-            f"{path}: NumFrames is {frames}, but there are {len(numbered)} rows: the file is "
-            "truncated or was cut by hand. Export it again, or correct NumFrames in line 3."
-        )
     if not numbered:
         raise RecordError(f"{path}: no frames. Export the trial again.")
+    if len(numbered) != frames:
+        counted(path, "NumFrames", frames, len(numbered), "rows")
+        # A row that the file's end cut in a number looks whole.
+        if 1 < len(numbered) < frames:
+            numbered.pop()
+        frames = len(numbered)
     rows = _named_columns(numbered, 2 + 3 * count)
     table = numbers_of(path, rows, numbered[0][0], 2 + 3 * count, separator="\t")
-    time = table[:, 1]
+    table = table[: sound_rows(path, table[:, 1])]
+    time, frames = table[:, 1], len(table)
     if frames > 1:
         seen = sample_rate(path, time)
         # A rate of 119.88 Hz may be written as 120, and the other way round.
@@ -117,10 +126,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
         )
     widest = max((line.rstrip().count("\t") for line in lines[5:]), default=0)
     if len(names) != count and not (len(names) < count and widest >= 3 * count):
-        raise RecordError(
-            f"{path}: NumMarkers is {count}, but line 4 names {len(names)} markers. Export the "
-            "file again, or correct NumMarkers in line 3."
-        )
+        counted(path, "NumMarkers", count, len(names), "names in line 4")
     return rate, frames, tuple(names), metres
 
 

@@ -1,16 +1,21 @@
-"""Published body proportions: de Leva's inertia parameters and Winter's lengths.
+"""Published body proportions: de Leva's and Jensen's inertia parameters and Winter's lengths.
 
 de Leva, P. (1996) Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters,
 J Biomech 29:1223-1230, Table 4. The fractions are as tabulated (CC BY 4.0) in the course
 notes of Duarte and Watanabe; the mean lengths agree with the alternative end points of the
 same table (equal radii of gyration in mm), which a test checks.
 
+Jensen, R. K. (1986) Body segment mass, radius and radius of gyration proportions of children,
+J Biomech 19:359-368: linear regressions on age, of 12 boys from 4 to 15 years, each seen in three
+years. Girls are not in it; nor are children under 4, who are given the proportions of 4 years.
+
 Winter, D. A. (2009) Biomechanics and Motor Control of Human Movement, 4th ed., Fig. 4.1
 (after Drillis and Contini, 1966): segment lengths as fractions of stature.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -97,11 +102,74 @@ TOES_MASS: Final = 0.138
 """Fraction of the foot's mass in the toes: 0.2166 of 1.5666 kg in Rajagopal et al. (2016)."""
 
 
-def mass_fractions(sex: Sex) -> dict[str, float]:
-    """Mass of each segment of de Leva's table for this `sex` as a fraction of body mass, rescaled
-    so that the whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
+ADULT_YEARS: Final = 16.0
+"""From this age on de Leva's table is used, before it Jensen's regressions."""
+
+JENSEN_YEARS: Final = (4.0, 15.0)
+"""Ages of Jensen's boys; beyond them the proportions of the nearest age are taken."""
+
+JENSEN_MASS: Final[dict[str, tuple[float, float]]] = {
+    "head": (-0.0114, 0.2376),
+    "trunk": (-0.0006, 0.4246),
+    "upper arm": (0.00084, 0.0220),
+    "forearm": (0.00018, 0.01469),
+    "hand": (-0.00003, 0.00898),
+    "thigh": (0.00364, 0.06634),
+    "shank": (0.00122, 0.03809),
+    "foot": (0.00015, 0.0187),
+}
+"""Fraction of body mass: slope per year of age, and intercept (Jensen 1986)."""
+
+JENSEN_RADII: Final[dict[str, tuple[tuple[float, float], tuple[float, float]]]] = {
+    "upper arm": ((-0.00028, 0.557), (-0.00098, 0.640)),
+    "thigh": ((-0.00115, 0.4758), (-0.00133, 0.5536)),
+    "shank": ((-0.003, 0.4526), (-0.00224, 0.5307)),
+    "foot": ((-0.00186, 0.4351), (-0.00203, 0.5022)),
+}
+"""Distance of the centre of mass from the proximal end, and radius of gyration about a transverse
+axis there, as fractions of the length: likewise. Of the segments whose end points are de Leva's;
+trunk, head, forearm and hand keep his."""
+
+
+def body_proportions(sex: Sex, age_years: float | None = None) -> Mapping[str, Proportions]:
+    """The segments of a person: de Leva's, or of a child of `age_years` with Jensen's masses, and
+    his centres of mass and radii of gyration where he has the same end points (`JENSEN_RADII`).
+
+    A child's trunk is divided, and the radii about the other axes follow, as de Leva has them.
     """
     table = DE_LEVA[sex]
+    if age_years is None or age_years >= ADULT_YEARS:
+        return table
+    age = min(max(age_years, JENSEN_YEARS[0]), JENSEN_YEARS[1])
+
+    def at(line: tuple[float, float]) -> float:
+        return line[0] * age + line[1]
+
+    trunk = math.fsum(each.mass for name, each in table.items() if name.endswith("trunk"))
+    child = {}
+    for name, each in table.items():
+        if name.endswith("trunk"):
+            child[name] = replace(each, mass=at(JENSEN_MASS["trunk"]) * each.mass / trunk)
+            continue
+        child[name] = replace(each, mass=at(JENSEN_MASS[name]))
+        if name in JENSEN_RADII:
+            centre, radius = map(at, JENSEN_RADII[name])
+            # About the centre of mass instead of the proximal end: k² - c².
+            transverse = math.sqrt(radius**2 - centre**2)
+            child[name] = replace(
+                child[name],
+                centre_of_mass=centre,
+                transverse=transverse,
+                sagittal=transverse * each.sagittal / each.transverse,
+            )
+    return child
+
+
+def mass_fractions(sex: Sex, age_years: float | None = None) -> dict[str, float]:
+    """Mass of each segment of `body_proportions` as a fraction of body mass, rescaled so that the
+    whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
+    """
+    table = body_proportions(sex, age_years)
     total = math.fsum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())
     return {name: p.mass / total for name, p in table.items()}
 

@@ -20,6 +20,10 @@ class Individual(Protocol):
         """Chooses de Leva's table."""
 
     @property
+    def age_years(self) -> float | None:
+        """Below 16, a child's masses are taken; None if it is not known."""
+
+    @property
     def mass_kg(self) -> float:
         """Body mass, kg."""
 

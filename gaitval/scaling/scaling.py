@@ -25,6 +25,7 @@ from gaitval.display import Displayed, value_frame
 from gaitval.errors import ScalingError
 from gaitval.model.body import BodyModel
 from gaitval.scaling.anthropometry import (
+    ADULT_YEARS,
     DE_LEVA,
     PAIRED,
     WINTER,
@@ -45,6 +46,12 @@ SCALED: Final = "de Leva, scaled to stature"
 PLAUSIBLE_FACTOR = (0.80, 1.25)
 """Measured / expected length. Lengths relative to stature have a coefficient of variation of 4-6 %,
 so this is four standard deviations."""
+
+CHILD_FACTOR = (0.62, 1.40)
+"""The same below `CHILD_STATURE`: a child of two has legs of 0.42 of its stature, an adult of
+0.53."""
+CHILD_STATURE: Final = 1.4
+"""m, of those whose age is not known; `ADULT_YEARS` of the others."""
 
 PLAUSIBLE_ANKLE_FACTOR = (0.70, 1.60)
 """The same for the ankle height: Winter's is that of the lateral malleolus of cadavers. Outside
@@ -215,7 +222,7 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
 
     Where some are known, the others share the rest of the body's mass in his proportions.
     """
-    fractions = mass_fractions(subject.sex)
+    fractions = mass_fractions(subject.sex, subject.age_years)
     known: dict[tuple[str, Side], float] = {}
     for side, limbs in measured.modelled.items():
         for name in PAIRED:
@@ -246,8 +253,11 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
 
 def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual") -> None:
     problems = []
+    age = subject.age_years
+    child = subject.height_m < CHILD_STATURE if age is None else age < ADULT_YEARS
+    of_lengths = CHILD_FACTOR if child else PLAUSIBLE_FACTOR
     for row in table:
-        low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else PLAUSIBLE_FACTOR
+        low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else of_lengths
         if not low <= row.factor <= high:
             problems.append(
                 f"{row.name}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "

@@ -18,7 +18,8 @@ from gaitval.scaling.anthropometry import (
     SHOULDER_HALF_WIDTH,
     SHOULDER_HEIGHT,
     TOES_MASS,
-    Sex,
+    Proportions,
+    body_proportions,
     inertia_tensor,
     shifted_inertia,
 )
@@ -83,11 +84,11 @@ class ScaledSegment:
 
 @dataclass(frozen=True)
 class _Sized:
-    """Length m and mass kg of the segments of de Leva's table, by name; of one side."""
+    """Length m and mass kg of the segments of a table, by name, and the table; of one side."""
 
     length: Mapping[str, float]
     mass: Mapping[str, float]
-    sex: Sex
+    table: Mapping[str, Proportions]
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def body_of(
         sized = _Sized(
             {row.segment: row.length_m for row in rows},
             {row.segment: row.mass_kg for row in rows if row.mass_kg is not None},
-            subject.sex,
+            body_proportions(subject.sex, subject.age_years),
         )
         bodies["pelvis"] = np.zeros(3), _pelvis(measured, sized)
         bodies["torso"] = _lumbar_joint(measured, sized), _torso(sized)
@@ -198,7 +199,7 @@ def _combined(parts: Sequence[_Part]) -> _Part:
 
 def _hanging(name: str, sized: _Sized) -> _Part:
     """A segment that hangs along -z from its joint."""
-    proportions, mass, length = DE_LEVA[sized.sex][name], sized.mass[name], sized.length[name]
+    proportions, mass, length = sized.table[name], sized.mass[name], sized.length[name]
     return _Part(
         mass,
         np.array([0.0, 0.0, -proportions.centre_of_mass * length]),
@@ -207,7 +208,7 @@ def _hanging(name: str, sized: _Sized) -> _Part:
 
 
 def _forearm_and_hand(sized: _Sized) -> _Part:
-    hand, mass, length = DE_LEVA[sized.sex]["hand"], sized.mass["hand"], sized.length["hand"]
+    hand, mass, length = sized.table["hand"], sized.mass["hand"], sized.length["hand"]
     # The palm faces the thigh, a quarter turn from the anatomical position of the table.
     hanging = _Part(
         mass,
@@ -238,7 +239,7 @@ def _hips_moved(measured: Measurements) -> Array:
 
 
 def _pelvis(measured: Measurements, sized: _Sized) -> _Part:
-    proportions = DE_LEVA[sized.sex]["lower trunk"]
+    proportions = sized.table["lower trunk"]
     mass, length = sized.mass["lower trunk"], sized.length["lower trunk"]
     turn = _standing_to_neutral(measured)
     centre = np.array([0.0, 0.0, (1.0 - proportions.centre_of_mass) * length])
@@ -251,7 +252,7 @@ def _torso(sized: _Sized) -> _Part:
     parts = []
     top = 0.0
     for name in TRUNK[1:]:
-        proportions, mass, length = DE_LEVA[sized.sex][name], sized.mass[name], sized.length[name]
+        proportions, mass, length = sized.table[name], sized.mass[name], sized.length[name]
         # The table counts from the upper end of a trunk segment; here they are stacked upwards.
         top += length
         parts.append(
@@ -274,7 +275,7 @@ def _foot_and_toes(limbs: Limbs, sized: _Sized) -> tuple[_Part, _Part]:
     """Foot and toes, which together are de Leva's foot: his runs from the heel to the toe tip at
     half the ankle's height, and the toes are a solid ellipsoid from the toe joint to the tip.
     """
-    proportions, toe_joint = DE_LEVA[sized.sex]["foot"], _toe_joint(limbs)
+    proportions, toe_joint = sized.table["foot"], _toe_joint(limbs)
     mass, length = sized.mass["foot"], sized.length["foot"]
     share = proportions.centre_of_mass * length
     along = share / (toe_joint[0] - limbs.heel[0])

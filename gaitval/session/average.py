@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.constants import POUND, STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.datasets.plausible import LEAST_WITH_AID
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
     AverageCurve,
@@ -151,7 +152,8 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
     """Mean vertical force of `walks` over whole gait cycles, in body weights of `request`; None if
     no cycle is shown whole.
 
-    Raises RecordError if the plates measure another mass, perhaps because one is in pounds.
+    Raises RecordError if the plates measure another mass, perhaps because one is in pounds; less
+    than the mass is right with an aid, which carries the rest.
     """
     shares = []
     for walk in walks:
@@ -169,6 +171,8 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
         return None
     weight = float(np.mean(shares)) / STANDARD_GRAVITY
     ratio = weight / request.mass_kg
+    if request.aid is not None and LEAST_WITH_AID <= ratio <= 1.0 + MASS_TOLERANCE:
+        return ratio
     if abs(ratio - 1.0) > MASS_TOLERANCE:
         hint = next(
             (words for factor, words in _MASS_HINTS if abs(ratio / factor - 1.0) < MASS_TOLERANCE),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from gaitval.datasets.plausible import mass_and_height_problems
+from gaitval.datasets.plausible import age_problems, mass_and_height_problems
 from gaitval.errors import SubjectError
 from gaitval.mocap.c3d_person import PersonFacts, read_person
 from gaitval.scaling.anthropometry import Sex
@@ -27,6 +27,7 @@ class SessionPerson(NamedTuple):
     mass: float
     height: float
     sex: Sex
+    age: float | None
     knee_width: Width
     ankle_width: Width
     elbow_width: Width
@@ -34,9 +35,9 @@ class SessionPerson(NamedTuple):
     """The person's name in a recording, and the name of that file; empty where none says it."""
 
 
-def check_said(mass: float | None, height: float | None, sex: str) -> Sex:
-    """Refuse `mass` (kg), `height` (m) and `sex` of a body that cannot be, before any file is read;
-    returns the sex.
+def check_said(mass: float | None, height: float | None, sex: str, age: float | None = None) -> Sex:
+    """Refuse `mass` (kg), `height` (m), `sex` and `age` (years) of a body that cannot be, before
+    any file is read; returns the sex.
 
     Raises SubjectError for another sex than F or M, and for swapped or wrong units.
     """
@@ -47,6 +48,7 @@ def check_said(mass: float | None, height: float | None, sex: str) -> Sex:
             70.0 if mass is None else mass, 1.7 if height is None else height
         )
     ]
+    problems += [each.replace("age_years =", "--age") for each in age_problems(age)]
     if sex not in ("F", "M"):
         problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
     if problems:
@@ -61,7 +63,7 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
     Raises SubjectError if mass or stature is nowhere, or cannot be, and RecordError if a file is
     damaged.
     """
-    sex = check_said(options.mass, options.height, options.sex)
+    sex = check_said(options.mass, options.height, options.sex, options.age)
     files = [options.trials[0] if options.static is None else options.static, *options.trials]
     facts = [read_person(path) for path in dict.fromkeys(files) if path.is_file()]
     for each in facts[:1]:
@@ -80,14 +82,15 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
     if mass is None or height is None:
         raise SubjectError(
             f"no {' and no '.join(missing)}, and no file of the session says it "
-            "(PROCESSING:Bodymass, PROCESSING:Height in C3D). The body is scaled by them: give "
-            f"{' and '.join(missing)}."
+            "(PROCESSING:Bodymass, SUBJECTS:A_Height_mm or the like in C3D). The body is scaled "
+            f"by them: give {' and '.join(missing)}."
         )
     check_said(mass, height, sex)
     return SessionPerson(
         mass=mass,
         height=height,
         sex=sex,
+        age=_one(facts, lambda each: each.age_years, options.age, "--age", "years", tell),
         knee_width=_width(facts, "knee", options.knee_width, tell),
         ankle_width=_width(facts, "ankle", options.ankle_width, tell),
         elbow_width=_width(facts, "elbow", options.elbow_width, tell),

@@ -1,11 +1,12 @@
 """Warnings about a walking trial: its forces, its clock, the events of its file."""
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 
 from gaitval.gait.event_checks import StoredEvents, contact_doubts, event_doubts
 from gaitval.gait.events import marker_events
-from gaitval.gait.force_checks import force_doubts, place_doubts, whole_stances
-from gaitval.gait.motion_checks import motion_doubts, swing_doubts, weight_doubts
+from gaitval.gait.force_checks import channel_doubts, force_doubts, place_doubts, whole_stances
+from gaitval.gait.motion_checks import aid_doubts, motion_doubts, swing_doubts, weight_doubts
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.sampling import interpolated
@@ -35,11 +36,18 @@ def trial_doubts(
     measured : forces at their own rate, at the marker frames, and inverse dynamics with these; None
         without forces.
     """
-    found = [*event_doubts(stored), *swing_doubts(events, request.height_m)]
+    found = [
+        *event_doubts(stored),
+        *swing_doubts(events, request.height_m, forces=measured is not None),
+    ]
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured
     needed = loads.force.sum(axis=1) + dynamics.residual_force
+    if request.aid is not None:
+        # The aid is in none of the balances of force and motion; channels can still be dead.
+        channels = [channel_doubts(plate, recording.force_rate) for plate in recording.plates]
+        return (*found, *aid_doubts(request.aid, needed, loads), *chain(*channels))
     if weight := [*weight_doubts(needed, loads)]:
         return (*found, *weight)  # everything else is off for the same reason
     frames = (forces.time - recording.start) * recording.marker_rate

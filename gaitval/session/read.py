@@ -1,5 +1,6 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -10,14 +11,21 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
-from gaitval.errors import RecordError, ScalingError
+from gaitval.coordinates import Side
+from gaitval.errors import RecordError, RecordWarning, ScalingError
 from gaitval.gait.cycles import (
     PLAUSIBLE_STRIDE,
 )
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.axes import LaboratoryAxes, check_axes, detect_axes, turn_to_walking_direction
+from gaitval.mocap.axes import (
+    LETTERS,
+    LaboratoryAxes,
+    check_axes,
+    detect_axes,
+    turn_to_walking_direction,
+)
 from gaitval.mocap.cleaning import CleaningReport, clean
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -64,20 +72,23 @@ def read_session(
     Raises RecordError if a file cannot be used, or the files do not belong together.
     """
     _check_files(request)
-    walking = [
-        without_plates(
-            read_recording(trial, forces=request.forces[i] if request.forces else None),
-            request.no_plate,
-        )
-        for i, trial in enumerate(request.trials)
-    ]
-    standing = _standing_file(request, walking)
+    walking = []
+    for i, trial in enumerate(request.trials):
+        with of_trial(i):
+            found = _read(tell, trial, forces=request.forces[i] if request.forces else None)
+            found = without_plates(found, request.no_plate)
+            walking.append(with_said_plates(found, request.plate, request.plate_axis))
+    standing = _standing_file(request, walking, tell)
     for recording in (*(() if request.stands_in_walk else (standing,)), *walking):
         tell("read", _described(recording))
-    for recording in walking:
-        _check_length(recording, processing)
+    for number, recording in enumerate(walking):
+        with of_trial(number):
+            _check_length(recording, processing)
     marker_set = _marker_set(request, standing, tell)
-    standing, *walking = (named(recording, marker_set) for recording in (standing, *walking))
+    standing = named(standing, marker_set)
+    for number, recording in enumerate(walking):
+        with of_trial(number):
+            walking[number] = named(recording, marker_set)
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
@@ -99,31 +110,38 @@ def read_session(
         return prepared(recording, marker_set, processing, trial, tell)
 
     # A standing pose from the walk needs the walk cleaned first; it is not cleaned twice.
-    first = walked(0) if request.stands_in_walk else None
-    standing, of_walk = _standing(request, processing, marker_set, axes, standing, first, tell)
+    first = None
+    if request.stands_in_walk:
+        with of_trial(0):
+            first = walked(0)
+    floor = _floor(request, axes, standing, walking, tell)
+    standing, of_walk = _standing(
+        request, processing, marker_set, axes, standing, first, floor, tell
+    )
     doubts += [(request.trials[0].name, doubt) for doubt in of_walk]
     turned = []
     for number, trial in enumerate(request.trials):
-        recording = walked(number) if first is None or number > 0 else first
-        distances = check_same_person(
-            trajectories(standing),
-            trajectories(recording),
-            marker_set,
-            names=(str(request.static), recording.source),
-        )
-        for doubt in (
-            *trajectory_doubts(walking[number]),
-            *displaced_doubts(displaced(distances, marker_set)),
-            *foot_marker_doubts(standing, recording, landmarks),
-        ):
-            tell("warnings", f"{trial.name}: {doubt}")
-            doubts.append((trial.name, doubt))
-        if not recording.plates and not request.kinematics_only:
-            raise RecordError(
-                f"{recording.source}: no force plates in the trial, so there are no moments and "
-                "no ground reaction. Give the file of the forces with --forces, or use "
-                "--kinematics-only: the walk then predicts moments and forces."
-            ).with_way_on("--kinematics-only")
+        with of_trial(number):
+            recording = walked(number) if first is None or number > 0 else first
+            distances = check_same_person(
+                trajectories(standing),
+                trajectories(recording),
+                marker_set,
+                names=(str(request.static), recording.source),
+            )
+            for doubt in (
+                *trajectory_doubts(walking[number]),
+                *displaced_doubts(displaced(distances, marker_set)),
+                *foot_marker_doubts(standing, recording, landmarks),
+            ):
+                tell("warnings", f"{trial.name}: {doubt}")
+                doubts.append((trial.name, doubt))
+            if not recording.plates and not request.kinematics_only:
+                raise RecordError(
+                    f"{recording.source}: no force plates in the trial, so there are no moments "
+                    "and no ground reaction. Give the file of the forces with --forces, or use "
+                    "--kinematics-only: the walk then predicts moments and forces."
+                ).with_way_on("--kinematics-only")
         turned.append(recording)
     return SessionRecordings(
         marker_set=marker_set,
@@ -177,6 +195,7 @@ def _standing(
     axes: LaboratoryAxes,
     standing: Recording,
     first: Recording | None,
+    floor: float,
     tell: Tell,
 ) -> tuple[Recording, list[QualityFlag]]:
     """The standing trial, cleaned and in the project's axes; put together from `first`, the first
@@ -195,10 +214,10 @@ def _standing(
         )
         _tell_cleaning(tell, request.static, report)
         check_stands(standing, landmarks)
-    if request.floor:
+    if floor:
         from gaitval.session.standing_pose import on_floor
 
-        standing = on_floor(standing, request.floor)
+        standing = on_floor(standing, floor)
     if request.feet_not_flat:
         from gaitval.session.standing_pose import with_level_feet
 
@@ -206,7 +225,61 @@ def _standing(
     return standing, doubts
 
 
-def _standing_file(request: Request, walking: Sequence[Recording]) -> Recording:
+HIGH_FLOOR: Final = 0.01
+"""m. Plates that are nearer than this to the axes' origin are level with it; and plates whose
+corners differ by more in height say nothing of the floor."""
+LOWEST_MARKER: Final = (-0.02, 0.12)
+"""m above the floor, of the lowest marker of a standing person."""
+
+
+def _floor(
+    request: Request,
+    axes: LaboratoryAxes,
+    standing: Recording,
+    walking: Sequence[Recording],
+    tell: Tell,
+) -> float:
+    """Height of the floor in the standing trial, m: as the user says, else that of the plates'
+    corners if it is not about 0 and the lowest marker fits it.
+    """
+    if request.floor is not None:
+        return request.floor
+    heights = np.array(
+        [plate.corners @ axes.rotation[2] for walk in walking for plate in walk.plates]
+    ).ravel()
+    heights = heights[np.isfinite(heights)]
+    if not len(heights) or np.ptp(heights) > HIGH_FLOOR:
+        return 0.0
+    floor = float(np.median(heights))
+    lowest = float(np.nanmin(np.nanmedian(standing.markers @ axes.rotation[2], axis=0)))
+    low, high = LOWEST_MARKER
+    if abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
+        return 0.0
+    tell("axes", f"the floor is at {floor:.3f} m, by the corners of the plates (--floor says else)")
+    return floor
+
+
+@contextmanager
+def of_trial(number: int) -> Iterator[None]:
+    """Errors are about one walking trial, by its number."""
+    try:
+        yield
+    except RecordError as error:
+        error.trial = number
+        raise
+
+
+def _read(tell: Tell, path: Path, forces: Path | None = None, *, plates: bool = True) -> Recording:
+    """`read_recording`, telling what it passed over."""
+    with warnings.catch_warnings(record=True) as passed_over:
+        warnings.simplefilter("always", RecordWarning)
+        recording = read_recording(path, forces=forces, plates=plates)
+    for each in passed_over:
+        tell("warnings", f"{each.message}.")
+    return recording
+
+
+def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -> Recording:
     """The standing trial as read; the first walk where there is none."""
     if request.stands_in_walk:
         if request.static_time is not None:
@@ -214,7 +287,8 @@ def _standing_file(request: Request, walking: Sequence[Recording]) -> Recording:
                 "--static-time: there is no standing trial to cut. Give one with --static."
             )
         return walking[0]
-    recording = read_recording(request.static)
+    # Nobody needs the forces of standing, so faults of its plates do not matter.
+    recording = _read(tell, request.static, plates=False)
     if request.static_time is None:
         return recording
     from gaitval.session.standing_pose import cut_to
@@ -233,6 +307,34 @@ def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
         )
     kept = tuple(plate for plate in recording.plates if plate.name not in names)
     return replace(recording, plates=kept)
+
+
+def with_said_plates(
+    recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
+) -> Recording:
+    """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force
+    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`): force and free
+    moment of these change their signs, the centre of pressure stays. Raises RecordError if a plate
+    is not there.
+    """
+    plates = {plate.name: plate for plate in recording.plates}
+    for option, name in (
+        *(("--plate", n) for n, _ in feet),
+        *(("--plate-axis", n) for n, _ in turned),
+    ):
+        if name not in plates:
+            raise RecordError(
+                f"{recording.source}: {option} {name}=...: there is no such plate; the trial has "
+                f"{', '.join(plates) or 'none'}."
+            )
+    for name, side in feet:
+        plates[name] = replace(plates[name], foot=side)
+    for name, axis in turned:
+        plate, sign = plates[name], np.where(np.array([*LETTERS]) == axis, -1.0, 1.0)
+        plates[name] = replace(
+            plate, force=plate.force * sign, free_moment=-plate.free_moment, moment=None
+        )
+    return replace(recording, plates=tuple(plates.values()))
 
 
 def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[QualityFlag]:

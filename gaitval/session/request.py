@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Se
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from gaitval.datasets.identity import Identity, identity, trial_name, wbds_trial
+from gaitval.coordinates import Side
+from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -38,6 +39,12 @@ class Shown(NamedTuple):
 def _files(given: object) -> object:
     """One file may be given as such."""
     return (given,) if isinstance(given, str | Path) else given
+
+
+def _pairs(given: object) -> object:
+    """Pairs of names, also as text: "2=right"."""
+    listed: Any = (given,) if isinstance(given, str) else given
+    return tuple(tuple(each.split("=", 1)) if isinstance(each, str) else each for each in listed)
 
 
 def _width(given: object) -> object:
@@ -105,8 +112,9 @@ class ImportOptions(BaseModel):
         tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
     ] = None
     """Part of the standing trial that counts, s."""
-    floor: Annotated[float, Shown("M")] = 0.0
-    """Height of what the person stands on in the standing trial, m above the origin."""
+    floor: Annotated[float | None, Shown("M")] = None
+    """Height of what the person stands on in the standing trial, m above the origin; by the corners
+    of the plates if left out, else 0."""
     feet_not_flat: bool = False
     """The person stands on toes or heels: put the feet flat for scaling."""
     marker_set: str | None = None
@@ -126,7 +134,10 @@ class ImportOptions(BaseModel):
     hip_centre: HipCentre = "regression"
     """Use the functional hip centres of --functional where their error is small."""
     age: float | None = None
-    """Years; for the report."""
+    """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
+    aid: Aid | None = None
+    """What carries a part of the body: crutches (or canes, or a walker), rail, support (of body
+    weight). It is not measured: the plates may carry less than the body weighs."""
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; for the report. No device is modelled yet."""
     citation: str = "Own recording, not published"
@@ -142,6 +153,15 @@ class ImportOptions(BaseModel):
     recorded."""
     no_plate: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("N")] = ()
     """Leave out a force plate, by its number or name in the file."""
+    plate: Annotated[
+        tuple[tuple[str, Side], ...], BeforeValidator(_pairs), Shown("N=right|left")
+    ] = ()
+    """Whose foot is on a force plate, by its number or name in the file; found if left out."""
+    plate_axis: Annotated[
+        tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_pairs), Shown("N=x|y|z")
+    ] = ()
+    """A force plate whose force along this axis of the file has the wrong sign; its free moment is
+    reversed, too."""
     halves: Halves | None = None
     """Make two trials of the gait cycles. The walk knows the first and is compared with the second,
     too."""
@@ -178,6 +198,15 @@ class Request(ImportOptions):
     recorded_name: tuple[str, str] = ("", "")
     """The person's name in a recording, and the name of that file."""
 
+    def without_trial(self, number: int) -> "Request":
+        """The same without one of its walking trials, and without its forces."""
+        trials, forces = (
+            tuple(each for i, each in enumerate(files) if i != number)
+            for files in (self.trials, self.forces)
+        )
+        static = trials[0] if self.stands_in_walk else self.static
+        return self.model_copy(update={"trials": trials, "forces": forces, "static": static})
+
     @property
     def mass_kg(self) -> float:
         """The mass, as scaling and subjects call it."""
@@ -187,6 +216,11 @@ class Request(ImportOptions):
     def height_m(self) -> float:
         """The stature, as scaling and subjects call it."""
         return self.height
+
+    @property
+    def age_years(self) -> float | None:
+        """The age, likewise."""
+        return self.age
 
     @property
     def stands_in_walk(self) -> bool:

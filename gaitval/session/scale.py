@@ -21,7 +21,7 @@ from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
 from gaitval.scaling.scaling import ScaledBody, build_body
-from gaitval.session.read import SessionRecordings, about_file, marker_columns
+from gaitval.session.read import SessionRecordings, about_file, marker_columns, of_trial
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
 
@@ -84,10 +84,14 @@ def scale_body(
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
         )
-    checked = [
-        _with_right_labels(scaled.model, placement, session, walking, str(request.static), tell)
-        for walking in session.walking
-    ]
+    checked = []
+    for number, walking in enumerate(session.walking):
+        with of_trial(number):
+            checked.append(
+                _with_right_labels(
+                    scaled.model, placement, session, walking, str(request.static), tell
+                )
+            )
     first = checked[0][0]
     names = [marker.name for marker in placement.markers]
     stood = marker_columns(session.standing, names, session.standing.markers)
@@ -139,6 +143,12 @@ def scale_body(
     )
 
 
+ARMS: Final = frozenset(
+    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
+)
+"""Segments whose markers no leg needs."""
+
+
 def _with_right_labels(
     model: BodyModel,
     placement: MarkerPlacement,
@@ -150,7 +160,8 @@ def _with_right_labels(
     """A walking trial in which no two markers have each other's names.
 
     Two tracking markers of one segment are exchanged back, and this is reported: which of them is
-    which matters to nothing but their own places. Others are refused.
+    which matters to nothing but their own places. Two of arms and trunk are left out, and this is
+    reported. Others are refused.
     """
     doubts: list[QualityFlag] = []
     while True:
@@ -166,6 +177,19 @@ def _with_right_labels(
         first, second = (
             session.marker_set.markers[name] for name in (exchange.first, exchange.second)
         )
+        if {first.segment, second.segment} <= ARMS:
+            # An arm turns as it likes, and no leg needs its markers.
+            kept = [name for name in walking.names if name not in (exchange.first, exchange.second)]
+            walking = walking.with_markers(kept, marker_columns(walking, kept, walking.markers))
+            doubts.append(
+                QualityFlag(
+                    "exchanged markers", f"{exchange.first} and {exchange.second}",
+                    exchange.own, exchange.crossed, "m",
+                    f"may have each other's names: {exchange}. No leg needs them: left out",
+                )
+            )  # fmt: skip
+            tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
+            continue
         tracking = first.role == second.role == "tracking" and first.segment == second.segment
         if not tracking or len(doubts) == len(markers):
             refuse_exchange(exchange, (static, walking.source))

@@ -101,6 +101,55 @@ def work_out(
     """
     known = Progress() if progress is None else progress
     noted = known.noting(tell)
+    if request.aid is not None:
+        noted(
+            "warnings",
+            f"with {request.aid}, what the feet carry is below one body weight, and the rest is "
+            "not measured: moments, residuals and the walk that knows them carry this error",
+        )
+    while True:
+        try:
+            session, functional, body = _scaled(request, processing, known, noted, symmetric)
+            break
+        except RecordError as error:
+            if error.trial is None or len(request.trials) == 1:
+                raise
+            noted("trials", f"{request.trials[error.trial].name} is left out: {error}")
+            request = request.without_trial(error.trial)
+    walks = _usable_walks(request, processing, known, noted)
+    require_cycles(walks)
+    weight_ratio = check_mass(request, walks)
+    moments, forces = mean_kinetics(request, walks)
+    angles = mean_angles(body.model, walks)
+    of_means = tuple(drift_doubts(angles))
+    if missing_sides(angles, forces):
+        from gaitval.session.one_side_warnings import one_side_doubts
+
+        of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
+    for doubt in of_means:
+        noted("warnings", str(doubt))
+    return Import(
+        request=request,
+        processing=processing,
+        session=session,
+        body=body,
+        trials=tuple(walks),
+        angles=angles,
+        moments=moments,
+        forces=forces,
+        weight_ratio=weight_ratio,
+        decisions=tuple(known.decisions),
+        of_means=of_means,
+        functional=functional,
+    )
+
+
+def _scaled(
+    request: Request, processing: ProcessingSettings, known: Progress, noted: Tell, symmetric: bool
+) -> "tuple[SessionRecordings, tuple[FunctionalJoint, ...], FittedBody]":
+    """The recordings of all trials, functional joints, and the body. Raises RecordError, of which
+    `trial` says whether it is about one trial.
+    """
     session = known.session = read_session(request, processing, noted)
     functional: tuple[FunctionalJoint, ...] = ()
     hip_centres: dict[str, Array] = {}
@@ -129,32 +178,7 @@ def work_out(
             ),
         ),
     )
-    walks = _usable_walks(request, processing, known, noted)
-    require_cycles(walks)
-    weight_ratio = check_mass(request, walks)
-    moments, forces = mean_kinetics(request, walks)
-    angles = mean_angles(body.model, walks)
-    of_means = tuple(drift_doubts(angles))
-    if missing_sides(angles, forces):
-        from gaitval.session.one_side_warnings import one_side_doubts
-
-        of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
-    for doubt in of_means:
-        noted("warnings", str(doubt))
-    return Import(
-        request=request,
-        processing=processing,
-        session=session,
-        body=body,
-        trials=tuple(walks),
-        angles=angles,
-        moments=moments,
-        forces=forces,
-        weight_ratio=weight_ratio,
-        decisions=tuple(known.decisions),
-        of_means=of_means,
-        functional=functional,
-    )
+    return session, functional, body
 
 
 def _usable_walks(

@@ -58,6 +58,7 @@ def subject_of(found: Import) -> Subject:
         "sex": request.sex,
         "age_years": request.age,
         "prosthesis": request.prosthesis,
+        "aid": request.aid,
         "mass_kg": request.mass_kg,
         "height_m": request.height_m,
         "leg_length_m": body.chosen.hip_height,

@@ -158,7 +158,9 @@ def test_joint_centres_of_the_rajagopal_trial(gait_data):
         thigh = np.linalg.norm(given[f"{side}_HJC"] - given[f"{side}.KneeJoint"])
         assert leg.shank == pytest.approx(shank, abs=1e-3)
         assert leg.thigh == pytest.approx(thigh, abs=0.010)
-    person = type(PERSON)(identifier="R", sex="M", mass_kg=85.0668, height_m=1.829, markers={})
+    person = type(PERSON)(
+        identifier="R", sex="M", age_years=None, mass_kg=85.0668, height_m=1.829, markers={}
+    )
     placement = place_markers(build_body(person, measured).model, measured, places, marker_set)
     # The left knee stands in 6 degrees of valgus, which the model's hinge does not have.
     failed = [check.name for check in placement.checks if not check.passed]

@@ -299,7 +299,9 @@ def trials(standing: Path, walking: Path, *, mass: float, height: float) -> Tria
     static, walk = static.turned(axes), walk.turned(axes)
     stand = {marker: np.nanmedian(static.marker(name), axis=0) for name, marker in names.items()}
     measured = measure(marker_set.on_landmarks({n: at.tolist() for n, at in stand.items()}))
-    person = SimpleNamespace(identifier="walker", sex="M", mass_kg=mass, height_m=height)
+    person = SimpleNamespace(
+        identifier="walker", sex="M", mass_kg=mass, height_m=height, age_years=None
+    )
     model = build_body(person, measured).model
     placed = place_markers(model, measured, stand, marker_set).markers
 

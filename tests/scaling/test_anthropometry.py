@@ -4,6 +4,7 @@ import pytest
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
     PAIRED,
+    body_proportions,
     inertia_tensor,
     mass_fractions,
     mean_length,
@@ -31,6 +32,32 @@ def test_mass_fractions_of_a_whole_body_add_up_to_one(sex):
     fractions = mass_fractions(sex)
     total = sum(fraction * (2 if name in PAIRED else 1) for name, fraction in fractions.items())
     assert total == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("sex", ["F", "M"])
+@pytest.mark.parametrize("age", [2.0, 4.0, 10.0, 15.9])
+def test_a_child_has_jensens_proportions(sex, age):
+    """Rows of his table at 10 years; a larger head and lighter legs than an adult's."""
+    fractions = mass_fractions(sex, age)
+    total = sum(fraction * (2 if name in PAIRED else 1) for name, fraction in fractions.items())
+    assert total == pytest.approx(1.0, abs=1e-15)
+    adult = mass_fractions(sex)
+    assert fractions["head"] > adult["head"] - (age > 15.0)
+    assert fractions["thigh"] < adult["thigh"]
+    for name, each in body_proportions(sex, age).items():
+        assert 0.2 < each.transverse < 0.6, name
+        assert 0.3 < each.centre_of_mass < 0.8, name
+
+
+def test_the_regressions_at_ten_years_are_those_of_the_paper():
+    child = body_proportions("F", 10.0)
+    assert child["head"].mass == pytest.approx(0.1236)
+    assert child["thigh"].mass == pytest.approx(0.10274)
+    assert child["thigh"].centre_of_mass == pytest.approx(0.4643)
+    assert child["shank"].transverse == pytest.approx((0.5083**2 - 0.4226**2) ** 0.5)
+    assert body_proportions("F", 3.0) == body_proportions("F", 4.0)
+    for age in (None, 16.0, 40.0):
+        assert body_proportions("M", age) is DE_LEVA["M"]
 
 
 def test_head_of_a_man_has_the_mass_of_the_paper_not_of_the_misprint():

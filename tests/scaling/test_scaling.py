@@ -19,7 +19,7 @@ def person(identifier="S05", **changes):
     subject = load_subject(identifier)
     values = {
         name: getattr(subject, name)
-        for name in ("identifier", "sex", "mass_kg", "height_m", "markers")
+        for name in ("identifier", "sex", "age_years", "mass_kg", "height_m", "markers")
     }
     return SimpleNamespace(**(values | changes))
 

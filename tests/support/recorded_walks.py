@@ -72,7 +72,9 @@ def recorded_walk(
     axes = detect_axes(static, landmarks).rotation
     static = static.turned(axes)
     stand = {names[name]: np.nanmedian(static.marker(name), axis=0) for name in names}
-    person = SimpleNamespace(identifier="walker", sex="M", mass_kg=mass, height_m=height)
+    person = SimpleNamespace(
+        identifier="walker", sex="M", mass_kg=mass, height_m=height, age_years=None
+    )
     lengths = measure(marker_set.on_landmarks(stand))
     model = build_body(person, lengths).model
 

@@ -25,7 +25,9 @@ from gaitval_virtual.standing import (
 
 __all__ = ["ANKLE_WIDTH", "ELBOW_WIDTH", "KNEE_WIDTH", "PELVIC_DEPTH"]
 
-PERSON = SimpleNamespace(identifier="made-up", sex="F", mass_kg=61.0, height_m=1.66, markers={})
+PERSON = SimpleNamespace(
+    identifier="made-up", sex="F", age_years=None, mass_kg=61.0, height_m=1.66, markers={}
+)
 TILT = 11.0
 """Degrees, of the pelvis in standing."""
 TOE_OUT = {"r": 7.0, "l": 4.0}
