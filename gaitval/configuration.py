@@ -194,8 +194,8 @@ class EnvironmentSettings(Section):
     step for both legs (extended observation only; the reference keeps its sides)."""
     physics_step: float = Field(0.002, ge=1e-5, le=0.05)
     """s; at most 0.05, so that the 10 Hz content used in the comparison is resolved."""
-    steps_per_action: int = Field(5, ge=1, le=1000)
-    """Physics steps for one action."""
+    steps_per_action: int = Field(3, ge=1, le=1000)
+    """Physics steps for one action, outside training (`training.steps_per_action`)."""
     action_scale: Positive = 0.2
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
@@ -345,6 +345,9 @@ class TrainingSettings(Section):
     environments / 8 are not started."""
     environments: int = Field(32, ge=1, le=ROLLOUT_SAMPLES)
     """Environments over all workers; a multiple of eight makes the best use of the processor."""
+    steps_per_action: int = Field(5, ge=1, le=1000)
+    """Physics steps for one action while learning: 10 ms, so that samples cover more time. What has
+    learned so walks better with quicker actions (docs/decisions.md)."""
     rollout_steps: int = Field(128, ge=1, le=ROLLOUT_SAMPLES)
     """Steps of each environment between updates."""
     batch_size: int = Field(512, ge=2, le=ROLLOUT_SAMPLES)
@@ -446,8 +449,9 @@ class CorrectionSettings(Section):
     """How often the effect of each change is measured; 0: no correction."""
     range_rounds: int = Field(2, ge=0, le=1000)
     """For a policy of several speeds (`gaitval predict`), whose walks are further from theirs."""
-    harmonics: int = Field(6, ge=0, le=8)
-    """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero."""
+    harmonics: int = Field(12, ge=0, le=16)
+    """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero. With 6
+    of them forces near 10 Hz could not be answered."""
     largest: Positive = 0.052
     """No angle is changed by more than this, rad: 3 degrees, within the 2-5 degrees that OpenSim's
     checklist allows residual reduction to change a motion."""

@@ -20,9 +20,9 @@ class RecordAccuracy(NamedTuple):
     pelvis: float = np.deg2rad(1.3)
     moment: float = 0.03
     adduction_moment: float = 0.10
-    forward_force: float = 0.0085
-    sideways_force: float = 0.007
-    vertical_force: float = 0.010
+    forward_force: float = 0.0075
+    sideways_force: float = 0.006
+    vertical_force: float = 0.0095
     hip_centre: float = 0.02
     """m, forward and sideways, of the hip centres that the moments are about. Regressions from
     markers miss them by 2 to 3 cm, functional methods by 1 (Leardini et al. 1999, J Biomech 32:99,
