@@ -378,7 +378,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[9]
+    schema_version: Literal[10]
     subject: SubjectResult
     units: CurveUnits
     method: Method
