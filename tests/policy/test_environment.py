@@ -427,7 +427,7 @@ def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked
 
     monkeypatch.setattr(pushed.walker, "step", walks_on)
     acts, phases = [], []
-    for _ in range(450):
+    for _ in range(round(4.5 / pushed.walker.action_seconds)):
         phases.append(pushed.walker.phase)
         pushed.step(NO_ACTION)
         acts.append(pushed.episode.root_force.any())

@@ -1,5 +1,6 @@
 """A body in the world: it stands, slides, bounces and walks as mechanics says."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -306,11 +307,11 @@ def test_a_push_gives_its_force_times_fifty_milliseconds(recorded):
     impulse = walker.physics_step * recording.root_force.sum(axis=0)
     expected = 300.0 * 0.05 * np.array([np.cos(0.5), np.sin(0.5)])
     np.testing.assert_allclose(impulse, [0.0, 0.0, 0.0, *expected, 0.0], rtol=1e-12)
-    # It starts with the first action after phase 0.25 and is over five actions later.
+    # It starts with the first action after phase 0.25 and takes whole actions.
     pushed = np.flatnonzero(recording.root_force[:, 3])
     began = 0.2 + (pushed[0] * walker.physics_step) / walker.task.reference.stride_time
     assert 0.25 <= began < 0.25 + walker.action_seconds / walker.task.reference.stride_time
-    assert len(pushed) == 5 * walker.steps_per_action
+    assert len(pushed) == math.ceil(0.05 / walker.action_seconds) * walker.steps_per_action
 
 
 @pytest.mark.parametrize("engine", ["compiled", "dart"])
