@@ -1,6 +1,5 @@
 """Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
-import errno
 import hashlib
 import json
 import math
@@ -10,8 +9,9 @@ import shutil
 import tempfile
 import tomllib
 import zipfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from gaitval import __version__, file_gate
 from gaitval.errors import ArtefactError, GaitvalError
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
+    from _typeshed import DataclassInstance
     from numpy.typing import NDArray
 
 LIBRARIES = (
@@ -43,9 +44,6 @@ LIBRARIES = (
 PARTIAL = ".partial-"
 """First letters of the name of a file that is still being written (`replacing`), or of a temporary
 folder (`scratch`)."""
-
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
@@ -73,44 +71,15 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
+        from gaitval.disk_errors import is_of_another, why_unwritable
+
         told = why_unwritable(error)
-        if told is None or _of_another(error, Path(path)):
+        if told is None or is_of_another(error, Path(path)):
             raise
         raise ArtefactError(
             f"{path}: cannot be written: {told}, or give another folder with --out; then run the "
             "same command again. What was there before is unchanged."
         ) from None
-
-
-def _of_another(error: Exception, path: Path) -> bool:
-    """Whether an error names a file that is neither in the folder of `path` nor above it."""
-    name = getattr(error, "filename", None)
-    if not isinstance(name, str | os.PathLike):
-        return False
-    named = Path(name)
-    return named.parent != path.parent and named not in (path, *path.parents)
-
-
-def why_unwritable(error: Exception) -> str | None:
-    """Why the operating system refused to write a file, and how to fix it.
-
-    Parameters
-    ----------
-    error : any exception.
-
-    Returns
-    -------
-    Words for the middle of a message; None if the error is not about a full disk or permissions.
-    """
-    # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
-    number = error.errno if isinstance(error, OSError) else None
-    for kinds, told in (
-        (_NO_ROOM, "there is no space left for it. Free some space"),
-        (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
-    ):
-        if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
-            return told
-    return None
 
 
 def make_folder(folder: Path) -> None:
@@ -367,7 +336,7 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
 
 
 def read_arrays(
-    path: Path, names: tuple[str, ...], *, optional: tuple[str, ...] = ()
+    path: Path, names: Sequence[str], optional: Sequence[str] = ()
 ) -> dict[str, "NDArray[Any]"]:
     """Read arrays that `write_arrays` wrote, without unpickling.
 
@@ -404,6 +373,17 @@ def read_arrays(
             f"{path}: cannot be read as npz ({error}); it is truncated. Delete it and run its "
             "stage again."
         ) from None
+
+
+def array_names(kind: type["DataclassInstance"]) -> tuple[list[str], list[str]]:
+    """`names` and `optional` of `read_arrays` for the fields of the dataclass `kind`: a field with
+    a default is optional, since files of earlier versions lack it.
+    """
+    found: tuple[list[str], list[str]] = [], []
+    for each in fields(kind):
+        has_default = each.default is not MISSING or each.default_factory is not MISSING
+        found[has_default].append(each.name)
+    return found
 
 
 def _check_headers(stored: zipfile.ZipFile, path: Path) -> None:
