@@ -214,7 +214,7 @@ def read_json(path: Path) -> Any:
     """
     try:
         text = file_gate.read_text(
-            path, ArtefactError, largest=file_gate.VALUES, mend="Run the stage that writes it first"
+            path, ArtefactError, largest=file_gate.VALUES, fix="Run the stage that writes it first"
         )
         value = json.loads(text, parse_int=_integer)
         _check_depth(value)
@@ -227,7 +227,7 @@ def read_json(path: Path) -> Any:
 
 
 def read_toml(
-    path: Path, refusal: type[GaitvalError], mend: str = "Check the path"
+    path: Path, refusal: type[GaitvalError], fix: str = "Check the path"
 ) -> dict[str, Any]:
     """Read a TOML file that a person wrote; a byte order mark at its start is accepted.
 
@@ -235,14 +235,14 @@ def read_toml(
     ----------
     path : of the file.
     refusal : type of the error that is raised.
-    mend : what to do if the file is missing, as the last sentence of the message, without a stop.
+    fix : what to do if the file is missing, as the last sentence of the message, without a stop.
 
     Raises
     ------
     GaitvalError : of type `refusal`: missing, a folder, may not be read, or not valid.
     """
     try:
-        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, mend=mend)
+        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, fix=fix)
     except UnicodeDecodeError:
         raise refusal(
             f"{path}: not UTF-8 text, so not valid TOML. Save the file as UTF-8."
@@ -352,9 +352,9 @@ def read_arrays(
     """
     import numpy as np
 
-    mend = "Run the stage that writes it first"
+    fix = "Run the stage that writes it first"
     try:
-        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, mend=mend)
+        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, fix=fix)
         with zipfile.ZipFile(path) as members:
             _check_headers(members, Path(path))
         with np.load(path, allow_pickle=False) as stored:

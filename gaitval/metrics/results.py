@@ -492,10 +492,10 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
+        fix="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
         "stored baseline.",
     )
-    found = Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
+    found = Metrics.read(values, origin, file="metrics.json", fix="run `gaitval validate` again")
     source = found.subject.source
     # such files have no origins; only the text of the source shows that nothing was recorded
     if found.record.origins is None and (source.endswith(" predicted") or ", mirrored" in source):
@@ -513,5 +513,5 @@ def identification_from(values: Any, origin: str) -> IdentificationResult | Foun
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters
     return model.read(
-        values, origin, file="identification.json", mend="run `gaitval identify --force`"
+        values, origin, file="identification.json", fix="run `gaitval identify --force`"
     )
