@@ -46,9 +46,16 @@ RUNS = 5
 CSV = evidence.FOLDER / "house.csv"
 LINES = "lines of gaitval/"
 REACHED = "lines reached by gaitval subject and gaitval import together, without gaitval/cli"
+METHODS = ("training.samples", "identification.", "correction.")
+"""Quick settings that choose another method than the default one."""
+SHORT = ("identification.generations=2", "correction.rounds=1")
+"""The same of the default methods, in as few steps as they have."""
 MEASURES = {
     "lines *": {
-        "code": ("evidence/house.py:size,reached,_modules_of,lines_of", "gaitval/*.py"),
+        "code": (
+            "evidence/house.py:size,reached,_modules_of,lines_of,METHODS,SHORT",
+            "gaitval/*.py",
+        ),
         "allowed": 100_000,
         "why": "tests/test_house.py counts anew at every change",
     },
@@ -111,11 +118,13 @@ def lines_of(paths: list[Path]) -> int:
 
 
 def reached() -> list[Path]:
-    """Modules of the package that `gaitval subject` and `gaitval import` load, worked through
-    with the quick settings of the tests and with the sample recording.
+    """Modules of the package that `gaitval subject` and `gaitval import` load with the default
+    methods: no training unless the person needs one, identification, one round of correction. The
+    sizes are the quick ones of the tests, and the recording is the sample.
     """
     quick = runpy.run_path(str(ROOT / "tests" / "support" / "quick_settings.py"))["QUICK"]
-    settings = [word for each in quick for word in ("--set", each)]
+    sizes = [each for each in quick if not each.startswith(METHODS)]
+    settings = [word for each in (*sizes, *SHORT) for word in ("--set", each)]
     with tempfile.TemporaryDirectory() as place:
         out, sample = Path(place), Path(place) / "sample"
         _modules_of("data", "sample", str(sample))

@@ -1,6 +1,5 @@
 """Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
-import errno
 import hashlib
 import json
 import math
@@ -10,8 +9,9 @@ import shutil
 import tempfile
 import tomllib
 import zipfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from gaitval import __version__, file_gate
 from gaitval.errors import ArtefactError, GaitvalError
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
+    from _typeshed import DataclassInstance
     from numpy.typing import NDArray
 
 LIBRARIES = (
@@ -43,9 +44,6 @@ LIBRARIES = (
 PARTIAL = ".partial-"
 """First letters of the name of a file that is still being written (`replacing`), or of a temporary
 folder (`scratch`)."""
-
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
@@ -73,44 +71,15 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
+        from gaitval.disk_errors import is_of_another, why_unwritable
+
         told = why_unwritable(error)
-        if told is None or _of_another(error, Path(path)):
+        if told is None or is_of_another(error, Path(path)):
             raise
         raise ArtefactError(
             f"{path}: cannot be written: {told}, or give another folder with --out; then run the "
             "same command again. What was there before is unchanged."
         ) from None
-
-
-def _of_another(error: Exception, path: Path) -> bool:
-    """Whether an error names a file that is neither in the folder of `path` nor above it."""
-    name = getattr(error, "filename", None)
-    if not isinstance(name, str | os.PathLike):
-        return False
-    named = Path(name)
-    return named.parent != path.parent and named not in (path, *path.parents)
-
-
-def why_unwritable(error: Exception) -> str | None:
-    """Why the operating system refused to write a file, and how to fix it.
-
-    Parameters
-    ----------
-    error : any exception.
-
-    Returns
-    -------
-    Words for the middle of a message; None if the error is not about a full disk or permissions.
-    """
-    # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
-    number = error.errno if isinstance(error, OSError) else None
-    for kinds, told in (
-        (_NO_ROOM, "there is no space left for it. Free some space"),
-        (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
-    ):
-        if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
-            return told
-    return None
 
 
 def make_folder(folder: Path) -> None:
@@ -245,7 +214,7 @@ def read_json(path: Path) -> Any:
     """
     try:
         text = file_gate.read_text(
-            path, ArtefactError, largest=file_gate.VALUES, mend="Run the stage that writes it first"
+            path, ArtefactError, largest=file_gate.VALUES, fix="Run the stage that writes it first"
         )
         value = json.loads(text, parse_int=_integer)
         _check_depth(value)
@@ -258,7 +227,7 @@ def read_json(path: Path) -> Any:
 
 
 def read_toml(
-    path: Path, refusal: type[GaitvalError], mend: str = "Check the path"
+    path: Path, refusal: type[GaitvalError], fix: str = "Check the path"
 ) -> dict[str, Any]:
     """Read a TOML file that a person wrote; a byte order mark at its start is accepted.
 
@@ -266,14 +235,14 @@ def read_toml(
     ----------
     path : of the file.
     refusal : type of the error that is raised.
-    mend : what to do if the file is missing, as the last sentence of the message, without a stop.
+    fix : what to do if the file is missing, as the last sentence of the message, without a stop.
 
     Raises
     ------
     GaitvalError : of type `refusal`: missing, a folder, may not be read, or not valid.
     """
     try:
-        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, mend=mend)
+        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, fix=fix)
     except UnicodeDecodeError:
         raise refusal(
             f"{path}: not UTF-8 text, so not valid TOML. Save the file as UTF-8."
@@ -367,7 +336,7 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
 
 
 def read_arrays(
-    path: Path, names: tuple[str, ...], *, optional: tuple[str, ...] = ()
+    path: Path, names: Sequence[str], optional: Sequence[str] = ()
 ) -> dict[str, "NDArray[Any]"]:
     """Read arrays that `write_arrays` wrote, without unpickling.
 
@@ -383,9 +352,9 @@ def read_arrays(
     """
     import numpy as np
 
-    mend = "Run the stage that writes it first"
+    fix = "Run the stage that writes it first"
     try:
-        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, mend=mend)
+        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, fix=fix)
         with zipfile.ZipFile(path) as members:
             _check_headers(members, Path(path))
         with np.load(path, allow_pickle=False) as stored:
@@ -404,6 +373,17 @@ def read_arrays(
             f"{path}: cannot be read as npz ({error}); it is truncated. Delete it and run its "
             "stage again."
         ) from None
+
+
+def array_names(kind: type["DataclassInstance"]) -> tuple[list[str], list[str]]:
+    """`names` and `optional` of `read_arrays` for the fields of the dataclass `kind`: a field with
+    a default is optional, since files of earlier versions lack it.
+    """
+    found: tuple[list[str], list[str]] = [], []
+    for each in fields(kind):
+        has_default = each.default is not MISSING or each.default_factory is not MISSING
+        found[has_default].append(each.name)
+    return found
 
 
 def _check_headers(stored: zipfile.ZipFile, path: Path) -> None:

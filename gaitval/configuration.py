@@ -620,57 +620,6 @@ def _setting(text: str) -> dict[str, Any]:
     return parsed
 
 
-NO_LONGER: Final[Mapping[str, str]] = dict.fromkeys(
-    ("training.transfer_samples", "training.refinement_samples", "training.range_samples"),
-    "no longer exists: training.samples is the number of samples whatever a training starts from. "
-    "Write that instead",
-)
-"""Settings of earlier versions, and what to write instead."""
-
-
-def _names(section: type[BaseModel]) -> str:
-    return ", ".join(section.model_fields)
-
-
-def _explain(error: ValidationError, origin: str) -> str:
-    lines = []
-    problems = error.errors()
-    for problem in problems:
-        place = [str(part) for part in problem["loc"]]
-        where = ".".join(place)
-        if problem["type"] == "extra_forbidden":
-            known: type[BaseModel] = Configuration
-            for part in place[:-1]:
-                annotation = known.model_fields[part].annotation
-                assert isinstance(annotation, type)
-                known = annotation
-            instead = NO_LONGER.get(where, f"unknown; the known ones are {_names(known)}")
-            lines.append(f"{where}: {instead}.")
-        elif problem["type"] == "value_error":  # in our words, which say how to fix it
-            lines.append(f"{where}: {problem['ctx']['error']}.".removeprefix(": "))
-        # pydantic reports a list and the number in it: the number is enough
-        elif any(
-            len(other["loc"]) > len(place) and other["loc"][: len(place)] == problem["loc"]
-            for other in problems
-        ):
-            continue  # a list is too short only because a number in it is refused
-        else:
-            seen = f"{problem['input']!r:.80}"
-            lines.append(f"{where}: {problem['msg']}, but it is {seen}.{_default(place)}")
-    return f"{origin}: " + "\n".join(lines)
-
-
-def _default(place: Sequence[str]) -> str:
-    """What a setting is if it is not given, as a sentence after a blank; none for a section."""
-    value: Any = Configuration()
-    for part in place[:2]:
-        value = getattr(value, part, None)
-    if value is None or isinstance(value, BaseModel):
-        return ""
-    shown = list(value) if isinstance(value, tuple) else value
-    return f" The default is {shown!r}."
-
-
 def load_configuration(
     path: str | Path | None = None, *, settings: Sequence[str] = ()
 ) -> Configuration:
@@ -704,4 +653,6 @@ def load_configuration(
         return Configuration.model_validate(values)
     except ValidationError as error:
         origin = " ".join([str(path)] * (path is not None) + [f"--set {s}" for s in settings])
-        raise ConfigurationError(_explain(error, origin)) from None
+        from gaitval.refused_values import in_configuration
+
+        raise ConfigurationError(f"{origin}: {in_configuration(error, Configuration())}") from None

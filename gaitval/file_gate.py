@@ -32,27 +32,25 @@ UNPACKED: Final = 1_000_000_000
 """Bytes of all arrays of a file, or of what a workbook unpacks to: they are held in memory."""
 
 
-def passed(path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path") -> Path:
+def passed(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path") -> Path:
     """`path`, if it is a file that may be read and has at most `largest` bytes.
 
     Parameters
     ----------
     refusal : type of the error that is raised.
-    mend : what to do if it is missing, as the last sentence of the message, without a stop.
+    fix : what to do if it is missing, as the last sentence of the message, without a stop.
 
     Raises
     ------
     GaitvalError : of type `refusal`: missing, no regular file, may not be read, or too large.
     """
-    opened(path, refusal, largest=largest, mend=mend).close()
+    opened(path, refusal, largest=largest, fix=fix).close()
     return Path(path)
 
 
-def read_bytes(
-    path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path"
-) -> bytes:
+def read_bytes(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path") -> bytes:
     """The content of a file; parameters and errors are those of `passed`."""
-    with opened(path, refusal, largest=largest, mend=mend) as file:
+    with opened(path, refusal, largest=largest, fix=fix) as file:
         try:
             content = file.read(largest + 1)
         except OSError as error:
@@ -67,7 +65,7 @@ def read_text(
     refusal: Refusal,
     *,
     largest: int,
-    mend: str = "Check the path",
+    fix: str = "Check the path",
     encodings: Sequence[str] = ("utf-8-sig",),  # -sig: Windows may begin a file with a mark
 ) -> str:
     """The text of a file in the first of `encodings` that fits, without a byte order mark.
@@ -80,7 +78,7 @@ def read_text(
     GaitvalError : of type `refusal`, as `passed`.
     UnicodeDecodeError : it is not text in any of `encodings`.
     """
-    content = read_bytes(path, refusal, largest=largest, mend=mend)
+    content = read_bytes(path, refusal, largest=largest, fix=fix)
     if len(content) > largest // 4 and not content.isascii():
         raise _too_large(path, refusal, largest // 4)
     for encoding in encodings[:-1]:
@@ -97,7 +95,7 @@ def _plain_lines(text: str) -> str:
 
 
 def csv_rows(
-    path: Path, refusal: Refusal, *, largest: int = TABLE, mend: str = "Check the path"
+    path: Path, refusal: Refusal, *, largest: int = TABLE, fix: str = "Check the path"
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
 
@@ -108,7 +106,7 @@ def csv_rows(
     GaitvalError : of type `refusal`, as `passed`, or it is not CSV in UTF-8.
     """
     try:
-        text = read_text(path, refusal, largest=largest, mend=mend)
+        text = read_text(path, refusal, largest=largest, fix=fix)
         reader = csv.DictReader(io.StringIO(text))
         for row in reader:
             yield reader.line_num, row
@@ -138,7 +136,7 @@ def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":
 
 
 def opened(
-    path: Path, refusal: Refusal, *, largest: int, mend: str = "Check the path"
+    path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path"
 ) -> io.BufferedReader:
     """The open file; parameters and errors are those of `passed`.
 
@@ -151,13 +149,13 @@ def opened(
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         file = os.fdopen(os.open(path, flags), "rb")
     except FileNotFoundError:
-        raise refusal(f"{path}: no such file. {mend}.") from None
+        raise refusal(f"{path}: no such file. {fix}.") from None
     except OSError as error:
         raise refusal(
             f"{path}: cannot be opened ({error.strerror}). Change its permissions, or give another."
         ) from None
     except ValueError:  # a zero or half a character in the name
-        raise refusal(f"{str(path)!r}: no name of a file. {mend}.") from None
+        raise refusal(f"{str(path)!r}: no name of a file. {fix}.") from None
     try:
         _look(path, refusal, largest, os.fstat(file.fileno()))
     except GaitvalError:

@@ -475,46 +475,18 @@ def sine_cosine(x: Any) -> Any:
     turns = nearest(x * 0.63661977236758138)
     y = ((x - turns * _PI_1) - turns * _PI_2) - turns * _PI_3
     z = y * y
-    # Horner's scheme, with the leading term (y of the sine, 1 of the cosine) added last, so that
-    # only its rounding counts. The brackets are the order of operations: another order would round
-    # differently.
-    s = y + y * z * (
-        -1.66666666666666324348e-01
-        + z
-        * (
-            8.33333333332248946124e-03
-            + z
-            * (
-                -1.98412698298579493134e-04
-                + z
-                * (
-                    2.75573137070700676789e-06
-                    + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
-                )
-            )
-        )
-    )
-    c = 1.0 - (
-        0.5 * z
-        - z
-        * z
-        * (
-            4.16666666666666019037e-02
-            + z
-            * (
-                -1.38888888888741095749e-03
-                + z
-                * (
-                    2.48015872894767294178e-05
-                    + z
-                    * (
-                        -2.75573143513906633035e-07
-                        + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)
-                    )
-                )
-            )
-        )
-    )
+    # Horner's scheme from the last coefficient on, with the leading term (y of the sine, 1 of the
+    # cosine) added last, so that only its rounding counts. Another order would round differently.
+    s = -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
+    s = 2.75573137070700676789e-06 + z * s
+    s = -1.98412698298579493134e-04 + z * s
+    s = 8.33333333332248946124e-03 + z * s
+    s = y + y * z * (-1.66666666666666324348e-01 + z * s)
+    c = 2.08757232129817482790e-09 + z * -1.13596475577881948265e-11
+    c = -2.75573143513906633035e-07 + z * c
+    c = 2.48015872894767294178e-05 + z * c
+    c = -1.38888888888741095749e-03 + z * c
+    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * c))
     # turns modulo 4 is the quadrant. Its last bit exchanges sine and cosine, (c, -s), its second
     # bit turns both by π, (-s, -c). Bits are found with `floor`, because lanes have no integers.
     half = 0.5 * turns
@@ -535,50 +507,13 @@ def exponential(x: Any) -> Any:
     n = nearest(x * 1.44269504088896338700)
     r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10
     # Taylor's polynomial of degree 13 on ±½ ln 2: truncated at 4e-18.
-    p = 1.0 + r * (
-        1.0
-        + r
-        * (
-            1 / 2
-            + r
-            * (
-                1 / 6
-                + r
-                * (
-                    1 / 24
-                    + r
-                    * (
-                        1 / 120
-                        + r
-                        * (
-                            1 / 720
-                            + r
-                            * (
-                                1 / 5040
-                                + r
-                                * (
-                                    1 / 40320
-                                    + r
-                                    * (
-                                        1 / 362880
-                                        + r
-                                        * (
-                                            1 / 3628800
-                                            + r
-                                            * (
-                                                1 / 39916800
-                                                + r * (1 / 479001600 + r * (1 / 6227020800))
-                                            )
-                                        )
-                                    )
-                                )
-                            )
-                        )
-                    )
-                )
-            )
-        )
-    )
+    p = 1 / 479001600 + r * (1 / 6227020800)
+    p = 1 / 3628800 + r * (1 / 39916800 + r * p)
+    p = 1 / 40320 + r * (1 / 362880 + r * p)
+    p = 1 / 720 + r * (1 / 5040 + r * p)
+    p = 1 / 24 + r * (1 / 120 + r * p)
+    p = 1 / 2 + r * (1 / 6 + r * p)
+    p = 1.0 + r * (1.0 + r * p)
     return p * power_of_two(n)
 
 

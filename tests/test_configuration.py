@@ -63,7 +63,7 @@ def test_a_bad_setting_is_named_with_the_value_seen(setting: str, message: str) 
 
 
 @pytest.mark.parametrize(
-    ("setting", "why", "mend"),
+    ("setting", "why", "fix"),
     [
         ("validation.start_phases=[]", "at least 1 item", "The default is [0.0, 0.125"),
         ("validation.start_phases=[nan]", "finite number, but it is nan", "The default is [0.0"),
@@ -92,15 +92,15 @@ def test_a_bad_setting_is_named_with_the_value_seen(setting: str, message: str) 
     ],
 )
 def test_a_setting_that_cannot_work_is_refused_before_any_work(
-    setting: str, why: str, mend: str
+    setting: str, why: str, fix: str
 ) -> None:
-    """Seen, where, why, and how to mend it; each of these once ended a finished training."""
+    """Seen, where, why, and how to fix it; each of these once ended a finished training."""
     with pytest.raises(ConfigurationError) as raised:
         load_configuration(settings=[setting])
     message = str(raised.value)
     assert setting.split("=")[0] in message
     assert why in message
-    assert mend in message
+    assert fix in message
     assert len(message) < 6000
     if "phases=[nan]" in setting:
         assert "at least 1 item" not in message  # there is one item; it is another one's fault

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from gaitval import file_gate
-from gaitval.artefacts import why_unwritable
+from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArchiveError
 
 DISK_MARGIN: Final = 200_000_000

@@ -115,11 +115,11 @@ def _refuse(path: Path, problems: Sequence[str]) -> None:
 
 def _text(path: Path) -> str:
     try:
-        mend = (
+        fix = (
             "Give the folder that holds processed/, stride_times.csv, WBDS_subjects_merged.csv and "
             "static_markers_10subjects.csv"
         )
-        return file_gate.read_text(path, RecordError, largest=file_gate.TABLE, mend=mend)
+        return file_gate.read_text(path, RecordError, largest=file_gate.TABLE, fix=fix)
     except UnicodeDecodeError:
         raise RecordError(f"{path}: not text. Download the file again.") from None
 

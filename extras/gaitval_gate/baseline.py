@@ -177,7 +177,7 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics
-    from gaitval.metrics.stored import MEND, believe
+    from gaitval.metrics.stored import FIX, believe
     from gaitval.metrics.validation import provenance_of
     from gaitval.policy.storage import load_policy
     from gaitval.reference.adjustment import Adjustment
@@ -204,7 +204,7 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
         if getattr(beside, name) != getattr(metrics.provenance, name):
             raise ArtefactError(
                 f"{file}: {what} the walk that was measured: the hash in `provenance` differs. A "
-                f"comparison would not be of like with like. {MEND}"
+                f"comparison would not be of like with like. {FIX}"
             )
     return metrics
 

@@ -212,8 +212,8 @@ def read_benchmarks(path: Path) -> Check:
     """The median times of a JSON file of pytest-benchmark, `path`. Raises ArtefactError if it is
     missing, damaged or of another kind.
     """
-    mend = "give the file that `pytest --benchmark-json FILE` wrote"
-    found = _Benchmarks.read(read_json(path), str(path), file="pytest-benchmark", mend=mend)
+    fix = "give the file that `pytest --benchmark-json FILE` wrote"
+    found = _Benchmarks.read(read_json(path), str(path), file="pytest-benchmark", fix=fix)
     commit, about = found.commit_info, found.machine_info
     brand = about.cpu.get("brand_raw") or about.cpu.get("brand") or ""
     cores = about.cpu.get("count") or "?"
@@ -221,7 +221,7 @@ def read_benchmarks(path: Path) -> Check:
     if not names or len(names) != len(set(names)):
         raise ArtefactError(
             f"{path}: {'has no benchmark' if not names else 'has one benchmark twice'}, so there "
-            f"is nothing to keep. Run pytest with --benchmark-enable and {mend}."
+            f"is nothing to keep. Run pytest with --benchmark-enable and {fix}."
         )
     return Check(
         kind="benchmark",
@@ -319,11 +319,11 @@ def read(path: Path) -> list[Check]:
             for number, *values in database.execute("SELECT * FROM checks ORDER BY id")
         ]
     if figures:
-        raise ArtefactError(f"{path}: has figures of no check. {_MEND}")
+        raise ArtefactError(f"{path}: has figures of no check. {_FIX}")
     return sorted(checks, key=lambda each: (_moment(each.revised or each.time), each.time))
 
 
-_MEND: Final = (
+_FIX: Final = (
     "Restore it from a copy, or move it away: the next `gaitval check --history` begins a new one."
 )
 
@@ -358,7 +358,7 @@ def _opened(path: Path, *, write: bool) -> Iterator[sqlite3.Connection]:
             "another file."
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise ArtefactError(f"{path}: is no history, or is damaged ({error}). {_MEND}") from None
+        raise ArtefactError(f"{path}: is no history, or is damaged ({error}). {_FIX}") from None
 
 
 def _look_over(database: sqlite3.Connection, path: Path, *, write: bool) -> None:
@@ -378,7 +378,7 @@ def _look_over(database: sqlite3.Connection, path: Path, *, write: bool) -> None
     )
     if whose != APPLICATION or (version == VERSION and known != _TABLES):
         raise ArtefactError(
-            f"{path}: is a database of another program, or its tables were changed. {_MEND}"
+            f"{path}: is a database of another program, or its tables were changed. {_FIX}"
         )
     if version != VERSION:
         raise ArtefactError(
@@ -387,7 +387,7 @@ def _look_over(database: sqlite3.Connection, path: Path, *, write: bool) -> None
         )
     said = database.execute("PRAGMA quick_check(1)").fetchone()[0]
     if said != "ok":
-        raise ArtefactError(f"{path}: is damaged ({str(said)[:80]}). {_MEND}")
+        raise ArtefactError(f"{path}: is damaged ({str(said)[:80]}). {_FIX}")
 
 
 def _figure(values: Sequence[Any], path: Path) -> Figure:
@@ -400,7 +400,7 @@ def _figure(values: Sequence[Any], path: Path) -> Figure:
         or not all(each is None or _finite(each) for each in numbers)
     ):
         raise ArtefactError(
-            f"{path}: {found.measure!r:.40} of {found.target!r:.60} is not a figure. {_MEND}"
+            f"{path}: {found.measure!r:.40} of {found.target!r:.60} is not a figure. {_FIX}"
         )
     return found
 
@@ -420,7 +420,7 @@ def _check(values: Sequence[Any], figures: tuple[Figure, ...], path: Path) -> Ch
         or any(_moment(each) is None for each in times)
     ):
         raise ArtefactError(
-            f"{path}: its check of {found.revision!r:.60} at {found.time!r:.40} is none. {_MEND}"
+            f"{path}: its check of {found.revision!r:.60} at {found.time!r:.40} is none. {_FIX}"
         )
     return found
 

@@ -99,13 +99,13 @@ def read_seal(baseline: Path) -> Seal:
     if not path.is_file():
         raise ArtefactError(
             f"{path}: no such file, so nothing says whether this baseline is as it was stored; an "
-            f"earlier gaitval wrote it, or the file was lost. {mend(baseline)}"
+            f"earlier gaitval wrote it, or the file was lost. {fix(baseline)}"
         )
     values = read_json(path)
-    found = Seal.read(values, str(path), file=SEAL, mend=mend(baseline))
+    found = Seal.read(values, str(path), file=SEAL, fix=fix(baseline))
     if found.seal != value_hash({name: each for name, each in values.items() if name != "seal"}):
         raise ArtefactError(
-            f"{path}: was edited: the hash in it is not that of its contents. {mend(baseline)}"
+            f"{path}: was edited: the hash in it is not that of its contents. {fix(baseline)}"
         )
     return found
 
@@ -120,7 +120,7 @@ def check_parts(baseline: Path) -> Seal:
     if changed:
         raise ArtefactError(
             f"{baseline}: changed since it was stored: {', '.join(changed)}. A walk would be "
-            f"compared with something else than a walk. {mend(baseline)}"
+            f"compared with something else than a walk. {fix(baseline)}"
         )
     return found
 
@@ -134,7 +134,7 @@ def check_seal(baseline: Path) -> Seal:
     if moved:
         raise ArtefactError(
             f"{baseline}: the margins of this gaitval are not those that it was stored with: "
-            f"{'; '.join(moved)}. What a walk may lose would be decided anew. {mend(baseline)}"
+            f"{'; '.join(moved)}. What a walk may lose would be decided anew. {fix(baseline)}"
         )
     return found
 
@@ -154,7 +154,7 @@ def _margin(margin: SealedMargin | None) -> str:
     return f"{margin.value:g} {margin.unit} ({margin.better} is better)"
 
 
-def mend(baseline: Path) -> str:
+def fix(baseline: Path) -> str:
     """How to repair a `baseline` that is not as it was stored."""
     return (
         "Restore the folder, for instance with `git checkout`, or, if the change is intended, "

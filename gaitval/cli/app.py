@@ -18,7 +18,6 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from gaitval import __version__, wings
-from gaitval.artefacts import why_unwritable
 from gaitval.cli import display
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.memory import give_back_soon, seldom_search
@@ -209,6 +208,8 @@ class _Commands(Group):
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
         except OSError as error:
+            from gaitval.disk_errors import why_unwritable
+
             told = why_unwritable(error)
             if told is None:
                 raise

@@ -178,7 +178,7 @@ def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np
 
 def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[str]:
     problems = []
-    for group, largest, unit, mend in (
+    for group, largest, unit, fix in (
         ("angles", LARGEST_ANGLE, "rad", "this looks like degrees; multiply by pi/180"),
         ("moments", LARGEST_MOMENT, "Nm/kg", "this looks like Nm; divide by the body mass"),
     ):
@@ -187,7 +187,7 @@ def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[
             values = _curve_values(curve)
             if values is not None and np.abs(values).max() > largest:
                 problems.append(
-                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}; {mend}."
+                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}; {fix}."
                 )
     forces = gait.get("forces")
     for side in SIDES:

@@ -5,44 +5,25 @@ Ten subjects are built in (`gaitval/datasets/builtin`, made by
 forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, forces in body weights.
 """
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.identity import Aid
 from gaitval.datasets.plausible import implausible
-from gaitval.datasets.stored_gait import (
-    Forces,
-    Gait,
-    StanceFraction,
-    keys_problems,
-)
+from gaitval.datasets.stored_gait import Gait, StanceFraction, keys_problems
 from gaitval.datasets.subject_toml import toml_of
-from gaitval.display import Displayed, curve_frame, value_frame
+from gaitval.display import Displayed
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection, corrected
-from gaitval.gait.record import (
-    Curve,
-    Force,
-    GaitRecord,
-    LowPass,
-    Number,
-    Origin,
-    StoredPart,
-)
+from gaitval.gait.record import GaitRecord, LowPass, Number, Origin, StoredPart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -334,6 +315,8 @@ class Subject(Displayed, StoredPart):
 
     def overview(self) -> "pd.DataFrame":
         """Build and gait, in SI units."""
+        from gaitval.frames import value_frame
+
         stance = {
             side: self.stance_fraction.of(side)
             if self.origin(side, "stance") == "recorded"
@@ -357,6 +340,8 @@ class Subject(Displayed, StoredPart):
         (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
         was not recorded (`origin`) has no rows.
         """
+        from gaitval.frames import curve_frame
+
         curves = recorded_curves(self.record())
 
         def recorded(
@@ -375,38 +360,6 @@ class Subject(Displayed, StoredPart):
         )
 
 
-_FIELDS: Final = tuple(
-    name
-    for part in (
-        Subject,
-        Trial,
-        RecordedLowPass,
-        PlateCorrection,
-        Printed,
-        StanceFraction,
-        Gait,
-        Forces,
-        Force,
-        Curve,
-    )
-    for name in part.model_fields
-)
-
-
-def _sentence(error: Mapping[str, Any]) -> str:
-    """One pydantic error in our words: where, what was seen, how to fix it."""
-    location = error["loc"]
-    where = ".".join(str(key) for key in location)
-    if error["type"] == "missing":
-        return f"{where}: missing. Add it."
-    if error["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(location[-1]), _FIELDS, n=1, cutoff=0.75)
-        return f"{where}: unknown key" + (f", did you mean {near[0]}?" if near else ". Remove it.")
-    if error["type"] == "value_error":
-        return f"{where}: {error['ctx']['error']}"
-    return f"{where} = {error['input']!r}: {error['msg']}."
-
-
 def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     """A subject from `values`, the tables and keys of a subject file; `where` names the file or
     trial in messages. Raises SubjectError, which lists every missing, unknown, malformed or
@@ -415,7 +368,9 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     try:
         return Subject.model_validate(values)
     except ValidationError as error:
-        problems = [_sentence(item) for item in error.errors() if item["loc"]]
+        from gaitval.refused_values import in_subject
+
+        problems = [in_subject(Subject, item) for item in error.errors() if item["loc"]]
         # `_plausible` runs only if all else is well; what it found has no location.
         whole = [item["ctx"]["error"] for item in error.errors() if not item["loc"]]
     problems += str(whole[0]).split("\n") if whole else implausible(values)

@@ -37,8 +37,8 @@ def parse_subject(text: str, where: str) -> Subject:
 
 
 def _read_file(path: Path) -> Subject:
-    mend = "Check the path of the subject file"
-    return make_subject(with_identity(read_toml(path, SubjectError, mend)), str(path))
+    fix = "Check the path of the subject file"
+    return make_subject(with_identity(read_toml(path, SubjectError, fix)), str(path))
 
 
 @cache  # a study asks for all ten half a dozen times

@@ -1,14 +1,17 @@
 """Curves over the gait cycle by name: those of a record, and the names of all that are compared."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.display import DEGREES, FORCE, MOMENT, NamedCurve, of_kind
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
 from gaitval.gait.sampling import SAMPLES
+
+if TYPE_CHECKING:
+    from gaitval.frames import NamedCurve
 
 JOINT_ANGLES = RECORDED_ANGLES
 PELVIS_ANGLES: tuple[str, ...] = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
@@ -35,8 +38,10 @@ class Curves:
     moments: dict[str, Array]
     forces: dict[str, Array]
 
-    def named(self) -> list[NamedCurve]:
+    def named(self) -> "list[NamedCurve]":
         """Every curve in the unit of reports: deg, Nm/kg, % of body weight."""
+        from gaitval.frames import DEGREES, FORCE, MOMENT, of_kind
+
         return [
             *((name, "deg", DEGREES * each) for name, each in self.angles.items()),
             *((of_kind(name, MOMENT), "Nm/kg", each) for name, each in self.moments.items()),

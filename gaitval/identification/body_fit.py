@@ -14,7 +14,7 @@ The result is the mode of the posterior, and its covariance from the normal equa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -27,7 +27,6 @@ from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
-from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.dynamic_fit import (
@@ -45,6 +44,9 @@ from gaitval.reference.dynamic_fit import (
 )
 from gaitval.reference.motion import FEED_FORWARD, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
+
+if TYPE_CHECKING:
+    from gaitval.model.extended import ExtendedParameter
 
 _PLATES: Final = 2
 """First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
@@ -131,7 +133,11 @@ class BodyFit:
         prior_sd: Array,
         extended: bool = False,
     ) -> None:
-        self.extended = EXTENDED if extended else ()
+        self.extended: tuple[ExtendedParameter, ...] = ()
+        if extended:
+            from gaitval.model.extended import EXTENDED
+
+            self.extended = EXTENDED
         self.reference = build_reference(record, model, contact)
         self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
         self._model, self._contact, self._noise = model, contact, noise
@@ -141,6 +147,8 @@ class BodyFit:
         """The body of a solution's `common`, and the ground under it."""
         model, contact, mu = self._model, self._contact, self.mu(common)
         if self.extended:
+            from gaitval.model.extended import extended_body
+
             sizes = np.array([each.prior_sd for each in self.extended])
             model, contact = extended_body(model, contact, sizes * common[_EXTENDED:])
         return tree_arrays(apply_parameters(model, mu)), contact_law(contact, float(mu[1]))

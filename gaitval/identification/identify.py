@@ -31,7 +31,6 @@ from gaitval.identification.verdicts import (
 from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation, ParameterSum
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
-from gaitval.model.extended import EXTENDED
 from gaitval.model.parameters import PARAMETERS, parameter_bounds
 from gaitval.reference.dynamic_fit import Solution
 
@@ -251,7 +250,7 @@ def found(
         profiles=np.asarray(profiles(fit, mode)).tolist(),
         correlation=correlation(posterior).tolist(),
         combinations=[_combination(each) for each in judged_combinations(posterior, model)],
-        extended=_extended(posterior),
+        extended=_extended(fit, posterior),
         plates=posterior.plates.tolist(),
         deviance_nominal=number(deviance),
         deviance_identified=number(-2.0 * posterior.log_posterior),
@@ -261,8 +260,8 @@ def found(
     )
 
 
-def _extended(posterior: BodyPosterior) -> list[ExtendedResult]:
-    found = zip(EXTENDED, posterior.extended_mean, posterior.extended_sd, strict=False)
+def _extended(fit: BodyFit, posterior: BodyPosterior) -> list[ExtendedResult]:
+    found = zip(fit.extended, posterior.extended_mean, posterior.extended_sd, strict=True)
     return [
         ExtendedResult(
             name=each.name,
@@ -272,7 +271,7 @@ def _extended(posterior: BodyPosterior) -> list[ExtendedResult]:
             standard_deviation=float(sd),
             verdict=verdict_of(float(sd) / each.prior_sd),
         )
-        for each, mean, sd in found  # none if not looked for
+        for each, mean, sd in found
     ]
 
 

@@ -10,8 +10,8 @@ from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.display import NamedCurve
 from gaitval.errors import PolicyError, RecordError
+from gaitval.frames import NamedCurve
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import LowPass, Origin
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
@@ -19,7 +19,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.policy.rollouts import roll_out
-from gaitval.simulation.rollout import SimulatedWalk
+from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
 Body = Literal["nominal", "identified"]

@@ -17,7 +17,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags
 from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED
-from gaitval.display import MOMENT, Saved, curve_frame, of_kind
+from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
@@ -102,6 +102,8 @@ class InverseDynamics(Saved):
         """Joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm), by time
         (s); NaN where they are not `known`.
         """
+        from gaitval.frames import MOMENT, curve_frame, of_kind
+
         moments = self.recorded_moments().items()
         rows = [
             *((of_kind(name, MOMENT), "Nm/kg", each / self.mass_kg) for name, each in moments),

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
-from gaitval.display import Saved, angle_curves, curve_frame
+from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
 from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
@@ -84,6 +84,8 @@ class InverseKinematics(Saved):
         """Joint angles (deg) by time (s), of the coordinates that the markers show; by frame where
         the time is not known.
         """
+        from gaitval.frames import angle_curves, curve_frame
+
         ever = np.asarray(self.determined.any(axis=0))
         shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
         curves = angle_curves(self.positions, shown)

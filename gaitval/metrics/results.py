@@ -4,31 +4,28 @@ The models are the schema: `scripts/schemas.py` writes it beside them. It is lon
 have many parts, each of which is one model.
 """
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import SIDES, Side
-from gaitval.display import FORCE, MOMENT, Displayed, NamedCurve, of_kind, sourced_frame
+from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import LowPass, Origin
-from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import CurveError
 from gaitval.metrics.joint_power import JointPower
 from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins
 from gaitval.metrics.record_results import (
+    KINDS,
     CentreOfMass,
     Kind,
     Kinds,
     MeasuredErrors,
     PredictionResult,
-    RecordedCurves,
     RecordResult,
     UnseenResult,
 )
@@ -456,38 +453,23 @@ class Metrics(Displayed, Result):
 
     def overview(self) -> "pd.DataFrame":
         """Each limit that decides the verdict, and how many of its measures meet it."""
-        met: dict[tuple[str, str, str], list[bool]] = {}
-        for row in self.tolerances:
-            if row.role == "acceptance":
-                limit = f"{row.limit.replace('_', ' ')} {row.tolerance:g}"
-                met.setdefault((row.title, limit, row.unit), []).append(row.passed)
-        import pandas as pd
+        from gaitval.metrics.tables import limits_met
 
-        return pd.DataFrame(
-            [(*limit, f"{sum(passed)} of {len(passed)}") for limit, passed in met.items()],
-            columns=["quantity", "limit", "unit", "met"],
-        )
+        return limits_met(self.tolerances)
 
     def to_frame(self) -> "pd.DataFrame":
         """Mean curves of the walk and of the record at 0, 1, … 100 % of each side's gait cycle:
         joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
         `source` says whose each row is.
         """
+        from gaitval.metrics.tables import mean_curves
+
         name = self.subject.identifier
         other = "record of" if self.is_recorded_at_all else "prediction for"
-        return sourced_frame(
-            {
-                f"walk of {name}": self._named(self.walk.curves),
-                f"the {other} {name}": self._named(self.record.curves),
-            }
+        return mean_curves(
+            {f"walk of {name}": self.walk.curves, f"the {other} {name}": self.record.curves},
+            {kind: self.units.of(kind) for kind in KINDS},
         )
-
-    def _named(self, curves: RecordedCurves | WalkedCurves) -> Iterator[NamedCurve]:
-        words: dict[Kind, str] = {"angles": "", "moments": MOMENT, "forces": FORCE}
-        for kind, name, curve in curves.items():
-            values = curve.mean if isinstance(curve, MeanCurve) else curve
-            shown = np.full(SAMPLES, np.nan) if values is None else np.array(values, dtype=float)
-            yield of_kind(name, words[kind]), self.units.of(kind), shown
 
     def save(self, path: str | Path) -> None:
         """Write `metrics.json` into a folder, whole or not at all."""
@@ -510,10 +492,10 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        mend="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
+        fix="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
         "stored baseline.",
     )
-    found = Metrics.read(values, origin, file="metrics.json", mend="run `gaitval validate` again")
+    found = Metrics.read(values, origin, file="metrics.json", fix="run `gaitval validate` again")
     source = found.subject.source
     # such files have no origins; only the text of the source shows that nothing was recorded
     if found.record.origins is None and (source.endswith(" predicted") or ", mirrored" in source):
@@ -531,5 +513,5 @@ def identification_from(values: Any, origin: str) -> IdentificationResult | Foun
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters
     return model.read(
-        values, origin, file="identification.json", mend="run `gaitval identify --force`"
+        values, origin, file="identification.json", fix="run `gaitval identify --force`"
     )

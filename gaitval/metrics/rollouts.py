@@ -8,7 +8,7 @@ walking; they run side by side in the compiled engine, which solves the same equ
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -29,11 +29,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout, Travel
+from gaitval.simulation.rollout import SHAPES, Rollout, Travel
 from gaitval.simulation.walker import Engine
-
-_WHOLE = ("mu", "start_phase", "fell")
-"""Fields that describe the whole rollout; all others have one row per sample."""
 
 
 @dataclass(frozen=True)
@@ -86,11 +83,7 @@ def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
     rows = int(np.searchsorted(rollout.phase, rollout.start_phase[0] + cycles, side="right"))
     return replace(
         rollout,
-        **{
-            field.name: getattr(rollout, field.name)[:rows]
-            for field in fields(rollout)
-            if field.name not in _WHOLE
-        },
+        **{name: getattr(rollout, name)[:rows] for name, shape in SHAPES.items() if shape[0] == 0},
     )
 
 

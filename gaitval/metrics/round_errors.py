@@ -65,5 +65,5 @@ def read_round(folder: Path) -> RoundErrors:
     """The errors of a finished round, of its folder. Raises ArtefactError."""
     path = folder / EPSILON
     return RoundErrors.read(
-        read_json(path), str(path), file=EPSILON, mend="run `gaitval subject` again"
+        read_json(path), str(path), file=EPSILON, fix="run `gaitval subject` again"
     )

@@ -33,7 +33,7 @@ AGREES: Final = 1e-3
 DIFFERENCE: Final = 1e-3
 """In the unit of a difference of stored numbers: the errors of speed, stance and steps."""
 
-MEND: Final = (
+FIX: Final = (
     "Restore the file, for instance with `git checkout`, or store the baseline again with "
     "`gaitval baseline SUBJECT`."
 )
@@ -50,27 +50,27 @@ def believe(metrics: Metrics, origin: str, *, fewer: bool = False) -> None:
         if not is_judged(measure_origin(kind, target, origins)):
             raise ArtefactError(
                 f"{origin}: {kind} of {target} has a verdict, but what it is compared with was not "
-                f"recorded. {MEND}"
+                f"recorded. {FIX}"
             )
     found: dict[tuple[str, str], float] = {}
     for row in metrics.measures:
         name = f"{row.measure} of {row.target}"
         place = (row.measure, row.target)
         if place in found:
-            raise ArtefactError(f"{origin}: {name} is there twice. {MEND}")
+            raise ArtefactError(f"{origin}: {name} is there twice. {FIX}")
         if row.unit != UNITS[row.measure]:
             raise ArtefactError(
                 f"{origin}: {name} is in {row.unit}, but that measure is in "
-                f"{UNITS[row.measure]}. {MEND}"
+                f"{UNITS[row.measure]}. {FIX}"
             )
         if row.value is None:
             raise ArtefactError(
-                f"{origin}: {name} has no value, so a walk cannot be compared with it. {MEND}"
+                f"{origin}: {name} has no value, so a walk cannot be compared with it. {FIX}"
             )
         if place in judged and judged[place] != row.value:
             raise ArtefactError(
                 f"{origin}: {name} is {row.value:g} among the measures, but {judged[place]} was "
-                f"judged by its limit. {MEND}"
+                f"judged by its limit. {FIX}"
             )
         found[place] = row.value
     for measure in _implied(metrics):
@@ -81,7 +81,7 @@ def believe(metrics: Metrics, origin: str, *, fewer: bool = False) -> None:
         if stored is None and (fewer or not needed):
             continue
         if stored is None:
-            raise ArtefactError(f"{origin}: {name} is missing from the measures. {MEND}")
+            raise ArtefactError(f"{origin}: {name} is missing from the measures. {FIX}")
         expected = measure.value
         # an error is a small difference of large stored numbers, each rounded to six digits
         if expected is not None and _differ(
@@ -89,12 +89,12 @@ def believe(metrics: Metrics, origin: str, *, fewer: bool = False) -> None:
         ):
             raise ArtefactError(
                 f"{origin}: {name} is {stored:g}, but {expected:.6g} follows from the curves and "
-                f"counts in the same file. {MEND}"
+                f"counts in the same file. {FIX}"
             )
     for kind, target in found:
         raise ArtefactError(
             f"{origin}: {kind} of {target} is among the measures, but nothing in the file says "
-            f"that it was measured. {MEND}"
+            f"that it was measured. {FIX}"
         )
 
 
@@ -111,13 +111,13 @@ def _check_curves(metrics: Metrics, origin: str) -> None:
         if error is None or mean is None:
             raise ArtefactError(
                 f"{origin}: there is no simulated {name} ({kind}), so no walk can be compared "
-                f"with it. {MEND}"
+                f"with it. {FIX}"
             )
         rmse = rms(array(mean) - array(metrics.record.curves.of(kind)[name]))
         if error.rmse is None or _differ(error.rmse, rmse, 0.1 * AGREES):
             raise ArtefactError(
                 f"{origin}: the RMSE of {name} ({kind}) is {error.rmse:g}, but that of the "
-                f"curves in the same file is {rmse:.6g}. {MEND}"
+                f"curves in the same file is {rmse:.6g}. {FIX}"
             )
 
 

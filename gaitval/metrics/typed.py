@@ -57,7 +57,7 @@ class Result(BaseModel):
         return values
 
     @classmethod
-    def read(cls, values: Any, origin: str, *, file: str, mend: str) -> Self:
+    def read(cls, values: Any, origin: str, *, file: str, fix: str) -> Self:
         """The model from values that were read from a file.
 
         Parameters
@@ -65,7 +65,7 @@ class Result(BaseModel):
         values : JSON.
         origin : where they come from, for the message.
         file : the kind of file, such as `metrics.json`.
-        mend : what the user can do if they cannot be used.
+        fix : what the user can do if they cannot be used.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Result(BaseModel):
             seen = "" if first["type"] == "missing" else f", not {first['input']!r:.80}"
             raise ArtefactError(
                 f"{origin}: does not match the schema of {file}: at {place}, "
-                f"{first['msg']}{seen}. It is damaged or from another version of gaitval; {mend}."
+                f"{first['msg']}{seen}. It is damaged or from another version of gaitval; {fix}."
             ) from None
 
 
@@ -105,15 +105,15 @@ def rounded(result: R) -> R:
     return type(result).model_validate(tidy(result.model_dump(exclude_unset=True)))
 
 
-def same_version(values: Any, origin: str, *, file: str, version: int, mend: str) -> None:
+def same_version(values: Any, origin: str, *, file: str, version: int, fix: str) -> None:
     """Raise ArtefactError if the file `origin` (of kind `file`) states in `values` another schema
-    than `version`; `mend` says what to do.
+    than `version`; `fix` says what to do.
     """
     found = values.get("schema_version") if isinstance(values, Mapping) else None
     if isinstance(found, int) and found != version:
         raise ArtefactError(
             f"{origin}: has version {found} of the schema of {file}, but this gaitval reads "
-            f"version {version}. {mend}"
+            f"version {version}. {fix}"
         )
 
 

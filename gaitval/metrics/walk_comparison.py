@@ -7,7 +7,8 @@ import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.coordinates import split_side
-from gaitval.display import Saved, curve_frame, sourced_frame
+from gaitval.display import Saved
+from gaitval.frames import curve_frame, sourced_frame
 from gaitval.gait.record import Origin
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.origin import is_judged

@@ -108,8 +108,8 @@ def check_size(path: Path) -> None:
     RecordError : the file cannot be opened, is empty, truncated, of another format, or in the byte
         order of MIPS processors.
     """
-    mend = "Check the name and the folder"
-    with file_gate.opened(path, RecordError, largest=file_gate.BINARY, mend=mend) as file:
+    fix = "Check the name and the folder"
+    with file_gate.opened(path, RecordError, largest=file_gate.BINARY, fix=fix) as file:
         head = file.read(_BLOCK)
         size = file.seek(0, io.SEEK_END)
         if len(head) == _BLOCK:

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
-from gaitval.artefacts import check_arrays
 from gaitval.coordinates import Side
-from gaitval.display import Displayed, edited, read_record, value_frame, write_record
+from gaitval.display import Displayed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,6 +141,8 @@ class Recording(Displayed):
 
     def overview(self) -> "pd.DataFrame":
         """How much of what was recorded."""
+        from gaitval.frames import value_frame
+
         seen = np.isfinite(self.markers).all(axis=2).mean() if self.markers.size else np.nan
         return value_frame(
             [
@@ -172,6 +173,8 @@ class Recording(Displayed):
 
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all."""
+        from gaitval.saved_records import write_record
+
         arrays = {"markers": self.markers}
         for number, plate in enumerate(self.plates):
             for name, values in vars(plate).items():
@@ -189,6 +192,9 @@ class Recording(Displayed):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read what `save` wrote. Raises ArtefactError."""
+        from gaitval.artefacts import check_arrays
+        from gaitval.saved_records import edited, read_record
+
         arrays, others = read_record(Path(path), cls.__name__)
         plates = []
         try:

@@ -49,7 +49,7 @@ def text_lines(path: Path) -> list[str]:
             path,
             RecordError,
             largest=file_gate.TABLE,
-            mend="Check the name and the folder",
+            fix="Check the name and the folder",
             encodings=("utf-8-sig", "cp1252"),
         )
     except UnicodeDecodeError:
@@ -105,14 +105,14 @@ def numbers_of(
             table[i] = [_number(field) for field in fields]
         except ValueError:
             wrong = next(field for field in fields if not _is_number(field)).strip()
-            mend = (
+            fix = (
                 "It has a decimal comma: set the program, or the region of Windows, to a decimal "
                 "point and export the file again"
                 if re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", wrong, flags=re.IGNORECASE)
                 else "Correct it or export the file again"
             )
             raise RecordError(
-                f"{path}: line {first_line + i}: {wrong!r} is not a number. {mend}."
+                f"{path}: line {first_line + i}: {wrong!r} is not a number. {fix}."
             ) from None
     if np.isinf(table).any():
         line = first_line + int(np.flatnonzero(np.isinf(table).any(axis=1))[0])

@@ -30,12 +30,12 @@ from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array
-from gaitval.artefacts import check_arrays, read_arrays, write_arrays
+from gaitval.artefacts import array_names, check_arrays, read_arrays, write_arrays
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.display import FORCE, Displayed, angle_curves, curve_frame, moment_curves, of_kind
+from gaitval.display import Displayed
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import NOMINAL_FRICTION
@@ -150,6 +150,8 @@ class ReferenceMotion(Displayed):
         """Joint angles (deg), joint moments (Nm) and ground reaction (% of body weight), of both
         sides at % of the right gait cycle. A moment that no record has is left out.
         """
+        from gaitval.frames import FORCE, angle_curves, curve_frame, moment_curves, of_kind
+
         moments = moment_curves(self.moments)
         forces = (
             (f"{axis}_{side}", 100.0 * self.ground_reaction[:, i, j])
@@ -174,9 +176,8 @@ class ReferenceMotion(Displayed):
         """Read what `save` wrote to `path`. Raises ArtefactError if the file is missing or
         damaged.
         """
-        names = tuple(f.name for f in fields(cls) if f.name != "hip_centre")
         # Files of earlier versions have no hip centres: their moments are compared as they are.
-        arrays = read_arrays(Path(path), names, optional=("hip_centre",))
+        arrays = read_arrays(Path(path), *array_names(cls))
         check_arrays(arrays, _SHAPES, Path(path))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
         return cls(**arrays, stride_time=stride_time, speed=speed)

@@ -306,8 +306,8 @@ def _traces(path: Path) -> list[PushTrace] | None:
     """Velocities around pushes; None if none were tested."""
     if not path.exists():
         return None
-    mend = "delete it and run `gaitval push` again"
-    return StoredPushes.read(read_json(path), str(path), file="push.json", mend=mend).traces
+    fix = "delete it and run `gaitval push` again"
+    return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix).traces
 
 
 def _push_rows(pushes: PushRecovery | None) -> list[tables.Row] | None:

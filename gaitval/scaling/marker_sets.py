@@ -127,7 +127,9 @@ def _parsed(text: str, name: str) -> MarkerSet:
     try:
         parsed = _File.model_validate(parse_toml(text, name, RecordError))
     except ValidationError as error:
-        problems = [_problem(item["loc"], item["type"], item["msg"]) for item in error.errors()]
+        from gaitval.refused_values import in_marker_set
+
+        problems = [in_marker_set(_File, MarkerDefinition, item) for item in error.errors()]
     else:
         problems = _problems(parsed.markers)
         if not problems:
@@ -135,17 +137,6 @@ def _parsed(text: str, name: str) -> MarkerSet:
     raise RecordError(
         f"{name}: {len(problems)} problem{'s' if len(problems) > 1 else ''} in the marker set\n"
         + "\n".join(f"  - {problem}" for problem in problems)
-    )
-
-
-def _problem(place: Sequence[int | str], kind: str, message: str) -> str:
-    where = ".".join(str(key) for key in place)
-    if kind != "extra_forbidden":
-        return f"{where}: {message}."
-    known = MarkerDefinition.model_fields if len(place) > 1 else _File.model_fields
-    near = difflib.get_close_matches(str(place[-1]), known, n=1)
-    return f"{where}: unknown key" + (
-        f", did you mean {near[0]}?" if near else f"; known: {', '.join(known)}."
     )
 
 

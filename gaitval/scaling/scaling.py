@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from gaitval.coordinates import SIDES, Side
-from gaitval.display import Displayed, value_frame
+from gaitval.display import Displayed
 from gaitval.errors import ScalingError
 from gaitval.model.body import BodyModel
 from gaitval.scaling.anthropometry import (
@@ -96,6 +96,8 @@ class ScaledBody(Displayed):
 
     def to_frame(self) -> pd.DataFrame:
         """Length in m and mass in kg of each segment."""
+        from gaitval.frames import value_frame
+
         masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
         return value_frame(
             [

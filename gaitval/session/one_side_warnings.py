@@ -40,7 +40,7 @@ def one_side_doubts(
             if kinetics
             else "no trial shows a whole cycle of it that counts"
         )
-        mends = (
+        fixes = (
             "A further --trial in which it lands on a plate of its own records them"
             if kinetics
             else "A further --trial that shows it records them"
@@ -48,7 +48,7 @@ def one_side_doubts(
         yield QualityFlag(
             *(ONE_SIDE, f"{side} {'foot' if kinetics else 'leg'}", 0.0, 1.0, "cycles"),
             f"its {what} were not recorded: {shown} ({_why(walks, side, kinetics=kinetics)}). "
-            f"{_instead(side, what, mirror=request.mirror)} {mends}",
+            f"{_instead(side, what, mirror=request.mirror)} {fixes}",
         )
 
 

@@ -6,7 +6,6 @@ file and a keyword of `import_session`. The text below it is the help of the opt
 The command reads this at every start, so nothing that takes long to load is imported here.
 """
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -273,29 +272,10 @@ def checked(
     try:
         return model.model_validate({k: each for k, each in values.items() if each is not None})
     except ValidationError as error:
-        problems = [_sentence(model, problem, shown) for problem in error.errors()]
+        from gaitval.refused_values import in_options
+
+        problems = [in_options(model, problem, shown) for problem in error.errors()]
     raise ConfigurationError(" ".join(dict.fromkeys(problems)))
-
-
-def _sentence(
-    model: type[BaseModel], problem: Mapping[str, Any], shown: Callable[[str], str]
-) -> str:
-    """A problem that pydantic found: where, what was seen, how to fix it."""
-    name = str(problem["loc"][0])
-    where, seen = shown(name), problem["input"]
-    if problem["type"] == "missing":
-        about = model.model_fields[name].description
-        return f"{where}: missing. Give it" + (f": {about}" if about else ".")
-    if problem["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(name, model.model_fields, n=1, cutoff=0.6)
-        return f"{where}: unknown" + (
-            f", did you mean {shown(near[0])}?" if near else ". Remove it."
-        )
-    if problem["type"] == "value_error":
-        return f"{where} {seen}: {problem['ctx']['error']}"
-    if problem["type"] == "literal_error":
-        return f"{where} {seen}: give {problem['ctx']['expected'].replace(chr(39), '')}."
-    return f"{where} = {seen!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
 
 
 def silent(step: str, message: str) -> None:

@@ -13,8 +13,9 @@ from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.display import DEGREES, FORCE, MOMENT, Displayed, curve_frame, of_kind
+from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
+from gaitval.frames import DEGREES, FORCE, MOMENT, curve_frame, of_kind
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.metrics.tolerances import load_registry

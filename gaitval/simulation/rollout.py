@@ -2,16 +2,12 @@
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final, Self
+from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import check_arrays, read_arrays, write_arrays
-from gaitval.display import Saved, angle_curves, curve_frame, moment_curves
-
-if TYPE_CHECKING:
-    import pandas as pd
+from gaitval.artefacts import array_names, check_arrays, read_arrays, write_arrays
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ class Travel:
     fell: Array
 
 
-_SHAPES: Final = {
+SHAPES: Final = {
     "time": (0,),
     "ground_reaction": (0, 2, 3),
     "centre_of_mass": (0, 3),
@@ -53,7 +49,7 @@ _SHAPES: Final = {
     "mu": (14,),
     "hip_centre": (2, 2),
 }
-"""Of a stored walk; 0 is T."""
+"""Of the arrays of a `Rollout`; 0 is T, and those without it are of the whole walk."""
 
 
 @dataclass(frozen=True)
@@ -98,43 +94,6 @@ class Rollout(Travel):
     @classmethod
     def load(cls, path: Path) -> "Rollout":
         """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
-        names = tuple(f.name for f in fields(cls) if f.name != "hip_centre")
-        # Walks of earlier versions have none.
-        arrays = read_arrays(path, names, optional=("hip_centre",))
-        check_arrays(arrays, _SHAPES, path, may_lack=("centre_of_pressure",))
+        arrays = read_arrays(path, *array_names(cls))
+        check_arrays(arrays, SHAPES, path, may_lack=("centre_of_pressure",))
         return cls(**{name: np.asarray(each, dtype=float) for name, each in arrays.items()})
-
-
-@dataclass(frozen=True, repr=False)
-class SimulatedWalk(Saved, Rollout):
-    """A rollout, and who walked; `save` keeps double precision.
-
-    Attributes
-    ----------
-    walker : name of the subject.
-    mass_kg : of the body that walked.
-    """
-
-    KIND: ClassVar[str] = "Rollout"
-
-    walker: str
-    mass_kg: float
-
-    @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
-        found = super().load(path)
-        arrays = {name: np.asarray(getattr(found, name)) for name in _SHAPES}
-        check_arrays(arrays, _SHAPES, Path(path), may_lack=("centre_of_pressure",))
-        return found
-
-    def title(self) -> str:
-        """Who walked, how far."""
-        ended = "fell" if self.fell[0] else "did not fall"
-        distance = self.centre_of_mass[-1, 0] - self.centre_of_mass[0, 0]
-        return f"Walk of {self.walker}: {self.time[-1]:.2f} s, {distance:.2f} m, {ended}"
-
-    def to_frame(self) -> "pd.DataFrame":
-        """Joint angles (deg) and joint moments (Nm) by time (s)."""
-        curves = [*angle_curves(self.positions), *moment_curves(self.moments)]
-        return curve_frame(curves, axis="time", at=self.time)

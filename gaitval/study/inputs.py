@@ -63,7 +63,7 @@ WALKS = "rollouts/walks.json"
 def stored(run: Run, name: str, kind: "type[R]") -> "R":
     """The result of a `kind` in the file `name` of the folder of `run`. Raises ArtefactError."""
     path = run.folder / name
-    return kind.read(read_json(path), str(path), file=name, mend="run `gaitval subject` again")
+    return kind.read(read_json(path), str(path), file=name, fix="run `gaitval subject` again")
 
 
 def stored_policy(run: Run, folder: Path) -> "Policy":

@@ -13,8 +13,9 @@ from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.display import Displayed, value_frame
+from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.frames import value_frame
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash

@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 import gaitval as gv
-from gaitval.simulation.rollout import SimulatedWalk
+from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy
 
 

@@ -9,8 +9,8 @@ from quick_settings import QUICK
 
 import gaitval as gv
 from gaitval.artefacts import write_json
-from gaitval.display import COLUMNS
 from gaitval.errors import ArtefactError
+from gaitval.frames import COLUMNS
 from gaitval.metrics.results import read_metrics
 from gaitval.study.stored_policy import StoredPolicy
 

@@ -8,7 +8,7 @@ import pytest
 import gaitval as gv
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_comparison import Comparison
-from gaitval.simulation.rollout import SimulatedWalk
+from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import StoredPolicy
 

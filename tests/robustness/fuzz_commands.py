@@ -58,7 +58,8 @@ from gaitval.opensim.osim import write_osim
 from gaitval.policy.training_log import read_log
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.batch import read_batch
-from gaitval.simulation.rollout import Rollout, SimulatedWalk
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval_cohort.results import tables_of
 from gaitval_cohort.store import FINISHED, SUMMARY, Store
 from gaitval_curves.unpacking import unpack

@@ -1,0 +1,39 @@
+"""Why the operating system refused to write a file; loaded when it has."""
+
+import errno
+import os
+from pathlib import Path
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
+
+
+def is_of_another(error: Exception, path: Path) -> bool:
+    """Whether an `error` names a file that is neither in the folder of `path` nor above it."""
+    name = getattr(error, "filename", None)
+    if not isinstance(name, str | os.PathLike):
+        return False
+    named = Path(name)
+    return named.parent != path.parent and named not in (path, *path.parents)
+
+
+def why_unwritable(error: Exception) -> str | None:
+    """Why the operating system refused to write a file, and how to fix it.
+
+    Parameters
+    ----------
+    error : any exception.
+
+    Returns
+    -------
+    Words for the middle of a message; None if the error is not about a full disk or permissions.
+    """
+    # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
+    number = error.errno if isinstance(error, OSError) else None
+    for kinds, told in (
+        (_NO_ROOM, "there is no space left for it. Free some space"),
+        (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
+    ):
+        if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
+            return told
+    return None
