@@ -210,16 +210,17 @@ def _foot_events(
         each if each is not None and speed[each] < SMALLEST_SHARE * typical else None
         for each in fastest
     ]
-    landings = [_vertex(speed, each) for each in heel_first if each is not None]
     others = _other_methods(paths, rate, apart)
-    flat = [
-        _agreed(others["heel_strike"], *swing, rate)
-        for swing, each in zip(swings, heel_first, strict=True)
-        if each is None
-    ]
+    landings: list[float] = []
+    for sinking, swing in zip(heel_first, swings, strict=True):
+        agreed = _agreed(others["heel_strike"], *swing, rate)
+        at = None if sinking is None else _vertex(speed, sinking)
+        # A heel that comes down later, in stance, is no landing.
+        late = at is None or (agreed is not None and at - agreed > SAME_EVENT_SECONDS * rate)
+        landings += [each for each in (agreed if late else at,) if each is not None]
     found_at: dict[EventKind, list[float]] = {
         "toe_off": [_mean_of_near(_vertex(ahead, at), others["toe_off"], rate) for at in offs],
-        "heel_strike": sorted([*landings, *(each for each in flat if each is not None)]),
+        "heel_strike": landings,
     }
     return [
         Event(float(time[0] + at / rate), side, kind)
