@@ -3,11 +3,11 @@
 `evidence/anybody.toml` lists the recordings: two of the project's data, the others public. FOLDER
 has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
 
-A plate, zeroed as in an import, shows an event where its force crosses 20 N, one foot is wholly on it (its heel and heads
-within 1 cm) and the other one, its swing included, is not near the floor beside it. The same foot's
-event of the markers alone that is nearest is compared with it; one that is farther than 0.2 s away
-is missed. Recordings that were looked at when the methods were chosen have rows of their own beside
-the others.
+A plate, zeroed as in an import, shows an event where its force crosses 20 N, one foot is wholly on
+it (its heel and heads within 1 cm) and the other one, its swing included, is not near the floor
+beside it. The same foot's event of the markers alone that is nearest is compared with it; one that
+is farther than 0.2 s away is missed. Recordings that were looked at when the methods were chosen
+have rows of their own beside the others.
 """
 
 import os

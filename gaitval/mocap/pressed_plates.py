@@ -11,6 +11,8 @@ from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, UNLOADED_N
 from gaitval.mocap.recording import Plate
 
+LARGEST_LEVEL_M: Final = 0.005
+"""m times the force, of the level parts of a torque about the centre of pressure."""
 LONGEST_PLATE_M: Final = 1.0
 """A moment about the middle or a corner of a plate is at most this times the force, m."""
 
@@ -72,19 +74,24 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     rows, wanted = crossed[strong][:, level].reshape(-1, 3), needed[strong][:, level].reshape(-1)
     about = np.linalg.lstsq(rows, wanted, rcond=None)[0]
     free = torque - np.cross(point - about, force)
-    if _lever(force, free, strong) <= LONGEST_LEVER_M / 2:
-        free[:, level] = 0.0
+    upright = np.where(np.arange(3) == up, free, 0.0)
+    # About the right point only the vertical torque is left, and a foot can exert it.
+    if (
+        _lever(force, free - upright, strong) <= LARGEST_LEVEL_M
+        and _lever(force, upright, strong) <= LONGEST_LEVER_M
+    ):
         warnings.warn(
             f"{path}: plate {name}: the torque is about {np.round(about, 3).tolist()} m and not "
             "about the centre of pressure; the free moment is computed from it",
             RecordWarning,
             stacklevel=2,
         )
-        return free
+        return upright
     why = (
         "It looks like Nmm: divide the torques by 1000"
         if lever > LONGEST_PLATE_M
-        else "Export the free moment about the centre of pressure"
+        else "It looks like the moment about the plate's middle or origin: export the free moment "
+        "about the centre of pressure"
     )
     raise RecordError(
         f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "

@@ -226,8 +226,9 @@ def _standing(
 
 
 HIGH_FLOOR: Final = 0.01
-"""m. Plates that are nearer than this to the axes' origin are level with it; and plates whose
-corners differ by more in height say nothing of the floor."""
+"""m. Plates that are nearer than this to the axes' origin are level with it."""
+UNEVEN_PLATES: Final = 0.02
+"""m. Plates whose corners differ by more in height say nothing of the floor."""
 LOWEST_MARKER: Final = (-0.02, 0.12)
 """m above the floor, of the lowest marker of a standing person."""
 
@@ -248,7 +249,7 @@ def _floor(
         [plate.corners @ axes.rotation[2] for walk in walking for plate in walk.plates]
     ).ravel()
     heights = heights[np.isfinite(heights)]
-    if not len(heights) or np.ptp(heights) > HIGH_FLOOR:
+    if not len(heights) or np.ptp(heights) > UNEVEN_PLATES:
         return 0.0
     floor = float(np.median(heights))
     lowest = float(np.nanmin(np.nanmedian(standing.markers @ axes.rotation[2], axis=0)))

@@ -11,6 +11,7 @@ from synthetic_recording import (
     LANDMARKS,
     SPEED,
     STANCE,
+    STRIDE,
     Y_UP,
     Rectangle,
     strikes,
@@ -22,6 +23,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
+    _filling,
     find_events,
     foot_contacts,
     force_events,
@@ -76,6 +78,37 @@ def test_the_crossing_of_the_threshold_is_found_between_samples(rate: float) -> 
     ]
     # the clock of the trial begins at 5 s
     assert [event.time for event in events] == pytest.approx([5.5243, 6.2777], abs=1e-9)
+
+
+@pytest.mark.parametrize("comes_down", [True, False])
+def test_a_foot_that_lands_on_its_toes_lands(comes_down: bool) -> None:
+    """Equinus: the heel is high when the foot lands, and comes down in stance, or never does."""
+    normal = walk(6.0)
+    strides = (normal.time - 0.3) / STRIDE
+    phase = strides - np.floor(strides)
+    down = np.clip(np.minimum((phase - 0.15) / 0.15, (0.55 - phase) / 0.1), 0.0, 1.0)
+    heel = normal.names.index("R.Heel")
+    markers = normal.markers.copy()
+    lift = markers[:, heel, 2] - markers[:, heel, 2].min()
+    markers[:, heel, 2] = 0.05 + 0.5 * lift + 0.06 * (1.0 - down * comes_down)
+    equinus = normal.with_markers(normal.names, markers)
+    found = of(marker_events(equinus, landmarks=LANDMARKS), "right", "heel_strike")
+    off = differences(found, strikes("right", 6.0))
+    assert np.abs(off).max() < 60.0
+    left = of(marker_events(equinus, landmarks=LANDMARKS), "left", "heel_strike")
+    assert np.array_equal(
+        left, of(marker_events(normal, landmarks=LANDMARKS), "left", "heel_strike")
+    )
+
+
+def test_an_event_that_markers_lack_is_taken_from_the_file() -> None:
+    recording = walk(4.0)
+    shown = marker_events(recording, landmarks=LANDMARKS)
+    lost = [event for event in shown if (event.side, event.kind) == ("right", "toe_off")][1]
+    left_out = tuple(event for event in shown if event is not lost)
+    file = (replace(lost, time=lost.time + 0.01), Event(lost.time, "left", "toe_off"))
+    assert _filling([e for e in left_out if e.side == "right"], file) == [file[0]]
+    assert _filling([e for e in shown if e.side == "right"], file) == []
 
 
 def test_bounces_are_closed_and_brushes_dropped() -> None:

@@ -176,3 +176,21 @@ class TestGroundReaction:
         table.values[100, column] = np.nan
         write_storage(tmp_path / "a.mot", table)
         refuse(read_ground_reaction, tmp_path / "a.mot", "missing", "without gaps")
+
+
+def test_a_torque_about_the_plates_origin_gives_the_free_moment(tmp_path):
+    """As the plates of Camargo et al. 2021 are exported."""
+    path = forces(tmp_path / "a.mot")
+    table = read_storage(path)
+    values, random = table.values.copy(), np.random.default_rng(1)
+    values[50:, :3] *= 1.0 + 0.3 * random.standard_normal((150, 3))
+    values[50:, 3:6] += np.cumsum(0.002 * random.standard_normal((150, 3)) * [1, 0, 1], axis=0)
+    about = np.array([0.7, 0.0, 0.4])
+    free = np.array([0.0, 5.0, 0.0])
+    moved = values.copy()
+    moved[50:, 6:] = free + np.cross(values[50:, 3:6] - about, values[50:, :3])
+    write_storage(path, StorageTable(table.columns, table.time, moved))
+    with pytest.warns(RecordWarning, match="the free moment is computed from it"):
+        _, _, (plate,) = read_ground_reaction(path)
+    np.testing.assert_allclose(plate.free_moment[50:], np.tile(free, (150, 1)), atol=1e-6)
+    np.testing.assert_allclose(plate.centre_of_pressure[50:], values[50:, 3:6])

@@ -58,6 +58,40 @@ def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
     assert (facts.name, facts.system) == ("HC002D", "Vicon Nexus")
 
 
+QUALISYS = {
+    "NAMES": "2761", "SEX": "F", "AGE": "10", "A_BodyMass_kg": "35", "A_Height_mm": "1430",
+    "A_InterAsisDistance_mm": "210", "A_Right_LegLength_mm": "710", "A_Left_LegLength_mm": "730",
+    "A_Right_KneeWidth_mm": "95", "A_Left_KneeWidth_mm": "96", "A_Right_AnkleWidth_mm": "_",
+}  # fmt: skip
+
+
+def test_qualisys_and_luxembourg_know_the_person_too(tmp_path):
+    for number, of_group in enumerate((QUALISYS, {})):
+        path = c3d(tmp_path / f"{number}.c3d", {})
+        file = ezc3d.c3d(str(path))
+        for name, value in of_group.items():
+            file.add_parameter("SUBJECTS", name, [value])
+        if not of_group:
+            file.add_parameter("SUBJECT", "LABELS", ["age", "gender", "weight", "height"])
+            file.add_parameter("SUBJECT", "VALUES", [10.0, 1.0, 35.0, 1.43])
+        file.write(str(path))
+        facts = read_person(path)
+        assert facts.mass_kg == pytest.approx(35.0)
+        assert facts.height_m == pytest.approx(1.43)
+        assert facts.age_years == pytest.approx(10.0)
+        if of_group:
+            assert facts.knee_width_m == pytest.approx((0.095, 0.096))
+            assert facts.ankle_width_m == (None, None)
+            assert facts.leg_length_m == pytest.approx((0.71, 0.73))
+            assert found([path]).age == pytest.approx(10.0)
+
+
+def test_an_age_that_cannot_be_is_refused_before_any_work():
+    options = ImportOptions(trials=[Path("none.trc")], mass=60, height=1.7, sex="F", age=1.0)
+    with pytest.raises(SubjectError, match="--age 1: outside the plausible 2-105 years"):
+        person_of_session(options, lambda *_: None)
+
+
 def test_what_scaling_takes_from_the_markers_is_told(tmp_path):
     said = []
     found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)

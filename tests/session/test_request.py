@@ -62,6 +62,23 @@ def test_paths_are_placed_and_nothing_else(tmp_path):
     assert (placed.no_plate, placed.marker_set) == (("2",), "wbds")
 
 
+def test_plates_and_feet_are_pairs_also_as_text():
+    given = ImportOptions(**GIVEN, plate=["2=right", ("1", "left")], plate_axis="1=y")
+    assert given.plate == (("2", "right"), ("1", "left"))
+    assert given.plate_axis == (("1", "y"),)
+    with pytest.raises(ConfigurationError, match="plate"):
+        checked(ImportOptions, GIVEN | {"plate": ["2=both"]})
+
+
+def test_a_session_without_one_of_its_trials():
+    request = request_of("walk1.c3d", "walk2.c3d", identifier="A")
+    forces = (Path("a"), Path("b"))
+    request = request.model_copy(update={"static": request.trials[0], "forces": forces})
+    left = request.without_trial(0)
+    assert (left.trials, left.forces) == ((Path("walk2.c3d"),), (Path("b"),))
+    assert left.stands_in_walk
+
+
 def test_two_strangers_with_files_of_the_same_names_are_two_people():
     one = request_of("walk1.c3d", "walk2.c3d", identifier="A").who
     other = request_of("walk1.c3d", "walk2.c3d", identifier="B").who
