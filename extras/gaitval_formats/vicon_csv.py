@@ -107,7 +107,7 @@ def _sections(path: Path, lines: list[str]) -> dict[str, _Section]:
         and cells_of(line, separator_of(line))[0].lower() in _SECTIONS
     ]  # fmt: skip
     found: dict[str, _Section] = {}
-    for begin, end in zip(begins, [*begins[1:], len(lines)], strict=True):
+    for begin, end in zip(begins, [*begins, len(lines)][1:], strict=True):
         name = cells_of(lines[begin], separator_of(lines[begin]))[0].lower()
         if name in ("devices", "trajectories"):
             if name in found:
@@ -169,7 +169,7 @@ def _markers(path: Path, section: _Section) -> Recording:
         )
     names, paths = [], []
     starts = [i for i, name in enumerate(section.devices) if name]
-    for begin, end in zip(starts, [*starts[1:], len(section.columns)], strict=True):
+    for begin, end in zip(starts, [*starts, len(section.columns)][1:], strict=True):
         axes = [name.lower()[:1] for name in section.columns[begin:end]]
         name = section.devices[begin]
         if axes[:3] != ["x", "y", "z"]:

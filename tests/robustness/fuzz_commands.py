@@ -371,10 +371,10 @@ def kinds(folder: Path) -> dict[str, Kind]:
     return {
         "vicon_csv": trial_of("v.csv", None, "v.csv"),
         "qualisys_tsv": trial_of("walk.tsv", None, "walk.tsv", *trials[1:]),
-        "qualisys_forces": trial_of("v.trc", "walk_f_1.tsv", "walk_f_2.tsv"),
+        "qualisys_forces": trial_of("v.trc", "walk_f_1.tsv", "walk_f_2.tsv", "walk_f_2.tsv"),
         "motion_analysis": trial_of("v.trc", "v.forces", "v.forces"),
         "kistler_text": trial_of("v.trc", "k.txt", "k.txt", "k.plates.toml"),
-        "kistler_places": trial_of("v.trc", "k.txt", "k.plates.toml"),
+        "kistler_places": trial_of("v.trc", "k.txt", "k.plates.toml", "k.plates.toml"),
         "opencap": program("OC/sessionMetadata.yaml", "OC/MarkerData/walk1.trc"),
         "pose2sim": program("P00/Config.toml", pose),
         "locohub": Kind(seeds("a_phase.parquet"), {"a_phase.parquet": m.BYTES}, _locohub),

@@ -1,0 +1,88 @@
+"""What `gaitval export` writes comes in equal, by the readers that an import uses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.mocap.force_plates import UNLOADED_N
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.trc_writing import write_trc
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion_reading import read_motion
+from gaitval_export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
+from gaitval_export.locohub import locohub_frame, write_locohub
+from gaitval_export.opensim_folder import foot_forces, write_opensim
+from gaitval_export.walked import Walked
+from gaitval_formats.locohub import POINTS, read_locohub_trials
+
+EQUAL = 1e-6
+
+
+@pytest.fixture(scope="module")
+def walked() -> Walked:
+    return Walked.of("5")
+
+
+def relative(read: np.ndarray, written: np.ndarray) -> float:
+    return float(np.abs(read - written).max() / np.abs(written).max())
+
+
+def test_c3d(walked: Walked, tmp_path: Path) -> None:
+    (path,) = write_c3d_file(tmp_path, walked)
+    read, written = read_recording(path), recording_of(walked)
+    assert relative(read.markers, written.markers) < EQUAL
+    for theirs, ours in zip(read.plates, written.plates, strict=True):
+        on = ours.force[:, 2] > 2.0 * UNLOADED_N
+        assert relative(theirs.force, ours.force) < EQUAL
+        assert relative(theirs.centre_of_pressure[on], ours.centre_of_pressure[on]) < EQUAL
+    # and out of what was read again
+    write_c3d(tmp_path / "again.c3d", read)
+    again = read_recording(tmp_path / "again.c3d")
+    assert relative(again.markers, read.markers) < EQUAL
+
+
+def test_opensim(walked: Walked, tmp_path: Path) -> None:
+    """The forces with markers of the same walk, as an import is given them."""
+    _, motion, _, reaction, _ = write_opensim(tmp_path, walked)
+    _, positions = read_motion(motion)
+    assert relative(positions, walked.walk.positions[walked.rows]) < EQUAL
+    markers = recording_of(walked)
+    bare = markers.with_markers(markers.names, markers.markers).turned(TO_OPENSIM)
+    write_trc(tmp_path / "walk.trc", bare)
+    read = read_recording(tmp_path / "walk.trc", forces=reaction)
+    forces = foot_forces(walked)
+    count = len(read.plates[0].force)
+    assert count >= len(read.markers) * CAMERA_STEPS - 1
+    turn = np.asarray(TO_OPENSIM).T
+    for side, plate in enumerate(read.plates):
+        force, point = forces.force[:count, side] @ turn, forces.centre_of_pressure[:count, side]
+        on = forces.force[:count, side, 2] > 2.0 * UNLOADED_N
+        assert relative(plate.force, force) < EQUAL
+        assert relative(plate.centre_of_pressure[on], point[on] @ turn) < EQUAL
+        assert relative(plate.free_moment[on], forces.free_moment[:count, side][on] @ turn) < 1e-5
+
+
+def test_locohub(walked: Walked, tmp_path: Path) -> None:
+    """The mean over each foot's own cycles, in our names and signs."""
+    (path,) = write_locohub(tmp_path, walked)
+    (trial,) = read_locohub_trials(path)
+    assert trial.sides_said
+    assert trial.count == walked.cycles.count("right") + walked.cycles.count("left")
+    curves, frame = trial.curves(), locohub_frame(walked)
+    for side in ("right", "left"):
+        own = frame[frame["task_info"].str.contains(f"ipsi_side:{side}")]
+        for theirs, ours, sign in (
+            ("hip_flexion_angle_ipsi_rad", "angle_hip_flexion", 1.0),
+            ("hip_adduction_angle_ipsi_rad", "angle_hip_adduction", 1.0),
+            ("knee_flexion_angle_ipsi_rad", "angle_knee_angle", 1.0),
+            ("ankle_dorsiflexion_angle_ipsi_rad", "angle_ankle_angle", 1.0),
+            ("knee_flexion_moment_ipsi_Nm_kg", "moment_knee_angle", 1.0),
+            ("grf_vertical_ipsi_BW", "force_up", 1.0),
+            ("grf_lateral_ipsi_BW", "force_left", -1.0),
+            ("pelvis_frontal_angle_rad", "angle_pelvis_list", 1.0 if side == "right" else -1.0),
+        ):
+            mean = own[theirs].to_numpy().reshape(-1, POINTS).mean(axis=0)
+            assert relative(sign * curves[f"{ours}_{side[0]}"], mean) < EQUAL, theirs
+    assert trial.stride_time() == pytest.approx(walked.stored.subject.stride_time_s, rel=5e-3)
