@@ -14,7 +14,15 @@ from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
-from gaitval.mocap.text_table import XYZ, counted, numbers_of, sample_rate, sound_rows, text_lines
+from gaitval.mocap.text_table import (
+    XYZ,
+    counted,
+    cut_off,
+    numbers_of,
+    sample_rate,
+    sound_rows,
+    text_lines,
+)
 
 
 def read_storage(path: Path) -> StorageTable:
@@ -75,6 +83,8 @@ def read_storage(path: Path) -> StorageTable:
     ):
         promised = next((header[key] for key in keys if key in header), str(seen))
         if promised != str(seen):
+            if what == "rows" and rows and len(rows[-1][1].split()) < len(labels):
+                raise cut_off(path, "the header's count of rows", promised, seen)
             counted(path, f"the header's count of {what}", promised, seen, what)
             # A row that the file's end cut in a number looks whole.
             if what == "rows" and promised.isdigit() and 1 < seen < int(promised):

@@ -138,6 +138,14 @@ def counted(path: Path, what: str, promised: object, seen: int, of: str) -> None
     )
 
 
+def cut_off(path: Path, what: str, promised: object, seen: int) -> RecordError:
+    """The error of a file at `path` that ends in the middle of a row, before the promised one."""
+    return RecordError(
+        f"{path}: {what} is {promised}, but there are {seen} rows, the last of them incomplete: "
+        "the file is truncated. Export it again."
+    )
+
+
 def sound_rows(path: Path, time: Array) -> int:
     """How many of the times (T,) are evenly spaced: all, or all but the last one.
 

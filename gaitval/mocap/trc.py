@@ -12,6 +12,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.text_table import (
     counted,
+    cut_off,
     numbers_of,
     sample_rate,
     sound_rows,
@@ -51,6 +52,8 @@ def read_trc(path: Path) -> Recording:
     if not numbered:
         raise RecordError(f"{path}: no frames. Export the trial again.")
     if len(numbered) != frames:
+        if len(numbered) > 1 and numbered[-1][1].count("\t") < numbered[-2][1].count("\t"):
+            raise cut_off(path, "NumFrames", frames, len(numbered))
         counted(path, "NumFrames", frames, len(numbered), "rows")
         # A row that the file's end cut in a number looks whole.
         if 1 < len(numbered) < frames:

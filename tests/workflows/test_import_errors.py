@@ -302,6 +302,17 @@ def test_a_truncated_text_file(laboratory: Laboratory, name: str) -> None:
     refuse(request, name, "truncated", "Export")
 
 
+def test_a_name_twice_in_a_trial(laboratory: Laboratory) -> None:
+    """Which of the two is right is unknown, and no leg needs either: both are left out."""
+    request = laboratory.text("walk.trc", lambda text: text.replace("R.TT", "R.HF"))
+    said: list[str] = []
+    session = read_session(
+        request, ProcessingSettings(), lambda step, text: said.append(f"{step}: {text}")
+    )
+    assert "R.HF" not in session.walking[0].names
+    assert any(line.startswith("warnings: ") and "has the name R.HF" in line for line in said)
+
+
 @pytest.mark.parametrize("share", [0.5, 0.0003])
 def test_a_truncated_c3d(raw: Path, laboratory: Laboratory, share: float) -> None:
     path = laboratory.folder / "cut.c3d"
@@ -316,12 +327,11 @@ def test_a_truncated_c3d(raw: Path, laboratory: Laboratory, share: float) -> Non
         ("walk.trc", lambda text: text.replace(".", ","), "decimal comma"),
         ("forces.mot", lambda text: text.replace(".", ","), "decimal comma"),
         ("walk.trc", lambda text: text.replace("\t", ";"), "not separated by tabs"),
-        ("walk.trc", lambda text: text.replace("R.TT", "R.HF"), "more than one marker"),
         ("walk.trc", lambda text: text.replace("\tmm\t", "\tfeet\t"), "Units is 'feet'"),
         ("walk.trc", lambda text: text.replace("150\t150", "100\t150"), "DataRate is 100 Hz"),
         ("forces.mot", lambda text: text.replace("ground_force_v", "f"), "no ground reaction"),
     ],
-    ids=["commas", "commas, forces", "csv", "name twice", "unit", "rate", "columns"],
+    ids=["commas", "commas, forces", "csv", "unit", "rate", "columns"],
 )
 def test_a_text_file_from_another_program(
     laboratory: Laboratory, name: str, change: Callable[[str], str], words: str
