@@ -20,7 +20,7 @@ class RecordAccuracy(NamedTuple):
     pelvis: float = np.deg2rad(1.3)
     moment: float = 0.03
     adduction_moment: float = 0.10
-    forward_force: float = 0.0075
+    forward_force: float = 0.0068
     sideways_force: float = 0.006
     vertical_force: float = 0.0095
     hip_centre: float = 0.02
