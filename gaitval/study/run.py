@@ -207,9 +207,9 @@ def run_subject(
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
         do(choose_stage(run, rounds))
         do(correct_stage(run))
-        do(simulate_stage(run))
-        do(repeat_stage(run))
-        do(push_stage(run))
+        # the workers do one what the other leaves of their time
+        walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
+        _together(run, walks, pushes, force=force)
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
         kept.enter_context(keeping_workers(run.configuration.training.workers))
