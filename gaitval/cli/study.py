@@ -393,7 +393,6 @@ def subject_command(
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.metrics.results import read_metrics
     from gaitval.study.run import run_subject
 
     settings = with_pages(settings, language, paper)
@@ -405,6 +404,8 @@ def subject_command(
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False) as run:
         run_subject(run, scratch=scratch, start=start, force=force)
+    from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
+
     metrics = read_metrics(run.folder)
     display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)

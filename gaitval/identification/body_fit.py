@@ -14,6 +14,7 @@ The result is the mode of the posterior, and its covariance from the normal equa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -29,6 +30,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
+from gaitval.policy.processes import side_by_side
 from gaitval.reference.dynamic_fit import (
     HARMONICS,
     INFERENCE,
@@ -232,8 +234,11 @@ class BodyFit:
         starts : solutions to start from.
         fixed : (14,) mu that is held instead of found.
         """
-        tried = [self.solve(start=each, fixed=fixed, smallest_gain=_MODE_GAIN) for each in starts]
+        tried = side_by_side(partial(self._mode_from, fixed), starts)
         return min(tried, key=lambda each: each.cost)
+
+    def _mode_from(self, fixed: Array | None, start: Solution) -> Solution:
+        return self.solve(start=start, fixed=fixed, smallest_gain=_MODE_GAIN)
 
     @staticmethod
     def looked_for() -> Flags:

@@ -10,6 +10,7 @@ with those held there.
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -32,10 +33,13 @@ from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation,
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, parameter_bounds
+from gaitval.policy.processes import kept_workers, side_by_side
 from gaitval.reference.dynamic_fit import Solution
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
 """Values to be made small, of several points (n,)."""
+Begun = tuple[BodyFit, Solution]
+"""The fit to a record, and its solution with the body as scaled."""
 
 _STATE: Final = "identification_state.json"
 
@@ -147,6 +151,49 @@ def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
     )
 
 
+def _noise(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
+    return configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
+
+
+def begin(
+    record: GaitRecord,
+    model: BodyModel,
+    prior_sd: Array,
+    configuration: Configuration,
+    kinetics_told: bool,
+) -> Begun:
+    """The fit to a record, and its solution in full with the body as scaled; parameters as in
+    `identify`.
+    """
+    fit = BodyFit(
+        record, model, configuration.contact, _noise(configuration, kinetics_told),
+        prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
+    )  # fmt: skip
+    return fit, fit.solve(fixed=fit.prior_mean)
+
+
+def _search_near(
+    fit: BodyFit,
+    held: Solution,
+    settings: IdentificationSettings,
+    seed: int,
+    state_file: Path,
+    key: str,
+    on_generation: Callable[[int, float], None] | None,
+) -> Searched:
+    """`search` for the mode of the posterior of `fit`, near its solution `held`."""
+    profile = Profile(fit, held)
+    return search(
+        lambda points: profile([fit.mu_at(each) for each in points]),
+        int(BodyFit.looked_for().sum()),
+        settings=settings,
+        seed=seed,
+        state_file=state_file,
+        key=key,
+        on_generation=on_generation,
+    )
+
+
 def identify(
     record: GaitRecord,
     model: BodyModel,
@@ -155,6 +202,7 @@ def identify(
     folder: Path,
     *,
     kinetics_told: bool = True,
+    begun: Callable[[], Begun] | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> FoundParameters:
     """Find what a record says about the body. An interrupted identification resumes.
@@ -167,19 +215,14 @@ def identify(
     configuration : settings of identification, noise, contact and bounds; the seed.
     folder : receives the state of the search while it runs.
     kinetics_told : whether the record's moments and forces are the person's own.
+    begun : gives what `begin` found of these, if that was started before.
     on_progress : called after each generation with generation, total and value.
     """
     settings = configuration.identification
-    noise = configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
-    fit = BodyFit(
-        record, model, configuration.contact, noise, prior_sd=prior_sd,
-        extended=settings.parameters == "extended",
-    )  # fmt: skip
-    nominal = fit.prior_mean
-    # Solved once in full with the body as scaled; the search then moves mu near this solution,
-    # which costs hundredths of a second per candidate.
-    held = fit.solve(fixed=nominal)
-    profile = Profile(fit, held)
+    noise = _noise(configuration, kinetics_told)
+    # The search moves mu near the solution with the body as scaled, which costs hundredths of a
+    # second per candidate.
+    fit, held = begun() if begun else begin(record, model, prior_sd, configuration, kinetics_told)
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
@@ -194,15 +237,10 @@ def identify(
         if on_progress is not None:
             on_progress({"generation": generation, "total": settings.generations, "value": best})
 
-    searched = search(
-        lambda points: profile([fit.mu_at(each) for each in points]),
-        int(BodyFit.looked_for().sum()),
-        settings=settings,
-        seed=configuration.seed,
-        state_file=state_file,
-        key=key,
-        on_generation=progress,
-    )
+    # In a worker, if some are kept: cma and a training that runs meanwhile both draw from NumPy's
+    # common random numbers. Nothing is reported from there.
+    near = partial(_search_near, fit, held, settings, configuration.seed, state_file, key)
+    (searched,) = side_by_side(near, [progress if kept_workers() is None else None])
     best = fit.mu_at(searched.best)
     # From the scaled body and from what CMA-ES found: two starts, because contact makes local
     # minima.

@@ -1,72 +1,44 @@
-"""A process beside this one, which works with what other processes leave of the processors."""
+"""Work beside what this process does: in a thread, for work that worker processes do."""
 
-import os
-import signal
+import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
-from typing import Any, Final, TypeVar
+from typing import TypeVar
 
-from gaitval.policy.processes import begin_as_worker, one_thread, ready_to_start
+import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 Result = TypeVar("Result")
-
-_PATIENCE: Final = 10
-"""`nice` of a process beside this one: it only gets processor time that others leave."""
 
 
 @contextmanager
 def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Callable[[], Result]]:
-    """Run a function in a process of its own, with what other processes leave of the processors.
+    """Run a function in a thread, whose linear algebra and that of the block have one thread each.
 
     Parameters
     ----------
-    function : a module's function.
-    arguments : its positional arguments; these and the result are pickled.
+    function : what it computes at length, `kept_workers` should do.
+    arguments : its positional arguments.
 
     Yields
     ------
-    A function that waits for the result, and raises what the other one raised, or RuntimeError if
-        the process ended without a result. If the block is left before, the process is ended.
+    A function that waits for the result, and raises what the other one raised. The block ends when
+        both have; at once, if it raises itself.
     """
-    context = ready_to_start()
-    here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_answer, args=(there, function, arguments), daemon=True)
-    with one_thread():
-        process.start()
-    # This process's copy of the sending end: as long as one is open, a killed process gives no
-    # EOFError.
-    there.close()
+    answer: Future[Result] = Future()
 
-    def result() -> Result:
+    def work() -> None:
         try:
-            value, error = here.recv()
-        except EOFError:
-            process.join()
-            raise RuntimeError(
-                f"The process of {function.__name__} ended with {process.exitcode}."
-            ) from None
-        if error is not None:
-            raise error
-        answer: Result = value
-        return answer
+            answer.set_result(function(*arguments))
+        except BaseException as error:  # for who waits
+            answer.set_exception(error)
 
-    try:
-        yield result
-    finally:
-        process.terminate()
-        process.join()
-        here.close()
-
-
-def _answer(
-    sending: Connection, function: Callable[..., Any], arguments: tuple[object, ...]
-) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started it ends it
-    begin_as_worker()
-    if hasattr(os, "nice"):
-        os.nice(_PATIENCE)
-    try:
-        sending.send((function(*arguments), None))
-    except Exception as error:  # for the process that waits
-        sending.send((None, error))
+    # A daemon: a program that is stopped does not wait for it.
+    thread = threading.Thread(target=work, daemon=True)
+    # The limit is the process's. Of two limits that overlap in time, the one that ends first would
+    # lift the other's; within this one both only restore one thread.
+    with threadpool_limits(1, "blas"):
+        thread.start()
+        yield answer.result
+        thread.join()

@@ -11,7 +11,9 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 """
 
 import shutil
-from contextlib import ExitStack
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -24,6 +26,7 @@ from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import (
     BESIDE,
     INTERRUPTED,
+    Observer,
     Run,
     Stage,
     begin_stage,
@@ -33,6 +36,7 @@ from gaitval.study.stage import (
     why_run,
 )
 from gaitval.study.stages import (
+    begin_identifying,
     choose_stage,
     correct_stage,
     evaluate_stage,
@@ -52,8 +56,7 @@ from gaitval.study.stages import (
 from gaitval.study.unread import say_unread
 
 if TYPE_CHECKING:
-    from gaitval.configuration import Configuration
-    from gaitval.datasets.subject import Subject
+    from gaitval.identification.identify import Begun
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
@@ -173,69 +176,109 @@ def run_subject(
     def do(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
+    from gaitval.policy.beside import beside
+
     beginning: Start = "scratch" if scratch else "general"
     say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
     if run.configuration.training.workers > 1:
         ready_to_start(*IN_WORKERS)  # beside the first stages
     do(scale_stage(run))
-    do(reference_stage(run))
-    if start is not None:
-        start_from(run, start)
-    else:
-        choose_start(run, train_stage(run, 1), scratch=scratch)
     rounds, done = 0, False
     with ExitStack() as kept:
+        kept.enter_context(keeping_workers(run.configuration.training.workers))
+        reference, begun = reference_stage(run), None
+        if run.configuration.training.workers > 1 and (force or why_run(reference, run.folder)):
+            # in a thread, since the workers' server is not ready yet
+            with beside(begin_identifying, run) as under_way:
+                do(reference)
+            begun = under_way()
+        else:
+            do(reference)
+        if start is not None:
+            start_from(run, start)
+        else:
+            choose_start(run, train_stage(run, 1), scratch=scratch)
         while not done:
             rounds += 1
-            kept.close()  # a training has workers of its own
-            _train_and_identify(run, rounds, force=force)
-            kept.enter_context(keeping_workers(run.configuration.training.workers))
+            _train_and_identify(run, rounds, begun, force=force)
             do(hand_on_stage(run, rounds))
             do(evaluate_stage(run, rounds))
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
         do(choose_stage(run, rounds))
         do(correct_stage(run))
-        do(simulate_stage(run))
-        do(repeat_stage(run))
-        do(push_stage(run))
+        # the workers do one what the other leaves of their time
+        walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
+        _together(run, walks, pushes, force=force)
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
 
 
-def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
-    """The stages `train` and `identify` of a round. Identification uses no policy, so in the first
-    round it runs in its own process beside the training, if the run may have several.
+def _train_and_identify(
+    run: Run, round_number: int, begun: "Callable[[], Begun] | None", *, force: bool
+) -> None:
+    """The stages `train` and `identify` of a round, with what was `begun` of the latter.
+    Identification uses no policy, so in the first round it runs beside the training.
     """
-    train, identify = train_stage(run, round_number), identify_stage(run, round_number)
-    both = force or (why_run(train, run.folder) and why_run(identify, run.folder))
-    if round_number > 1 or run.configuration.training.workers == 1 or not both:
-        for stage in (train, identify):
+    train = train_stage(run, round_number)
+    if round_number > 1:
+        for stage in (train, identify_stage(run, round_number)):
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+        return
+    from gaitval.study.watching import generations_shown
+
+    # the other stage reports nothing, so its progress is read from the file of its state
+    state = run.folder / f"rounds/{round_number}/identification" / STATE
+    total = run.configuration.identification.generations
+    shown = generations_shown(run.observer, state, total)
+    identify = identify_stage(_silent(run), round_number, begun)
+    _together(run, (train,), identify, shown, force=force)
+
+
+def _silent(run: Run) -> Run:
+    """`run` with nobody who sees its stages."""
+    return replace(run, observer=Observer())
+
+
+def _together(
+    run: Run,
+    stages: Sequence[Stage],
+    other: Stage,
+    shown: "AbstractContextManager[None] | None" = None,
+    *,
+    force: bool,
+) -> None:
+    """Run `stages` one after another, and beside them an `other` one that needs none of their
+    files, if the run may have several processes; `shown` while only that one still runs.
+    """
+    both = force or (
+        why_run(other, run.folder) and any(why_run(each, run.folder) for each in stages)
+    )
+    if run.configuration.training.workers == 1 or not both:
+        for stage in (*stages, other):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
     from gaitval.policy.beside import beside
-    from gaitval.study.watching import generations_shown
 
-    begun = begin_stage(identify, run.folder, force=force)
+    begun = begin_stage(other, run.folder, force=force)
     assert begun is not None
-    with beside(_identify, run.folder, run.subject, run.configuration) as identified:
-        run.observer.say(f"{identify.name}: runs beside the training ({begun.reason})")
-        run_stage(train, run.folder, force=force, observer=run.observer)
-        run.observer.started(identify.name, BESIDE)
-        # the other process reports nothing, so its progress is read from the file of its state
-        state = run.folder / f"rounds/{round_number}/identification" / STATE
-        with generations_shown(run.observer, state, run.configuration.identification.generations):
-            seconds = identified()
+    with beside(_timed, other) as ended:
+        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
+        for stage in stages:
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+        run.observer.started(other.name, BESIDE)
+        with shown or nullcontext():
+            seconds = ended()
     end_stage(begun, seconds)
-    run.observer.finished(identify.name, seconds)
+    run.observer.finished(other.name, seconds)
 
 
-def _identify(folder: Path, subject: "Subject", configuration: "Configuration") -> float:
-    """In another process: the stage's work; returns how long it took, s."""
+def _timed(stage: Stage) -> float:
+    """The stage's work; returns how long it took, s."""
     clock = monotonic()
-    perform(identify_stage(Run(folder, subject, configuration), 1))
+    perform(stage)
     return monotonic() - clock
 
 

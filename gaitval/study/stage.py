@@ -39,7 +39,7 @@ RECORDS = "stages.json"
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
 
-BESIDE = "started beside the training"
+BESIDE = "started beside another"
 """The reason to wait for a stage that another process began earlier."""
 
 

@@ -3,7 +3,7 @@
 It is long because every stage is here, in order, with what it reads and writes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import chain, pairwise
 from pathlib import Path
@@ -15,6 +15,7 @@ from gaitval import file_gate
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
 from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
+from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
     BEFORE,
     GAIN,
@@ -39,9 +40,12 @@ from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
     from gaitval.arrays import Array
+    from gaitval.gait.record import GaitRecord
+    from gaitval.identification.identify import Begun
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
+    from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
@@ -259,10 +263,13 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
     )
 
 
-def identify_stage(run: Run, round_number: int) -> Stage:
+def identify_stage(
+    run: Run, round_number: int, begun: "Callable[[], Begun] | None" = None
+) -> Stage:
     """Record and scaled body of `run` → posterior of mu, and the reference of the identified body.
 
     It uses no policy, so every later `round_number` of Algorithm 1 copies the result of the first.
+    What was `begun` is not computed again.
     """
     here = f"rounds/{round_number}/identification"
     before = f"rounds/{round_number - 1}/identification"
@@ -284,7 +291,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
 
             found = unidentified(run.configuration, prior)
         else:
-            found = _searched(run, prior, run.folder / here)
+            found = _searched(run, prior, run.folder / here, begun)
         write_json(run.folder / here / "identification.json", found.as_dict())
         save_identified_reference(run, run.folder / here)
 
@@ -303,21 +310,48 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     )
 
 
-def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
-    """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
-    that is interrupted.
+def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
+    """Start what the identification of `run` does first, with the scaled body, in a worker that is
+    kept; None without, or if nothing is to be identified.
     """
-    from gaitval.identification.identify import identify
+    workers = kept_workers()
+    if workers is None or run.configuration.identification.method == "none":
+        return None
+    from gaitval.identification.identify import begin
+    from gaitval.identification.prior import prior_sd
+
+    record, model, told = _identified_from(run)
+    return workers.submit(
+        begin, record, model, prior_sd(run.subject), run.configuration, told
+    ).result
+
+
+def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
+    """Record and scaled body of `run`, and whether the record's kinetics are the person's own."""
     from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import quantities_told
 
+    own = "moments" in quantities_told(run.subject, run.configuration.record)
+    return run.told().record, read_urdf(run.folder / "model.urdf"), own
+
+
+def _searched(
+    run: Run, prior: "Array", folder: Path, begun: "Callable[[], Begun] | None"
+) -> "FoundParameters":
+    """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
+    that is interrupted, `begun` what the record and the body gave before.
+    """
+    from gaitval.identification.identify import identify
+
+    record, model, own = _identified_from(run)
     return identify(
-        run.told().record,
-        read_urdf(run.folder / "model.urdf"),
+        record,
+        model,
         prior,
         run.configuration,
         folder,
-        kinetics_told="moments" in quantities_told(run.subject, run.configuration.record),
+        kinetics_told=own,
+        begun=begun,
         on_progress=run.observer.progress,
     )
 

@@ -1,23 +1,21 @@
-"""Processes beside this one: what they give back, and that none is left."""
+"""Work beside this process's own: in a thread, and in workers that are kept."""
 
 import math
-import multiprocessing as mp
 import os
 import subprocess
 import sys
 import time
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from gaitval.policy.beside import beside
-from gaitval.policy.processes import keeping_workers, kept_workers
+from gaitval.policy.processes import keeping_workers, kept_workers, side_by_side
 
 
-def test_a_process_beside_this_one_gives_its_result():
-    before = set(mp.active_children())  # of other tests
+def test_what_is_beside_this_thread_gives_its_result():
     with beside(math.sqrt, 9.0) as root:
         assert root() == 3.0
-    assert not set(mp.active_children()) - before
 
 
 def test_what_it_raises_is_raised_here():
@@ -25,31 +23,50 @@ def test_what_it_raises_is_raised_here():
         root()
 
 
-def test_its_end_without_a_result_is_told():
-    with beside(os._exit, 3) as ended, pytest.raises(RuntimeError, match=r"_exit ended with 3"):
-        ended()
-
-
-def test_it_ends_when_the_block_is_left():
+def test_it_is_not_waited_for_when_the_block_raises():
     began = time.monotonic()
-    before = set(mp.active_children())
-    with beside(time.sleep, 600.0):
-        (child,) = set(mp.active_children()) - before
-    assert not child.is_alive()
+    with pytest.raises(KeyboardInterrupt), beside(time.sleep, 600.0):
+        raise KeyboardInterrupt
     assert time.monotonic() - began < 60.0
 
 
-def test_it_steps_back_and_has_one_thread():
-    with beside(os.getpriority, os.PRIO_PROCESS, 0) as priority:
-        assert priority() > os.getpriority(os.PRIO_PROCESS, 0)
-    with beside(os.getenv, "OMP_NUM_THREADS") as threads:
-        assert threads() == "1"
+def test_both_have_one_thread_of_linear_algebra_until_both_have_ended():
+    with beside(_one_thread_for, 0.2) as ended:
+        with threadpool_limits(1, "blas"):
+            pass  # a limit that ends before the other's
+        assert ended()
+        assert _blas_threads() <= {1}
+
+
+def _one_thread_for(seconds: float) -> bool:
+    with threadpool_limits(1, "blas"):
+        time.sleep(seconds)
+        return _blas_threads() <= {1}
+
+
+def _blas_threads() -> set[int]:
+    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+
+
+def test_workers_have_one_thread():
+    with keeping_workers(2):
+        assert list(side_by_side(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
+
+
+def test_without_workers_this_process_does_it():
+    assert list(side_by_side(math.sqrt, [9.0, 16.0])) == [3.0, 4.0]
+    process = ["__import__('os').getpid()"]
+    assert list(side_by_side(eval, process)) == [os.getpid()]
+    with keeping_workers(2):
+        assert list(side_by_side(math.sqrt, [9.0, 16.0])) == [3.0, 4.0]
+        assert list(side_by_side(eval, process)) != [os.getpid()]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere each process loads what it needs")
 def test_what_a_walk_needs_is_there_from_the_start():
-    with beside(eval, "sorted(__import__('sys').modules)") as modules:
-        assert {"gaitval.policy.rollouts", "gaitval.policy.rollout_buffer"} <= set(modules())
+    with keeping_workers(2):
+        (modules,) = side_by_side(eval, ["sorted(__import__('sys').modules)"])
+    assert {"gaitval.policy.rollouts", "gaitval.policy.rollout_buffer"} <= set(modules)
 
 
 def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
@@ -57,10 +74,10 @@ def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
     folder.mkdir()
     script = (
         "import math\n"
-        "from gaitval.policy.beside import beside\n"
+        "from gaitval.policy.processes import keeping_workers, side_by_side\n"
         "if __name__ == '__main__':\n"
-        "    with beside(math.sqrt, 9.0) as root:\n"
-        "        print(root())\n"
+        "    with keeping_workers(2):\n"
+        "        print(*side_by_side(math.sqrt, [9.0]))\n"
     )
     path = tmp_path / "root.py"
     path.write_text(script)

@@ -395,7 +395,7 @@ def test_both_stages_of_a_first_round_that_is_interrupted_run_again(
     again = opened("training.workers=2")
     run_subject(again)
     assert isinstance(again.observer, Listener)
-    assert "identify-1: runs beside the training (was interrupted)" in said(again)
+    assert "identify-1: runs beside train-1 (was interrupted)" in said(again)
     assert again.observer.ran[:2] == ["train-1", "identify-1"]
     assert all(each["outputs"] for each in read_json(run.folder / "stages.json").values())
 
