@@ -259,9 +259,11 @@ def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tup
         for begins, ends in (runs(np.minimum(*speeds) > resting), runs(speeds[1] > resting))
         for long in [ends - begins >= SHORTEST_SWING * rate]
     )
+    rested = np.array(rests[rests < len(front)], dtype=float)
+    moved = np.array(moves[moves > 0], dtype=float)
     return {
-        "heel_strike": (farthest(ahead), farthest(swung), rests[rests < len(front)]),
-        "toe_off": (farthest(-swung), moves[moves > 0]),
+        "heel_strike": (farthest(ahead), farthest(swung), rested),
+        "toe_off": (farthest(-swung), moved),
     }
 
 
