@@ -91,8 +91,8 @@ class ImportOptions(BaseModel):
     sex: Annotated[str, Shown("F|M")]
     """Selects the segment tables."""
     static: Annotated[Path | None, Shown("FILE")] = None
-    """Standing trial, as a file of a walking one. Left out, a standing pose is put together from the
-    walk."""
+    """Standing trial, as a file of a walking one. Left out, a standing pose is put together from
+    the walk."""
     mass: float | None = None
     """Body mass, kg; left out if the C3D file knows it."""
     height: float | None = None
@@ -105,8 +105,8 @@ class ImportOptions(BaseModel):
     trial_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")] | None = None
     """Of the subject's trial; made of the files' names if left out."""
     forces: Files = ()
-    """Ground reaction (MOT, STO, .forces, Kistler text, WBDS grf.txt) of a trial that has none in its
-    own file; one for each walking trial."""
+    """Ground reaction (MOT, STO, .forces, Kistler text, WBDS grf.txt) of a trial that has none in
+    its own file; one for each walking trial."""
     static_time: Annotated[
         tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
     ] = None
