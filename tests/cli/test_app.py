@@ -554,7 +554,7 @@ def test_a_stage_that_does_not_say_how_far_it_is_shows_its_time() -> None:
 def test_a_stage_that_another_process_began_goes_on() -> None:
     live, text = observed(terminal=False)
     live.started("identify-1", BESIDE)
-    assert text.getvalue() == "identify-1: continues (started beside the training)\n"
+    assert text.getvalue() == "identify-1: continues (started beside another)\n"
 
 
 def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:

@@ -328,6 +328,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     for name in (*STAGES, "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
+    monkeypatch.setattr(study, "begin_identifying", lambda _: None)  # there is no body
     monkeypatch.setattr(study, "general_policy", lambda: None)
     return epsilons
 
