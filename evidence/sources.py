@@ -38,6 +38,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "identified": ("gaitval/identification/*.py",),
     "learned": (
         "gaitval/policy/*.py",
+        "experiments/general_policy.py:train_general",
         "gaitval/learning_control/*.py",
         "gaitval/metrics/reference_curves.py",
         "gaitval/metrics/centring.py",
@@ -78,6 +79,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "@body",
         "@read",
         "@scaled",
+        "extras/gaitval_consistent/*.py",
         "gaitval/gait/*.py",
         "gaitval/inverse/*.py",
         "gaitval/session/average.py",

@@ -19,7 +19,6 @@ SOURCES = (
     *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
-    "inverse/change_splines.py",
     "inverse/inverse_dynamics.py",
     "inverse/marked_body.py",
     "inverse/marker_derivatives.py",
@@ -27,7 +26,6 @@ SOURCES = (
     "inverse/motion_rates.py",
     "inverse/newton_euler.py",
     "inverse/pose_solver.py",
-    "inverse/residual_derivatives.py",
     "model/body.py",
     "lanes.py",
     "model/tree.py",
@@ -77,7 +75,8 @@ def njit(function: Any) -> Any:
 
     Parameters
     ----------
-    function : a module's function that numba can compile; its file must be one of `SOURCES`.
+    function : a module's function that numba can compile; its file must be one of `SOURCES`. A
+        wing's may call what is compiled in those and in its own file, which numba checks itself.
     """
     return _compiled(function)
 

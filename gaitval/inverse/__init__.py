@@ -1,1 +1,1 @@
-"""Inverse kinematics and dynamics, model fit, marker placement, residual reduction."""
+"""Inverse kinematics and dynamics, model fit, marker placement."""

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval import wings
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
@@ -27,6 +27,7 @@ from gaitval.gait.foot_forces import assign_forces, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -42,9 +43,6 @@ from gaitval.session.quality_flags import trial_doubts
 from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
-
-if TYPE_CHECKING:
-    from gaitval.inverse.residual_reduction import ConsistentMotion
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class WalkingTrial:
     forces: FootForces | None
     loads: FootForces | None
     dynamics: InverseDynamics | None
-    consistent: "ConsistentMotion | None"
+    consistent: ConsistentMotion | None
     belt: float
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
@@ -138,10 +136,8 @@ def work_out_trial(
         dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
         measured = forces, loads, dynamics
         if request.consistent:
-            from gaitval.inverse.residual_reduction import reduce_residuals
-
             tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
-            consistent = reduce_residuals(
+            consistent = wings.load(wings.PARTS, "consistent")(
                 body.model,
                 recording.time,
                 positions,

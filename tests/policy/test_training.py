@@ -17,13 +17,13 @@ import pytest
 from safetensors.numpy import save_file
 from simulation_fixtures import changed, random_policy
 
+from experiments.general_policy import train_general
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.lanes import WIDTH
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.general import train_general
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
 from gaitval.policy.training import _read_checkpoint, train

@@ -16,7 +16,7 @@ coordinates for each knot, and the masses as a border, so the time is proportion
 the trial.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -28,22 +28,25 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES
-from gaitval.inverse.change_splines import (
+from gaitval.inverse.consistent_motion import ConsistentMotion
+from gaitval.inverse.inverse_dynamics import (
+    checked_wrenches,
+    inverse_dynamics,
+    residuals,
+)
+from gaitval.inverse.motion_rates import cardan_coordinates, checked_motion
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, Tree, segment_frames, tree_arrays
+from gaitval_consistent.change_splines import (
     BLOCK,
     DEGREE,
     ChangeSplines,
     add_block,
     times_band,
 )
-from gaitval.inverse.inverse_dynamics import (
-    InverseDynamics,
-    Residuals,
-    checked_wrenches,
-    inverse_dynamics,
-    residuals,
-)
-from gaitval.inverse.motion_rates import cardan_coordinates, checked_motion
-from gaitval.inverse.residual_derivatives import (
+from gaitval_consistent.residual_derivatives import (
     BODY_UNKNOWNS,
     GROUP_OF_SEGMENT,
     MASS_GROUPS,
@@ -53,10 +56,6 @@ from gaitval.inverse.residual_derivatives import (
     residual_derivatives,
     residuals_of_frames,
 )
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.markers import ModelMarker
-from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, Tree, segment_frames, tree_arrays
 
 STRIDE_S = 1.0
 """s. Errors of markers, forces and the guessed trunk repeat from stride to stride, and within a
@@ -110,40 +109,6 @@ class ReductionSettings:
     total_mass: float = 0.01
     trunk_offset_m: float = 0.010
     knot_s: float = 0.050
-
-
-@dataclass(frozen=True)
-class ConsistentMotion:
-    """A motion and a body that fit the ground reactions better, and the changes made.
-
-    Attributes
-    ----------
-    model : the body with its new masses and the trunk's new centre of mass.
-    time : (T,) s.
-    positions : (T, 31), changed.
-    dynamics : inverse dynamics of the changed motion and body.
-    before, after : measures of the residuals in the frames whose ground reaction is known.
-    coordinate_change : RMS change of each coordinate, rad or m; for the pelvis' orientation, of the
-        rotation between the two, about the world's axes.
-    marker_change_rms, marker_change_max : m, of the markers' displacements on the body; zero
-        without markers.
-    mass_factors : by `MASS_GROUPS`.
-    trunk_offset : (3,) m, of the trunk's centre of mass, in the trunk's axes.
-    steps : number of Gauss-Newton steps.
-    """
-
-    model: BodyModel
-    time: Array
-    positions: Array
-    dynamics: InverseDynamics
-    before: Residuals
-    after: Residuals
-    coordinate_change: Mapping[str, float]
-    marker_change_rms: float
-    marker_change_max: float
-    mass_factors: Mapping[str, float]
-    trunk_offset: Array
-    steps: int
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""The smallest change of motion and masses that makes a recording dynamically consistent."""
