@@ -221,7 +221,8 @@ def is_documented(node: ast.FunctionDef) -> bool:
 def old_words() -> list[str]:
     """Words of the old dialect in what users and developers read, with their places: pages of the
     documentation, texts of the code, docstrings, templates. Names of the code are no words: what is
-    in backticks or fences, a parameter in front of its description, a text without a space.
+    in backticks or fences, a parameter in front of its description, an annotation, a text without
+    a space.
     """
     pattern = re.compile(rf"\b(?:{'|'.join(OLD_WORDS)})\b", re.IGNORECASE)
     pages = (*sorted(ROOT.glob("docs/**/*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md")
@@ -230,8 +231,18 @@ def old_words() -> list[str]:
         text = re.sub(r"\{[{%#].*?[}%#]\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
         texts.append((str(path.relative_to(ROOT)), text))
     for path in modules():
+        annotations = {
+            getattr(node, field, None)
+            for node in ast.walk(tree_of(path))
+            for field in ("annotation", "returns")
+        }
         for node in ast.walk(tree_of(path)):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+            if (
+                isinstance(node, ast.Constant)
+                and isinstance(node.value, str)
+                and " " in node.value
+                and node not in annotations
+            ):
                 texts.append((f"{path.relative_to(ROOT)}:{node.lineno}", node.value))
     return [f"{place}: {word}" for place, text in texts for word in pattern.findall(_prose(text))]
 

@@ -42,8 +42,8 @@ def test_a_setting_is_written_as_in_toml_or_as_bare_text(setting: str, value: ob
     [
         ("training.sample=5", r"training\.sample: unknown; the known ones are samples, "),
         ("trainin.samples=5", r"trainin: unknown; the known ones are seed, record, contact, "),
-        ("training.samples=0", r"training\.samples: .*from 1 to 1e\+12, or auto, but it is 0"),
-        ("training.samples=many", r"training\.samples: .*or auto, but it is 'many'"),
+        ("training.samples=0", r"training\.samples: .*from 1 to 1e\+12, auto or full, but it is 0"),
+        ("training.samples=many", r"training\.samples: .*auto or full, but it is 'many'"),
         ("environment.observation=all", r"'paper' or 'extended', but it is 'all'"),
         (
             "environment.pace_scale=0.25",

@@ -209,7 +209,7 @@ def swing_doubts(
     ----------
     events : of both feet, in order of time.
     height_m : m, stature of the person.
-    forces : whether forces tell the frame rate better (`motion_doubts`): a long swing is then that
+    forces : whether forces show the frame rate better (`motion_doubts`): a long swing is then that
         of a slow walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
 
     Yields

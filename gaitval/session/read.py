@@ -271,7 +271,7 @@ def of_trial(number: int) -> Iterator[None]:
 
 
 def _read(tell: Tell, path: Path, forces: Path | None = None, *, plates: bool = True) -> Recording:
-    """`read_recording`, telling what it passed over."""
+    """`read_recording`, which says what it passed over."""
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
         recording = read_recording(path, forces=forces, plates=plates)

@@ -498,11 +498,11 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
 @pytest.mark.parametrize(
     ("setting", "first"),
     [
-        ("validation.filter_frequency=12", "keep-1"),
+        ("validation.filter_frequency=12", "train-1"),
         ("correction.rounds=2", "correct"),
-        ("validation.cycles=30", "keep-1"),
+        ("validation.cycles=30", "train-1"),
         ("validation.consecutive_cycles=30", "simulate"),
-        ("pushes.force=200", "keep-1"),
+        ("pushes.force=200", "train-1"),
         ("identification.generations=3", "identify-1"),
         ("training.learning_rate=1e-4", "train-1"),
         ("contact.dissipation=1.0", "reference"),
