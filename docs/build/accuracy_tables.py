@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from evidence.marked_table import with_table
-from gaitval.metrics.learning_gain import RULE, LearningGain
+from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
+from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.validation import EXTERNAL_LOAD
 from gaitval.metrics.verdicts import close_text, spread_text, target_text
@@ -221,14 +222,16 @@ def learning_table(baselines: Sequence[Stored]) -> str:
     lines = []
     for stored in baselines:
         gain = LearningGain.model_validate(stored.metrics["training"])
-        both = [each for each in (gain.start, gain.trained) if each is not None]
+        after = gain.trained if gain.samples else None
         cells = [
             (
                 "–" if each.epsilon is None else f"{each.epsilon:.4f}",
                 f"{each.survived} of {each.pushes}",
                 f"{each.falls}",
             )
-            for each in both
+            if each is not None
+            else ("–", "–", "–")
+            for each in (gain.start, after)
         ]
         kept = "trained" if gain.trained_is_handed_on else "start"
         lines.append([stored.name, f"{gain.samples:,}", *chain.from_iterable(cells), kept])
@@ -585,7 +588,7 @@ starts with noise) or with the whole 90 % interval, or that one push less surviv
 """
 ABOUT_LEARNING = (
     textwrap.fill(
-        f"{RULE} ε is the mean over the start phases; pushes of 300 N come from all around, "
+        f"{NEEDED.format(limit=push_limit())} {RULE} ε is the mean over the start phases; pushes of 300 N come from all around, "
         "halfway between the phases of the table of pushes below.",
         width=100,
     )
