@@ -588,8 +588,8 @@ starts with noise) or with the whole 90 % interval, or that one push less surviv
 """
 ABOUT_LEARNING = (
     textwrap.fill(
-        f"{NEEDED.format(limit=push_limit())} {RULE} ε is the mean over the start phases; pushes of 300 N come from all around, "
-        "halfway between the phases of the table of pushes below.",
+        f"{NEEDED.format(limit=push_limit())} {RULE} ε is the mean over the start phases; pushes "
+        "of 300 N come from all around, halfway between the phases of the table of pushes below.",
         width=100,
     )
     + "\n"
