@@ -320,7 +320,7 @@ READ_EQUAL = 1e-6
 
 @evidence.measurement()
 def formats(_: Namespace) -> list[evidence.Row]:
-    """Formats of the issue whose made file comes in as it was written, each by its own reader."""
+    """Formats whose made file comes in as it was written, each by its own reader."""
     sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
     with tempfile.TemporaryDirectory() as name:
         found = _formats(Path(name))

@@ -142,7 +142,10 @@ def motion_doubts(
     # Less the weight, both are mass times vertical acceleration. A wrong frame rate changes that of
     # the markers by its square, and that of the plates not at all.
     ratio, correlation = _against(total[known, 2] - weight, needed[known, 2] - weight)
-    if correlation > LEAST_CORRELATION and not _within(ratio, RATE_RATIOS[0]):
+    # With one foot that no plate shows, only support by the other is left, in which the vertical
+    # force hardly changes.
+    both = loads.force[known].any(axis=(0, 2)).all()
+    if both and correlation > LEAST_CORRELATION and not _within(ratio, RATE_RATIOS[0]):
         yield _rate_doubt(ratio)
         return  # the other ratios are off for the same reason
     for name in dict.fromkeys(stance.plate for stance in stances):

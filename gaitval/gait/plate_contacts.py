@@ -98,6 +98,8 @@ def judge_contact(
 ) -> list[Finding]:
     """Findings where a contact is not one foot's only, or not completely on the plates.
 
+    It is long because every reason against a contact stands beside what it does to the foot.
+
     Parameters
     ----------
     recording : in the project's axes.

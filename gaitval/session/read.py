@@ -69,6 +69,8 @@ def read_session(
     """Read all trials of `request`, bring them into the project's axes and clean them by
     `processing`; `tell` is called with each decision.
 
+    It is long because what each file lacks decides how the next is read.
+
     Raises RecordError if a file cannot be used, or the files do not belong together.
     """
     _check_files(request)

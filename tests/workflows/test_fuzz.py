@@ -47,7 +47,7 @@ def commands(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(90, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
+    ("count", "seed"), [(110, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
 )
 def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed):
     worker = Worker(commands)
