@@ -47,9 +47,11 @@ def commands(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(110, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
+    ("count", "seed"), [(90, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
 )
-def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed):
+def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed, monkeypatch):
+    if count < 900:  # each kind as often as another, so that all come
+        monkeypatch.setattr("fuzz.OFTEN", 1)
     worker = Worker(commands)
     try:
         found = list(cases(worker, count, seed))
