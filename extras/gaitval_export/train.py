@@ -19,7 +19,7 @@ import gaitval_export.environment  # registers gaitval/Walker-v0
 
 HERE = Path(__file__).resolve().parent
 EPISODES = 100
-HELD = 3
+HELD = 5
 """Steps of the environment for which an action is held: 30 ms, in which a joint can follow."""
 
 

@@ -473,5 +473,6 @@ def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
         np.array(each.walks.identified.curves.angles["ankle_angle_r"].mean)
         for each in (changed, plain)
     )
-    assert 1.0 < (ankle - other).mean() < 3.0
+    # the policy, with an action every 6 ms, answers about half of it
+    assert 0.5 < (ankle - other).mean() < 3.0
     np.testing.assert_allclose(changed.correction.harmonics, up["harmonics"], rtol=1e-5)
