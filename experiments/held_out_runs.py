@@ -10,7 +10,7 @@ Interrupted, the same command resumes. `evidence/held_out.py` makes tables of th
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.cli.display import live_view
@@ -25,9 +25,8 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion
-from gaitval.session.halves import HALVES
 from gaitval.session.importing import import_files
-from gaitval.session.request import ImportOptions
+from gaitval.session.request import Halves, ImportOptions
 from gaitval.study.predict import run_prediction, run_range
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, open_run, run_stage
@@ -38,6 +37,7 @@ from gaitval.study.stages import (
     hand_on_stage,
     identify_stage,
     metrics_of,
+    need_stage,
     reference_stage,
     scale_stage,
     simulate_stage,
@@ -94,6 +94,7 @@ def walked(run: Run) -> dict[str, Any]:
     perform(scale_stage(run))
     perform(reference_stage(run))
     choose_start(run, train_stage(run, 1))
+    perform(need_stage(run, 1))
     perform(train_stage(run, 1))
     perform(identify_stage(run, 1))
     perform(hand_on_stage(run, 1))
@@ -141,7 +142,7 @@ def halves(names: list[str], work: Path) -> None:
     """The odd cycles of a raw session known, the even ones held out; and first and last."""
     raw = Path(names[0]) / "wbds" / "raw"
     configuration = load_configuration()
-    for which in HALVES:
+    for which in get_args(Halves):
         if names[1:] and which not in names[1:]:
             continue
         imported = import_files(

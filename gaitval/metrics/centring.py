@@ -6,7 +6,6 @@ than at others. So the share is found at each speed: that of the walk nearest to
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -25,13 +24,6 @@ SHARES: Final = (0.25, 0.5, 0.75, 1.0)
 _CYCLES: Final = 8
 
 
-def with_centring(task: WalkingTask, share: float) -> WalkingTask:
-    """The `task` with another `share` of the policy's action bias removed."""
-    environment = task.configuration.environment.model_copy(update={"centring": share})
-    configuration = task.configuration.model_copy(update={"environment": environment})
-    return replace(task, configuration=configuration)
-
-
 def centred(
     task: WalkingTask, policy: Policy, mu: Array, shares: Sequence[float] = SHARES
 ) -> float:
@@ -44,7 +36,7 @@ def centred(
     wanted = reference_curves(task.reference, task.model.mass, task.record.left_phase)
     best, least = task.configuration.environment.centring, np.inf
     for share in shares:
-        walker = WalkingEnvironment(with_centring(task, share))
+        walker = WalkingEnvironment(task.with_environment(centring=share))
         rollout = record_rollout(
             walker, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + _CYCLES
         )

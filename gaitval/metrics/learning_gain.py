@@ -11,8 +11,8 @@ from gaitval.metrics.typed import Count, Number, OpenResult, Result
 
 NEEDED: Final = (
     "A policy is trained further for a person only if it needs it: on walks that were not used for "
-    "learning it falls, or survives fewer than {limit:g} % of the pushes from within 90 degrees of "
-    "straight ahead, the acceptance limit."
+    "learning it falls, or survives at a phase of the gait cycle fewer than {limit:g} % of the "
+    "pushes from within 90 degrees of straight ahead, the acceptance limit."
 )
 RULE: Final = (
     "The trained policy is handed on if, on walks that were not used for learning, it falls in no "
@@ -30,9 +30,9 @@ class Standing(Result):
     """Walks that ended in a fall."""
     pushes: Count
     survived: Count
-    pushes_ahead: Count
-    """Those from within 90 degrees of straight ahead, which are judged."""
-    survived_ahead: Count
+    weakest_phase: Number
+    """Share of the pushes from within 90 degrees of straight ahead, which are judged, that is
+    survived at the phase where it is smallest, %."""
     epsilon: Number | None
     """Mean over the walks; null if one of them has no complete gait cycle."""
     scatter: Number | None
@@ -40,7 +40,7 @@ class Standing(Result):
 
     def needs_training(self, limit: float) -> bool:
         """Whether it does, by `NEEDED`, with its `limit`, %."""
-        return self.falls > 0 or 100.0 * self.survived_ahead < limit * self.pushes_ahead
+        return self.falls > 0 or self.weakest_phase < limit
 
     def not_worse_than(self, other: "Standing") -> bool:
         """Whether it is worse in nothing."""

@@ -65,14 +65,15 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
     errors = [each.epsilon for each in went]
     mean = mean_of(errors)
     totals = array([each.total for each in errors if each])
-    ahead = [is_required(each) for each in pushes] * len(tasks)
+    # by task, phase and direction
+    stood = np.array(survived).reshape(len(tasks), len(settings.phases), DIRECTIONS)
+    ahead = [is_required(each) for each in pushes[:DIRECTIONS]]
     return Standing(
         walks=len(went),
         falls=sum(each.fell for each in went),
         pushes=len(survived),
         survived=sum(survived),
-        pushes_ahead=sum(ahead),
-        survived_ahead=sum(stood for stood, asked in zip(survived, ahead, strict=True) if asked),
+        weakest_phase=float(100.0 * stood[..., ahead].mean(axis=-1).min()),
         epsilon=None if mean is None else mean.total,
         scatter=None if mean is None else float(np.std(totals)),
     )

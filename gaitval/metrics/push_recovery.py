@@ -20,7 +20,7 @@ and not in the other.
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -260,11 +260,7 @@ def _shown(settings: PushSettings) -> list[Push]:
 
 def without_drift(task: WalkingTask) -> WalkingTask:
     """The `task` in which displacement does not end a rollout, because it is not a fall."""
-    configuration = task.configuration
-    environment = configuration.environment.model_copy(update={"drift_tolerance": math.inf})
-    return replace(
-        task, configuration=configuration.model_copy(update={"environment": environment})
-    )
+    return task.with_environment(drift_tolerance=math.inf)
 
 
 def push_recovery(

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 10
+SCHEMA_VERSION: Final = 11
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
@@ -375,7 +375,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[10]
+    schema_version: Literal[11]
     subject: SubjectResult
     units: CurveUnits
     method: Method

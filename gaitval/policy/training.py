@@ -4,7 +4,7 @@ import json
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -217,14 +217,6 @@ def _device(configuration: Configuration) -> str:
     return choose_device(configuration)
 
 
-def _while_learning(task: WalkingTask) -> WalkingTask:
-    """The `task` with actions as long as a training has them."""
-    steps = task.configuration.training.steps_per_action
-    environment = task.configuration.environment.model_copy(update={"steps_per_action": steps})
-    configuration = task.configuration.model_copy(update={"environment": environment})
-    return replace(task, configuration=configuration)
-
-
 def run_training(
     tasks: Sequence[WalkingTask],
     folder: Path,
@@ -234,7 +226,8 @@ def run_training(
 ) -> Learner:
     """What has learned to walk `samples` of `tasks`; the other arguments and errors as `train`."""
     folder.mkdir(parents=True, exist_ok=True)
-    tasks = [_while_learning(task) for task in tasks]
+    steps = tasks[0].configuration.training.steps_per_action
+    tasks = [task.with_environment(steps_per_action=steps) for task in tasks]
     configuration = tasks[0].configuration
     training, warm = configuration.training, start is not None
     torch.set_num_threads(1)  # more threads per operation wait longer than they compute

@@ -12,7 +12,7 @@ all physics steps of an action in one compiled call, and DART. A third, MuJoCo, 
 check: with its own integrator and a shorter step its walks are similar, not equal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -81,6 +81,12 @@ class WalkingTask:
             if self.reference_mu is None
             else apply_parameters(self.model, self.reference_mu)
         )
+
+    def with_environment(self, **settings: float) -> "WalkingTask":
+        """The same task with some `settings` of `environment` changed."""
+        environment = self.configuration.environment.model_copy(update=settings)
+        configuration = self.configuration.model_copy(update={"environment": environment})
+        return replace(self, configuration=configuration)
 
     @classmethod
     def of(

@@ -40,9 +40,12 @@ WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""
-BEFORE = "before.json"
-"""Beside a trained policy: how its start walked (`metrics.learning_gain.Standing`); null if it had
-none."""
+STANDING = "standing.json"
+"""How the policy walks that a training starts from (`metrics.learning_gain.Standing`; null if it
+starts from nothing) ..."""
+NEED = "need.json"
+"""... and whether it needs training: by itself, so that other figures with the same answer do not
+train again."""
 STORED_FILES = (
     "subject.toml",
     "configuration.toml",

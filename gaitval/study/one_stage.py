@@ -3,9 +3,9 @@
 from gaitval.errors import ArtefactError
 from gaitval.study.run import choose_start, plan
 from gaitval.study.stage import Run, Stage, run_stage, why_run
-from gaitval.study.stages import identify_stage, train_stage
+from gaitval.study.stages import identify_stage, need_stage, train_stage
 
-FOLLOWING = ("keep", "evaluate", "choose", "repeat")
+FOLLOWING = ("need", "keep", "evaluate", "choose", "repeat")
 """Short stages without a command: they run automatically before what depends on them."""
 
 
@@ -41,11 +41,12 @@ def run_one(
     reached = False
     # stages before the wanted one must be up to date; after it, only its short followers run
     for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
-        if stage.name == wanted:
-            if wanted == "train-1":
-                choose_start(run, stage, scratch=scratch)
-                # made again: its inputs depend on whether there is a start now
-                stage = train_stage(run, 1)
+        if stage.name == "need-1" and wanted == "train-1":
+            choose_start(run, train_stage(run, 1), scratch=scratch)
+            # the inputs of this stage and the next depend on whether there is a start now
+            run_stage(need_stage(run, 1), run.folder, observer=run.observer)
+        elif stage.name == wanted:
+            stage = train_stage(run, 1) if wanted == "train-1" else stage
             run_stage(stage, run.folder, force=force, observer=run.observer)
             reached = True
         elif stage.name.partition("-")[0] in FOLLOWING:

@@ -15,7 +15,6 @@ from gaitval.artefacts import copy_files, write_json
 from gaitval.errors import ConfigurationError
 from gaitval.journal import Journal
 from gaitval.study.inputs import (
-    BEFORE,
     GAIN,
     METRICS,
     POLICY_FILES,
@@ -31,10 +30,11 @@ from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
     LEARNING_SECTIONS,
     SIMULATION_SECTIONS,
-    comparing_walks,
     hand_on_stage,
     learned,
     metrics_of,
+    need_files,
+    need_stage,
     reference_stage,
     repeat_stage,
     scale_stage,
@@ -106,9 +106,14 @@ def train_range_stage(run: Run) -> Stage:
     return Stage(
         "train-range",
         train,
-        inputs=("model.urdf", *speeds, *(f"{start}/{name}" for name in POLICY_FILES if start)),
-        outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv", BEFORE)),
-        values={**run.sections(*LEARNING_SECTIONS, "training"), **comparing_walks(run)},
+        inputs=(
+            "model.urdf",
+            *speeds,
+            *(f"{start}/{name}" for name in POLICY_FILES if start),
+            *need_files(run, ""),
+        ),
+        outputs=tuple(f"trained/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
         workspace="trained",
     )
 
@@ -122,8 +127,10 @@ def run_range(run: Run, *, force: bool = False) -> None:
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
     # the stage is made again below, because its inputs depend on whether there is a start
     choose_start(run, train_range_stage(run))
-    run_stage(train_range_stage(run), run.folder, force=force, observer=run.observer)
-    run_stage(hand_on_stage(run, 1, _speeds(run)), run.folder, force=force, observer=run.observer)
+    speeds = _speeds(run)
+    learning = need_stage(run, 1, speeds), train_range_stage(run), hand_on_stage(run, 1, speeds)
+    for stage in learning:
+        run_stage(stage, run.folder, force=force, observer=run.observer)
 
 
 def adopt_stage(run: Run, source: Path) -> Stage:
@@ -152,14 +159,14 @@ def predicted_correction_stage(run: Run) -> Stage:
 
     def correct_walk() -> None:
         from gaitval.learning_control.correct import correct
-        from gaitval.metrics.centring import centred, with_centring
+        from gaitval.metrics.centring import centred
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()
         share = centred(task, policy, mu)
         run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
-        task = with_centring(task, share)
+        task = task.with_environment(centring=share)
         rounds = run.configuration.correction.range_rounds
         result = correct(
             task,

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.artefacts import read_json
-from gaitval.metrics.centring import with_centring
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
@@ -29,4 +28,5 @@ def predicted_task(run: Run) -> tuple[WalkingTask, NDArray[np.float64]]:
     the policy's action bias removed.
     """
     share = read_json(run.folder / "centring.json")["centring"]
-    return with_centring(corrected_task(run, walking_task(run)), share), nominal_parameters()
+    task = corrected_task(run, walking_task(run)).with_environment(centring=share)
+    return task, nominal_parameters()

@@ -42,6 +42,7 @@ from gaitval.study.stages import (
     evaluate_stage,
     hand_on_stage,
     identify_stage,
+    need_stage,
     push_stage,
     reference_stage,
     repeat_stage,
@@ -138,7 +139,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
     pairs = [
         stage(run, number)
         for number in range(1, rounds + 1)
-        for stage in (train_stage, identify_stage, hand_on_stage, evaluate_stage)
+        for stage in (need_stage, train_stage, identify_stage, hand_on_stage, evaluate_stage)
     ]
     return (
         scale_stage(run),
@@ -219,12 +220,12 @@ def run_subject(
 def _train_and_identify(
     run: Run, round_number: int, begun: "Callable[[], Begun] | None", *, force: bool
 ) -> None:
-    """The stages `train` and `identify` of a round, with what was `begun` of the latter.
+    """The stages `need`, `train` and `identify` of a round, with what was `begun` of the last.
     Identification uses no policy, so in the first round it runs beside the training.
     """
-    train = train_stage(run, round_number)
+    training = need_stage(run, round_number), train_stage(run, round_number)
     if round_number > 1:
-        for stage in (train, identify_stage(run, round_number)):
+        for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
     from gaitval.study.watching import generations_shown
@@ -234,7 +235,7 @@ def _train_and_identify(
     total = run.configuration.identification.generations
     shown = generations_shown(run.observer, state, total)
     identify = identify_stage(_silent(run), round_number, begun)
-    _together(run, (train,), identify, shown, force=force)
+    _together(run, training, identify, shown, force=force)
 
 
 def _silent(run: Run) -> Run:

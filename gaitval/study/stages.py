@@ -17,13 +17,14 @@ from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
 from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
-    BEFORE,
     GAIN,
     IDENTIFIED,
     METRICS,
+    NEED,
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
+    STANDING,
     UNFINISHED,
     WALKS,
     WITNESS,
@@ -140,25 +141,14 @@ def learned(
     run: Run, tasks: "Sequence[WalkingTask]", start: str | None, folder: Path, samples: int
 ) -> "Policy":
     """The policy of `run` for `tasks`: what is in its folder `start`, if that needs no training, or
-    what is trained from it, or from nothing, in `folder`, which keeps how the start walked.
+    what is trained from it, or from nothing, in `folder`.
     """
-    from gaitval.metrics.policy_comparison import push_limit, standing_of
-    from gaitval.policy.storage import Policy, description, of_body
-
-    subject, before = run.subject.identifier, None
+    subject = run.subject.identifier
     policy = None if start is None else start_policy(run, run.folder / start)
-    if policy is not None:
-        before = standing_of(tasks, policy, _body_of(tasks[0]))
-    write_json(folder / BEFORE, {"start": before and before.as_dict()})
-    asked = run.configuration.training.samples != "auto"
-    needed = asked or before is None or before.needs_training(push_limit())
-    if policy is not None and not needed:
+    if policy is not None and not _trains(run, folder.parent):
+        from gaitval.policy.storage import Policy, description, of_body
         from gaitval.policy.training_log import write_log
 
-        run.observer.say(
-            "This person needs no training: the policy walks without a fall and stands the pushes "
-            "(training.samples=full trains all the same)."
-        )
         write_log(folder / "training.csv", [])
         body = of_body(tasks[0].model, subject)
         return Policy(policy.tensors, description(run.configuration, body, 0))
@@ -176,21 +166,95 @@ def learned(
     )
 
 
+def _asked(run: Run) -> bool:
+    """Whether training is asked for, needed or not."""
+    return run.configuration.training.samples != "auto"
+
+
+def _trains(run: Run, folder: Path) -> bool:
+    """Whether a training of `run` is made, by what was found of its need in `folder`."""
+    return _asked(run) or bool(read_json(folder / NEED)["needed"])
+
+
+def need_files(run: Run, here: str) -> list[str]:
+    """What a training of `run` reads about its need, in the sub-folder `here`: nothing if it is
+    asked for, so that what measures the need does not matter to it.
+    """
+    return [] if _asked(run) else [f"{here}{NEED}"]
+
+
+def need_stage(run: Run, round_number: int, speeds: Mapping[str, float] | None = None) -> Stage:
+    """The policy that training in the round `round_number` of `run`, or of a range, starts from →
+    how it walks, and whether it needs training. A range has `speeds`, as in `hand_on_stage`.
+    """
+    here, start = _place_of(round_number, speeds), _start_of(run, round_number)
+
+    def compare() -> None:
+        from gaitval.metrics.policy_comparison import push_limit, standing_of
+
+        found = None
+        if start is not None:
+            tasks = _tasks_of(run, round_number, speeds)
+            policy = start_policy(run, run.folder / start)
+            found = standing_of(tasks, policy, _body_of(tasks[0]))
+        needed = found is None or found.needs_training(push_limit())
+        write_json(run.folder / here / STANDING, {"start": found and found.as_dict()})
+        write_json(run.folder / here / NEED, {"needed": needed})
+        if not (needed or _asked(run)):
+            run.observer.say(
+                "This person needs no training: the policy walks without a fall and stands the "
+                "pushes (training.samples=full trains all the same)."
+            )
+
+    return Stage(
+        "need-range" if speeds else f"need-{round_number}",
+        compare,
+        inputs=("subject.toml", *_compared(run, round_number, speeds)),
+        outputs=(f"{here}{STANDING}", f"{here}{NEED}"),
+        values=_comparing(run, speeds),
+    )
+
+
+def _place_of(round_number: int, speeds: Mapping[str, float] | None) -> str:
+    """Sub-folder of a run's folder for what a round, or a range of `speeds`, learns."""
+    return "" if speeds else f"rounds/{round_number}/"
+
+
+def _tasks_of(
+    run: Run, round_number: int, speeds: Mapping[str, float] | None
+) -> "list[WalkingTask]":
+    """What is learned in a round of `run`, or in a range of `speeds` as in `hand_on_stage`."""
+    if not speeds:
+        return [_trained_task(run, round_number)]
+    from gaitval.study.predicted_tasks import range_task
+
+    return [range_task(run, name) for name in speeds]
+
+
+def _compared(run: Run, round_number: int, speeds: Mapping[str, float] | None) -> list[str]:
+    """Files that the policies of a round, or of a range, are compared on."""
+    motions = speeds or ("reference.npz",)
+    return ["model.urdf", *motions, *_before_training(run, round_number)]
+
+
+def _comparing(run: Run, speeds: Mapping[str, float] | None) -> dict[str, Any]:
+    """Values of a stage that compares policies of `run`, or of a range of `speeds`."""
+    validation, pushes = run.configuration.validation, run.configuration.pushes
+    of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
+    return {
+        **run.sections(*SIMULATION_SECTIONS),
+        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
+        "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
+        **of_range,
+    }
+
+
 def _body_of(task: "WalkingTask") -> "Array":
     """mu (14,) with which the policy for `task` is tried."""
     from gaitval.model.parameters import nominal_parameters
 
     found = task.reference_mu
     return nominal_parameters() if found is None else found
-
-
-def comparing_walks(run: Run) -> dict[str, dict[str, Any]]:
-    """Settings of the walks by which policies of `run` are compared, as values of a stage."""
-    validation, pushes = run.configuration.validation, run.configuration.pushes
-    return {
-        "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
-        "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
-    }
 
 
 def train_stage(run: Run, round_number: int) -> Stage:
@@ -209,9 +273,12 @@ def train_stage(run: Run, round_number: int) -> Stage:
     return Stage(
         f"train-{round_number}",
         train,
-        inputs=("model.urdf", "reference.npz", *_before_training(run, round_number)),
-        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv", BEFORE)),
-        values={**run.sections(*LEARNING_SECTIONS, "training"), **comparing_walks(run)},
+        inputs=(
+            *_compared(run, round_number, None),
+            *need_files(run, _place_of(round_number, None)),
+        ),
+        outputs=tuple(f"{here}/{name}" for name in (*POLICY_FILES, "training.csv")),
+        values=run.sections(*LEARNING_SECTIONS, "training"),
         workspace=here,
     )
 
@@ -220,24 +287,18 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
     """Start and trained policy of the round `round_number` of `run`, or of a range → the better
     one, and what the training gained. A range has `speeds`, m/s, by the file of the reference.
     """
-    here = "" if speeds else f"rounds/{round_number}/"
+    here, start = _place_of(round_number, speeds), _start_of(run, round_number)
     log = ("training.csv",) if speeds else ()
-    start = _start_of(run, round_number)
 
     def decide() -> None:
         from gaitval.metrics.learning_gain import Standing
         from gaitval.metrics.policy_comparison import handed_on, learning_gain
         from gaitval.policy.storage import save_policy
 
-        if speeds:
-            from gaitval.study.predicted_tasks import range_task
-
-            tasks = [range_task(run, name) for name in speeds]
-        else:
-            tasks = [_trained_task(run, round_number)]
+        tasks = _tasks_of(run, round_number, speeds)
         trained_in, target = run.folder / f"{here}trained", run.folder / f"{here}policy"
         trained = stored_policy(run, trained_in)
-        walked = read_json(trained_in / BEFORE)["start"]
+        walked = read_json(run.folder / here / STANDING)["start"]
         before = None if walked is None else Standing.model_validate(walked)
         samples = int(trained.about["samples"])
         gain = learning_gain(tasks, before, trained, _body_of(tasks[0]), samples=samples)
@@ -247,19 +308,17 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
         save_policy(handed_on(gain, started, trained), target)
         copy_files(trained_in, target, log)
 
-    of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
     return Stage(
         "keep-range" if speeds else f"keep-{round_number}",
         decide,
         inputs=(
             "subject.toml",
-            "model.urdf",
-            *(speeds or ("reference.npz",)),
-            *_before_training(run, round_number),
-            *(f"{here}trained/{name}" for name in (*POLICY_FILES, BEFORE, *log)),
+            *_compared(run, round_number, speeds),
+            f"{here}{STANDING}",
+            *(f"{here}trained/{name}" for name in (*POLICY_FILES, *log)),
         ),
         outputs=tuple(f"{here}policy/{name}" for name in (*POLICY_FILES, *log, GAIN)),
-        values={**run.sections(*SIMULATION_SECTIONS), **comparing_walks(run), **of_range},
+        values=_comparing(run, speeds),
     )
 
 

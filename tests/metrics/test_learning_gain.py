@@ -7,7 +7,7 @@ import pytest
 from gaitval.metrics.learning_gain import LearningGain, Standing
 
 BEFORE = Standing(
-    walks=8, falls=1, pushes=96, survived=90, pushes_ahead=52, survived_ahead=50, epsilon=0.25,
+    walks=8, falls=1, pushes=96, survived=90, weakest_phase=92.3, epsilon=0.25,
     scatter=0.002,
 )  # fmt: skip
 
@@ -45,10 +45,10 @@ def test_a_start_that_does_not_walk_a_cycle_is_never_kept_for_its_epsilon():
     [
         ({"falls": 0}, False),
         ({"falls": 1}, True),
-        ({"falls": 0, "survived_ahead": 42}, False),
-        ({"falls": 0, "survived_ahead": 41}, True),
+        ({"falls": 0, "weakest_phase": 80.0}, False),
+        ({"falls": 0, "weakest_phase": 79.9}, True),
         # those from behind are not judged
-        ({"falls": 0, "survived": 45, "survived_ahead": 45}, False),
+        ({"falls": 0, "survived": 45}, False),
     ],
 )
 def test_a_start_that_falls_or_is_pushed_over_too_often_needs_training(differences, needs):

@@ -75,10 +75,24 @@ def test_several_tasks_count_together(short, walking):
     one, both = standing_of([short], walking, MU), standing_of([short, short], walking, MU)
     assert (both.walks, both.pushes) == (2 * one.walks, 2 * one.pushes)
     assert both.survived == 2 * one.survived
-    assert (both.pushes_ahead, both.survived_ahead) == (
-        2 * one.pushes_ahead,
-        2 * one.survived_ahead,
-    )
-    # of 24 directions, 13 are not behind
-    assert one.pushes_ahead * 24 == one.pushes * 13
+    assert both.weakest_phase == one.weakest_phase
     assert math.isclose(both.epsilon, one.epsilon)
+
+
+def test_the_weakest_phase_counts_and_only_pushes_that_are_judged(short, walking, monkeypatch):
+    task = changed(short, pushes={"phases": (0.0, 0.5)})  # compared at 0.25 and 0.75
+
+    def stands(group, tried):
+        pushes = [each.push for each in tried]
+        return [
+            # at 0.25 all but straight ahead and one behind, at 0.75 all but one behind
+            not (each.phase == 0.25 and math.isclose(each.direction, 0.0))
+            and not math.isclose(abs(each.direction), math.pi)
+            for each in pushes
+        ]
+
+    monkeypatch.setattr("gaitval.metrics.policy_comparison.survive_together", stands)
+    found = standing_of([task], walking, MU)
+    assert (found.pushes, found.survived) == (48, 45)
+    # of 24 directions, 13 are not behind
+    assert math.isclose(found.weakest_phase, 100.0 * 12 / 13)

@@ -308,8 +308,8 @@ def test_every_reason_not_to_judge_is_known(language: str, origin: str) -> None:
 def standing(falls: int, survived: int, epsilon: float | None, scatter: float | None) -> Standing:
     """Of 8 walks and 21 pushes."""
     return Standing(
-        walks=8, falls=falls, pushes=21, survived=survived, pushes_ahead=12,
-        survived_ahead=min(survived, 12), epsilon=epsilon, scatter=scatter,
+        walks=8, falls=falls, pushes=21, survived=survived,
+        weakest_phase=50.0, epsilon=epsilon, scatter=scatter,
     )  # fmt: skip
 
 

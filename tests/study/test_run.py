@@ -325,7 +325,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
         for module in (study, one_stage):
             monkeypatch.setattr(module, name, stage, raising=module is study)
 
-    for name in (*STAGES, "hand_on", "evaluate", "repeat"):
+    for name in (*STAGES, "need", "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
     monkeypatch.setattr(study, "begin_identifying", lambda _: None)  # there is no body
@@ -355,10 +355,12 @@ def test_main_job_runs_every_stage_once_and_then_none(
     assert ran(run) == [
         "scale",
         "reference",
+        "need-1",
         "train-1",
         "identify-1",
         "keep-1",
         "evaluate-1",
+        "need-2",
         "train-2",
         "identify-2",
         "keep-2",
@@ -396,7 +398,7 @@ def test_both_stages_of_a_first_round_that_is_interrupted_run_again(
     again = opened("training.workers=2")
     run_subject(again)
     assert isinstance(again.observer, Listener)
-    assert "identify-1: runs beside train-1 (was interrupted)" in said(again)
+    assert "identify-1: runs beside need-1 (was interrupted)" in said(again)
     assert again.observer.ran[:2] == ["train-1", "identify-1"]
     assert all(each["outputs"] for each in read_json(run.folder / "stages.json").values())
 
@@ -492,17 +494,17 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     run_subject(opened("identification.rounds=1", "identification.kappa=0.1"))
     more = opened("identification.rounds=2", "identification.kappa=0.1")
     run_subject(more)
-    assert ran(more)[:3] == ["train-2", "identify-2", "keep-2"]
+    assert ran(more)[:4] == ["need-2", "train-2", "identify-2", "keep-2"]
 
 
 @pytest.mark.parametrize(
     ("setting", "first"),
     [
-        ("validation.filter_frequency=12", "train-1"),
+        ("validation.filter_frequency=12", "need-1"),
         ("correction.rounds=2", "correct"),
-        ("validation.cycles=30", "train-1"),
+        ("validation.cycles=30", "need-1"),
         ("validation.consecutive_cycles=30", "simulate"),
-        ("pushes.force=200", "train-1"),
+        ("pushes.force=200", "need-1"),
         ("identification.generations=3", "identify-1"),
         ("training.learning_rate=1e-4", "train-1"),
         ("contact.dissipation=1.0", "reference"),
@@ -805,7 +807,8 @@ def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> 
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert not (scaled.folder / "start").exists()
     assert "training from nothing" in said(scaled)
-    assert study.train_stage(scaled, 1).inputs == ("model.urdf", "reference.npz")
+    files = ("model.urdf", "reference.npz", "rounds/1/need.json")
+    assert study.train_stage(scaled, 1).inputs == files
 
 
 def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(

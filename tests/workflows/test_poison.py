@@ -24,6 +24,7 @@ from gaitval.study.stages import (
     evaluate_stage,
     hand_on_stage,
     identify_stage,
+    need_stage,
     reference_stage,
     scale_stage,
     simulate_stage,
@@ -118,7 +119,7 @@ def main_job(run: Run) -> None:
     for stage in (scale_stage, reference_stage):
         run_stage(stage(run), run.folder)
     choose_start(run, train_stage(run, 1))
-    for stage in (train_stage, identify_stage, hand_on_stage, evaluate_stage):
+    for stage in (need_stage, train_stage, identify_stage, hand_on_stage, evaluate_stage):
         run_stage(stage(run, 1), run.folder)
     run_stage(choose_stage(run, 1), run.folder)
     run_stage(correct_stage(run), run.folder)
