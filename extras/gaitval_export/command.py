@@ -29,7 +29,7 @@ def export(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help="mujoco, gymnasium, opensim, c3d, locohub, or bundle: all of them, described.",
+            help="mujoco, gymnasium, opensim, c3d, biomod, locohub, or bundle: all of them.",
             show_default=False,
         ),
     ],
@@ -42,8 +42,9 @@ def export(
 
     mujoco: a model and a script that walks in plain MuJoCo. gymnasium: an environment that plain
     stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
-    and force plates. locohub: curves as standard Parquet. bundle: an RO-Crate of all. The first
-    use on a machine takes a minute, later ones half of it.
+    and force plates. biomod: a model and a motion for pyomeca. locohub: curves as standard Parquet.
+    bundle: an RO-Crate of all, described. The first use on a machine takes a minute, later ones
+    half of it.
     """
     from gaitval_export.formats import export_to, writer_of
     from gaitval_export.walked import Walked

@@ -28,12 +28,15 @@ _KINDS: Final = {
     ".mot": "text/tab-separated-values",
     ".sto": "text/tab-separated-values",
     ".parquet": "application/vnd.apache.parquet",
+    ".bioMod": "text/plain",
+    ".npz": "application/zip",
 }
 _PARTS: Final = {
     "mujoco": "The person in MuJoCo, and a script that walks",
     "gymnasium": "The policy and its settings for gaitval/Walker-v0, and a script that trains",
     "opensim": "Model, motion, joint moments and ground reaction for OpenSim",
     "c3d": "The walk as markers and force plates",
+    "biomod": "Model, and the walk's coordinates, rates and moments, for pyomeca",
     "locohub": "Curves over the gait cycle as LocoHub's Parquet",
     "accuracy": "How accurate the walk is: measured errors and limits",
 }

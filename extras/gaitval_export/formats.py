@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval_export.biomod import write_biomod
 from gaitval_export.c3d_file import write_c3d_file
 from gaitval_export.crate import write_crate
 from gaitval_export.locohub import write_locohub
@@ -21,6 +22,7 @@ FORMATS: Final[dict[str, Writer]] = {
     "gymnasium": write_training,
     "opensim": write_opensim,
     "c3d": write_c3d_file,
+    "biomod": write_biomod,
     "locohub": write_locohub,
 }
 

@@ -1,0 +1,99 @@
+"""The walk for pyomeca: its own library finds the same body in the same places."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval.coordinates import RANGES
+from gaitval.inverse.marked_body import marker_positions
+from gaitval.simulation.mujoco_body import MujocoBody
+from gaitval_export.biomod import FILES, coordinate_names, write_biomod
+from gaitval_export.virtual_markers import virtual_markers
+from gaitval_export.walked import Walked
+
+biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
+
+
+@pytest.fixture(scope="module")
+def folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("biomod")
+    assert [path.name for path in write_biomod(found, walked)] == list(FILES)
+    return found
+
+
+@pytest.fixture(scope="module")
+def walk(folder: Path) -> dict[str, np.ndarray]:
+    with np.load(folder / "walk.npz") as stored:
+        return dict(stored)
+
+
+@pytest.fixture(scope="module")
+def peer(folder: Path):
+    return biorbd.Model(str(folder / "person.bioMod"))
+
+
+FRAMES = (0, 137, 411)
+
+
+def test_it_has_the_same_coordinates_in_the_same_order(peer, walk) -> None:
+    names = [each.to_string() for each in peer.nameDof()]
+    assert len(names) == peer.nbQ() == len(coordinate_names()) == 31
+    assert list(walk["names"]) == coordinate_names()
+    kinds = {"RotX": 0, "RotY": 1, "RotZ": 2, "TransX": 0, "TransY": 1, "TransZ": 2}
+    for theirs, ours in zip(names[:6], coordinate_names(), strict=False):
+        segment, kind = theirs.rsplit("_", 1)
+        assert segment == "pelvis"
+        assert "xyz"[kinds[kind]] == ours[-1]
+
+
+def test_the_walk_stays_within_the_ranges_of_the_file(peer, walk) -> None:
+    limits = [each for n in range(peer.nbSegment()) for each in peer.segment(n).QRanges()][6:]
+    assert len(limits) == 25
+    widths = {round(each.max() - each.min(), 9) for each in limits}
+    assert widths == {round(high - low, 9) for low, high in RANGES.values()}
+    q = walk["q"][6:]
+    inside = [
+        (each.min() <= row).all() and (row <= each.max()).all()
+        for each, row in zip(limits, q, strict=True)
+    ]
+    assert np.mean(inside) > 0.9  # a wrong sign or order would leave many
+
+
+def test_masses_and_places_are_those_of_the_walk(walked: Walked, peer, walk) -> None:
+    assert peer.mass() == pytest.approx(walked.body.mass, rel=1e-12)
+    positions = walked.walk.positions[walked.rows]
+    for frame in FRAMES:
+        markers = virtual_markers(walked)
+        places = marker_positions(walked.body, markers, positions[frame : frame + 1])[0]
+        ours = {each.name: place for each, place in zip(markers, places, strict=True)}
+        theirs = {
+            name.to_string(): place.to_array()
+            for name, place in zip(
+                peer.markerNames(), peer.markers(walk["q"][:, frame]), strict=True
+            )
+        }
+        assert set(theirs) == set(ours)
+        for name, place in ours.items():
+            np.testing.assert_allclose(theirs[name], place, atol=1e-9, err_msg=name)
+
+
+def test_its_energy_is_that_of_the_walk(walked: Walked, peer, walk) -> None:
+    """Masses, inertia, axes, signs and rates at once, against MuJoCo."""
+    mujoco = MujocoBody(walked.body)
+    positions = walked.walk.positions[walked.rows]
+    velocities = walked.walk.velocities[walked.rows]
+    for frame in FRAMES:
+        mujoco.set(positions[frame], velocities[frame])
+        mujoco.accelerations(np.zeros(31))
+        rates = velocities[frame]
+        expected = 0.5 * rates @ mujoco.mass_matrix() @ rates
+        found = peer.KineticEnergy(walk["q"][:, frame], walk["qdot"][:, frame])
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_joint_powers_are_those_of_the_walk(walked: Walked, walk) -> None:
+    """A sign that is missing in a moment or a rate would turn a power."""
+    ours = (walked.walk.moments * walked.walk.velocities[:, 6:])[walked.rows].sum(axis=1)
+    np.testing.assert_allclose((walk["tau"] * walk["qdot"]).sum(axis=0), ours, atol=1e-9)
+    assert np.abs(ours).max() > 50.0
