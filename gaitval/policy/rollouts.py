@@ -22,7 +22,7 @@ from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.processes import kept_workers, new_workers
+from gaitval.policy.processes import kept_workers
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -396,7 +396,11 @@ class RolloutPool:
         self._engine = engine
         self._alone = _Environments(task) if workers == 1 else None
         kept = kept_workers() if workers > 1 else None
-        self._own = new_workers(workers) if workers > 1 and kept is None else None
+        self._own = None
+        if workers > 1 and kept is None:
+            from gaitval.policy.workers import new_workers
+
+            self._own = new_workers(workers)
         self._executor = kept or self._own
         self._given = _Given(next(_pools), task)
         self._limits = ExitStack()

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from gaitval.artefacts import copy_files, file_hash, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
-from gaitval.policy.processes import keeping_workers, ready_to_start
+from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import (
     BESIDE,
@@ -176,11 +176,11 @@ def run_subject(
     def do(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
-    from gaitval.policy.beside import beside
-
     beginning: Start = "scratch" if scratch else "general"
     say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
     if run.configuration.training.workers > 1:
+        from gaitval.policy.workers import ready_to_start
+
         ready_to_start(*IN_WORKERS)  # beside the first stages
     do(scale_stage(run))
     rounds, done = 0, False
@@ -189,6 +189,8 @@ def run_subject(
         reference, begun = reference_stage(run), None
         if run.configuration.training.workers > 1 and (force or why_run(reference, run.folder)):
             # in a thread, since the workers' server is not ready yet
+            from gaitval.policy.beside import beside
+
             with beside(begin_identifying, run) as under_way:
                 do(reference)
             begun = under_way()
