@@ -35,7 +35,6 @@ from gaitval.scaling.anthropometry import (
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
-from gaitval.scaling.tape import measure_by_tape
 
 if TYPE_CHECKING:
     from gaitval.scaling.person import Individual, MeasuredPerson, Person
@@ -143,6 +142,8 @@ def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:
         return measurements_from(stored)
     if subject.markers:
         return measure(subject.markers)
+    from gaitval.scaling.tape import measure_by_tape
+
     by_tape: Mapping[str, float] = getattr(subject, "tape", {})
     return measure_by_tape(height_m=subject.height_m, **by_tape)
 
