@@ -8,7 +8,7 @@ throughout: m, N, Nm, s.
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.display import Displayed
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
@@ -80,6 +77,8 @@ class Recording(Displayed):
     events : events that the file stores, in order of time.
     """
 
+    SHOWN_BY: ClassVar[str] = "gaitval.mocap.recording_tables"
+
     source: str
     axes: Axes
     names: tuple[str, ...]
@@ -134,42 +133,6 @@ class Recording(Displayed):
     def with_markers(self, names: Iterable[str], markers: Array) -> "Recording":
         """The same trial with other marker trajectories (T, M, 3) of these names."""
         return replace(self, names=tuple(names), markers=np.asarray(markers, dtype=float))
-
-    def title(self) -> str:
-        """File and axes."""
-        return f"Recording {self.source}, {self.axes} axes"
-
-    def overview(self) -> "pd.DataFrame":
-        """How much of what was recorded."""
-        from gaitval.frames import value_frame
-
-        seen = np.isfinite(self.markers).all(axis=2).mean() if self.markers.size else np.nan
-        return value_frame(
-            [
-                ("", "duration", len(self.markers) / self.marker_rate, "s"),
-                ("", "markers", len(self.names), "1"),
-                ("", "marker rate", self.marker_rate, "Hz"),
-                ("", "markers seen", 100.0 * float(seen), "%"),
-                ("", "force plates", len(self.plates), "1"),
-                ("", "force rate", self.force_rate, "Hz"),
-                ("", "events", len(self.events), "1"),
-            ]
-        ).drop(columns=["side", "percent"])
-
-    def to_frame(self) -> "pd.DataFrame":
-        """Marker positions: columns marker, quantity (x, y, z), time (s), value, unit (m)."""
-        count, markers, _ = self.markers.shape
-        import pandas as pd
-
-        return pd.DataFrame(
-            {
-                "marker": np.tile(np.repeat(self.names, 3), count),
-                "quantity": np.tile(["x", "y", "z"], count * markers),
-                "time": np.repeat(self.time, 3 * markers),
-                "value": self.markers.reshape(-1),
-                "unit": "m",
-            }
-        )
 
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all."""

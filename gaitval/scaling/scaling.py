@@ -15,7 +15,7 @@ hips, so in the neutral pose the lumbar joint lies behind the hips.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 import pandas as pd
@@ -76,34 +76,14 @@ For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expe
 class ScaledBody(Displayed):
     """The model of a person (lengths in m, masses in kg) and the table of how it was scaled."""
 
+    SHOWN_BY: ClassVar[str] = "gaitval.scaling.body_tables"
+
     model: BodyModel
     table: tuple[ScaledSegment, ...]
 
     def frame(self) -> pd.DataFrame:
         """The table with a row per segment and the fields of `ScaledSegment` as columns."""
         return pd.DataFrame([asdict(row) for row in self.table])
-
-    def title(self) -> str:
-        """Name and mass."""
-        return f"Body model {self.model.name}, {self.model.mass:.1f} kg"
-
-    def overview(self) -> pd.DataFrame:
-        """Length, mass and factor over the population's mean, of each segment."""
-        rows = self.frame()[["length_m", "mass_kg", "factor"]]
-        rows.insert(0, "segment", [row.name for row in self.table])
-        return rows
-
-    def to_frame(self) -> pd.DataFrame:
-        """Length in m and mass in kg of each segment."""
-        from gaitval.frames import value_frame
-
-        masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
-        return value_frame(
-            [
-                *(("", f"{row.name} length", row.length_m, "m") for row in self.table),
-                *(("", f"{name} mass", mass, "kg") for name, mass in masses),
-            ]
-        )
 
 
 def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True) -> ScaledBody:
