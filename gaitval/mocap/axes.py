@@ -195,13 +195,13 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
 def _check_height(where: str, height: float) -> None:
     """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
     if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
-        # An adult's pelvis is 0.6 to 1.1 m above the ankles; a power of ten that leads there is the
-        # likely error of the unit.
-        factors = [f for f in (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3) if 0.6 <= height * f <= 1.1]
+        from gaitval.mocap.confused_units import wrong_factor
+
+        factor = wrong_factor(height)
         hint = (
-            f"the markers are in the wrong unit, by a factor of {factors[0]:g}: correct the unit "
+            f"the markers are in the wrong unit, by a factor of {factor:g}: correct the unit "
             "in the file (mm, cm or m)"
-            if factors
+            if factor is not None
             else "the markers' names are wrong, or the person does not stand upright. Check the "
             "labels in the recording program"
         )

@@ -14,7 +14,6 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.exchanges import exchange_back, refuse_mirrored_labels
 from gaitval.mocap.findings import Finding, finding, seen_frames
-from gaitval.mocap.gaps import fill_gaps
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import cut_spikes
 
@@ -92,7 +91,10 @@ def clean(
     refuse_mirrored_labels(recording.with_markers(recording.names, markers), landmarks)
     found, spiked = cut_spikes(recording, markers)
     findings += found
-    findings += fill_gaps(recording, markers, segments, processing, spiked)
+    if not (seen_frames(markers) | never).all():
+        from gaitval.mocap.gaps import fill_gaps
+
+        findings += fill_gaps(recording, markers, segments, processing, spiked)
     now = seen_frames(markers)
     # NaN equals nothing, so a frame that was filled counts as changed.
     changed = now & ~(markers == recording.markers).all(axis=2)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,7 +28,6 @@ from gaitval.gait.foot_forces import assign_forces, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -43,6 +43,9 @@ from gaitval.session.quality_flags import trial_doubts
 from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
+
+if TYPE_CHECKING:  # a wing makes it
+    from gaitval.inverse.consistent_motion import ConsistentMotion
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ class WalkingTrial:
     forces: FootForces | None
     loads: FootForces | None
     dynamics: InverseDynamics | None
-    consistent: ConsistentMotion | None
+    consistent: "ConsistentMotion | None"
     belt: float
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]

@@ -229,12 +229,14 @@ def _train_and_identify(
         for stage in (train, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    from gaitval.study.watching import generations_shown
+    shown = None
+    if run.configuration.training.workers > 1:
+        from gaitval.study.watching import generations_shown
 
-    # the other stage reports nothing, so its progress is read from the file of its state
-    state = run.folder / f"rounds/{round_number}/identification" / STATE
-    total = run.configuration.identification.generations
-    shown = generations_shown(run.observer, state, total)
+        # the other stage reports nothing, so its progress is read from the file of its state
+        state = run.folder / f"rounds/{round_number}/identification" / STATE
+        total = run.configuration.identification.generations
+        shown = generations_shown(run.observer, state, total)
     identify = identify_stage(_silent(run), round_number, begun)
     _together(run, (train,), identify, shown, force=force)
 
