@@ -11,7 +11,7 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, EventKind, FootForces
 
 SAME_SECONDS: Final = 0.15
-"""s. Events of one foot and kind, of two sources, are at most this far apart if they are the same."""
+"""s. At most this far apart, two events of one foot and kind count as the same."""
 LARGEST_STRAY_S: Final = 0.04
 """s. Of one kind, each event of the forces is as late as the median after that of the markers: at
 most 0.025 (67 strikes and toe-offs of WBDS01 T01 at 0.49 m/s), and 0.013 in the other recordings
