@@ -23,7 +23,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
-from gaitval.errors import ScalingError
 from gaitval.scaling.landmarks import (
     Place,
     Width,
@@ -256,21 +255,10 @@ def _hinge(
     medial = points.get(f"{side}.{joint}.Medial")
     if medial is not None:
         return np.asarray((lateral + medial) / 2)
-    from gaitval.scaling.joint_width import chord_centre
+    from gaitval.scaling.joint_width import hinge_centre
 
     assert width is not None  # `_needed` has required it.
-    proximal = points[f"{side}.{above}"]
-    inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
-    # Without a wand the axis is taken across the pelvis.
-    place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
-    centre = chord_centre(proximal, lateral, place, width / 2 + MARKER_OFFSET)
-    if unit_vector(centre - lateral) @ inwards < 0.5:
-        raise ScalingError(
-            f"the wand marker {side}.{wand} is not lateral to the {joint.lower()}: the axis of "
-            "the joint would point more than 60 degrees away from the midline. Place it in the "
-            "frontal plane of the segment, or use a medial marker."
-        )
-    return centre
+    return hinge_centre(points, side, joint, above, wand, width / 2 + MARKER_OFFSET)
 
 
 def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, Array]:

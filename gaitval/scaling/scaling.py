@@ -12,7 +12,6 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -218,20 +217,9 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
             for name, share in fractions.items()
             for side in SIDES
         }
-    others = {
-        (name, side): share
-        for name, share in fractions.items()
-        for side in (SIDES if name in PAIRED else SIDES[:1])
-        if (name, side) not in known
-    }
-    rest = (subject.mass_kg - math.fsum(known.values())) / math.fsum(others.values())
-    if rest <= 0:
-        raise ScalingError(
-            f"the known masses of segments of {subject.identifier} add up to "
-            f"{math.fsum(known.values()):.1f} kg, more than the body's {subject.mass_kg:.1f} kg. "
-            "Give kilograms, and check the body mass."
-        )
-    return known | {key: share * rest for key, share in others.items()}
+    from gaitval.scaling.known_masses import with_known
+
+    return with_known(known, fractions, subject)
 
 
 def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual") -> None:
