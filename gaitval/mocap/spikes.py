@@ -1,12 +1,10 @@
-"""Frames in which a marker leaves its path for a moment."""
+"""Whether a marker leaves its path."""
 
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, Flags
-from gaitval.mocap.findings import Finding
-from gaitval.mocap.recording import Recording
+from gaitval.arrays import Array
 
 LARGEST_ACCELERATION: Final = 150.0
 """m/s². No marker of a walking person exceeds this between neighbouring frames: the largest is 153
@@ -60,28 +58,12 @@ def surprise_of(path: Array) -> Array:
     return np.nan_to_num(distance)
 
 
-def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
-    """Turn frames in which a marker briefly leaves its path into gaps.
-
-    Parameters
-    ----------
-    recording : for names, rate and the times of findings.
-    markers : (T, M, 3) m, changed in place; NaN where not seen.
-
-    Returns
-    -------
-    tuple
-        Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
-    """
-    rate = recording.marker_rate
-    findings: list[Finding] = []
-    spiked = np.zeros(markers.shape[:2], dtype=bool)
-    for column, name in enumerate(recording.names):
+def jumps(markers: Array, rate: float) -> bool:
+    """Whether any of `markers` (T, M, 3), m at `rate` Hz, leaves its path; NaN where not seen."""
+    for column in range(markers.shape[1]):
         path = markers[:, column]
         tolerance = jump_tolerance(path, rate)
         # backwards, too: the start of the trial or of a block hides a spike
         if any((surprise_of(view) > tolerance).any() for view in (path, path[::-1])):
-            from gaitval.mocap.jumping_markers import cut_jumps
-
-            findings += cut_jumps(recording, name, path, spiked[:, column])
-    return findings, spiked
+            return True
+    return False

@@ -3,9 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
-
-from gaitval.scaling.anthropometry import Proportions
+from typing import Any, Final
 
 JENSEN_YEARS: Final = (4.0, 15.0)
 """Ages of Jensen's boys; beyond them the proportions of the nearest age are taken."""
@@ -33,11 +31,9 @@ axis there, as fractions of the length: likewise. Of the segments whose end poin
 trunk, head, forearm and hand keep his."""
 
 
-def child_proportions(
-    table: Mapping[str, Proportions], age_years: float
-) -> Mapping[str, Proportions]:
-    """The segments of a child of `age_years` from those of an adult, `table`; see
-    `anthropometry.body_proportions`.
+def child_proportions(table: Mapping[str, Any], age_years: float) -> dict[str, Any]:
+    """The segments of a child of `age_years` from those of an adult (`table`), both as
+    `anthropometry.Proportions`; see `anthropometry.body_proportions`.
     """
     age = min(max(age_years, JENSEN_YEARS[0]), JENSEN_YEARS[1])
 

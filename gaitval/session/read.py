@@ -20,7 +20,6 @@ from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.axes import (
     LaboratoryAxes,
-    check_axes,
     detect_axes,
     turn_to_walking_direction,
 )
@@ -101,7 +100,7 @@ def read_session(
         # From the standing trial, in which the person is upright.
         axes = detect_axes(standing, landmarks)
     else:
-        from gaitval.mocap.given_axes import parse_axes
+        from gaitval.mocap.given_axes import check_axes, parse_axes
 
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)

@@ -1,4 +1,4 @@
-"""A marker that jumps: spikes become gaps, a jump that does not come back is reported."""
+"""Frames in which a marker leaves its path for a moment, cut."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -18,33 +18,40 @@ this fraction of the spike's size. Velocity changes during a spike, so much less
 required."""
 
 
-def cut_jumps(recording: Recording, name: str, path: Array, spiked: Flags) -> list[Finding]:
-    """Findings of spikes of a marker, and of a jump that remains; see `spikes.cut_spikes`.
+def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
+    """Turn frames in which a marker briefly leaves its path into gaps.
 
     Parameters
     ----------
-    recording : for the rate and the times of findings.
-    name : of the marker.
-    path : (T, 3) m, changed in place; NaN where not seen.
-    spiked : (T,) set to True in place in frames that were cut.
+    recording : for names, rate and the times of findings.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+
+    Returns
+    -------
+    tuple
+        Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
     """
-    rate, findings = recording.marker_rate, []
-    for begin, end, away in _spikes(path, rate):
-        path[begin:end] = np.nan
-        spiked[begin:end] = True
-        action = f"up to {1000 * away:.0f} mm off its path; removed"
-        findings.append(finding(recording, "spike", [name], begin, end, action))
-    # A jump that is left when the spikes are cut does not come back.
-    surprise = surprise_of(path)
-    jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
-    if len(jumps):
-        action = (
-            f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in {len(jumps)} "
-            "frame(s) and does not return; left as it is: check the label"
-        )
-        first, last = int(jumps[0]), int(jumps[-1])
-        findings.append(finding(recording, "jump", [name], first, last + 1, action))
-    return findings
+    rate = recording.marker_rate
+    findings = []
+    spiked = np.zeros(markers.shape[:2], dtype=bool)
+    for column, name in enumerate(recording.names):
+        path = markers[:, column]
+        for begin, end, away in _spikes(path, rate):
+            path[begin:end] = np.nan
+            spiked[begin:end, column] = True
+            action = f"up to {1000 * away:.0f} mm off its path; removed"
+            findings.append(finding(recording, "spike", [name], begin, end, action))
+        # A jump that is left when the spikes are cut does not come back.
+        surprise = surprise_of(path)
+        jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
+        if len(jumps):
+            action = (
+                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in {len(jumps)} "
+                "frame(s) and does not return; left as it is: check the label"
+            )
+            first, last = int(jumps[0]), int(jumps[-1])
+            findings.append(finding(recording, "jump", [name], first, last + 1, action))
+    return findings, spiked
 
 
 def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
