@@ -14,7 +14,6 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from gaitval import file_gate
 from gaitval.artefacts import parse_toml
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
@@ -51,23 +50,9 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
     name = str(name_or_path)
     if name in _builtin_names():
         return _builtin(name)
-    path = Path(name_or_path)
-    if not name.endswith(".toml") and not path.is_file():
-        near = difflib.get_close_matches(name.lower(), _builtin_names(), n=1)
-        raise RecordError(
-            f"{name!r}: no such marker set"
-            + (f", did you mean {near[0]}? " if near else ". ")
-            + f"The built-in sets are {', '.join(_builtin_names())}; or give the path of a TOML "
-            "file."
-        )
-    try:
-        text = file_gate.read_text(path, RecordError, largest=file_gate.WRITTEN)
-    except UnicodeDecodeError as error:
-        raise RecordError(
-            f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "
-            "a UTF-8 TOML file."
-        ) from None
-    return _parsed(text, name)
+    from gaitval.scaling.unrecognised import text_of
+
+    return _parsed(text_of(name, builtin=_builtin_names()), name)
 
 
 def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> MarkerSet:
