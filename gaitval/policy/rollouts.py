@@ -299,34 +299,6 @@ def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Ro
     )
 
 
-def roll_out(
-    task: WalkingTask,
-    policy: Policy,
-    *,
-    mu: Array,
-    start_phase: float,
-    cycles: float,
-    push: tuple[float, float, float] | None = None,
-    engine: Engine = "dart",
-) -> Rollout:
-    """`record_rollout` in a new environment, with the engine that is used for results.
-
-    Parameters
-    ----------
-    task : body, reference and constants.
-    policy, mu, start_phase, cycles, push : as `record_rollout` takes them.
-    engine : see `Walker`.
-    """
-    return record_rollout(
-        WalkingEnvironment(task, engine=engine),
-        policy,
-        mu=mu,
-        start_phase=start_phase,
-        cycles=cycles,
-        push=push,
-    )
-
-
 class _Environments:
     """A task's environments, one an engine, and a group of them: they are slow to build."""
 
