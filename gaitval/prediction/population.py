@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitval.configuration import NoiseSettings
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import GaitRecord
@@ -112,4 +113,25 @@ def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRec
         stride_time=subject.stride_time_s,
         left_phase=subject.left_phase,
         angles=subject.gait.angles_of_both(),
+    )
+
+
+def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
+    """The noise model for moments and forces that are not this person's, but what people of their
+    speed have: half as large again as such a prediction misses by, because it is wrong in its own
+    way at every percent of the cycle.
+
+    Parameters
+    ----------
+    noise : of the person's own measurements; its other fields are kept.
+    """
+    return noise.model_copy(
+        update={
+            "moment": 0.15,
+            "adduction_moment": 0.2,
+            "vertical_force": 0.08,
+            "forward_force": 0.02,
+            "medial_force": 0.02,
+            "independent": 2.0,
+        }
     )

@@ -10,8 +10,8 @@ Landmarks that a marker set lacks are found as follows.
 |---|---|---|
 | PSIS | a marker on the sacrum between them | Kadaba et al. (1990) |
 | medial knee, ankle | width, lateral marker, wand in the plane of the axis | Davis et al. (1991) |
-| first metatarsal head | heel and fifth head, mean shape of 20 feet | `FOOT_SHAPE` |
-| first and fifth head | heel and second head, mean shape of 20 feet | `FOOT_SHAPE` |
+| first metatarsal head | heel and fifth head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
+| first and fifth head | heel and second head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
 | shoulder joint | acromion, 17 % of the distance between the acromia below it | Rab et al. (2002) |
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
@@ -47,16 +47,6 @@ ACROMION_TO_SHOULDER = 0.17
 LARGEST_ELEVATION = 45.0
 """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
 it the shoulder girdle moves up and in."""
-
-FOOT_SHAPE = {
-    ("MT1", "MT5"): (1.0324, 0.4835, 0.0610),
-    ("MT1", "MT2"): (1.0033, 0.1487, 0.0220),
-    ("MT5", "MT2"): (0.8528, -0.2548, -0.0323),
-}
-"""Position of a metatarsal head relative to the heel and another head: along the line from the heel
-marker to the other head, medial of it, and above the other head, as fractions of that line's length
-in the plane of the floor. Means over the 20 feet of the ten built-in subjects (WBDS); 1 SD of the
-length is 3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
 
 
 def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
@@ -207,7 +197,10 @@ def _standing(
     for side, centre in (hip_centres or {}).items():
         points[f"{side}.Hip.Centre"] = heading.T @ centre
     for side in "RL":
-        points.update(_metatarsals(points, side))
+        if not {f"{side}.MT1", f"{side}.MT5"} <= points.keys():
+            from gaitval.scaling.foot_shape import metatarsals
+
+            points.update(metatarsals(points, side))
         for joint, above, wand, width in (
             ("Knee", "Hip.Centre", "Thigh", knee_width),
             ("Ankle", "Knee.Centre", "Shank", ankle_width),
@@ -226,25 +219,6 @@ def _right_hip(points: Mapping[str, Array]) -> Array:
         float(np.linalg.norm(asis[1] - asis[0])),
         float(np.linalg.norm(middle_asis - points["Mid.PSIS"])),
     )
-
-
-def _metatarsals(points: Mapping[str, Array], side: str) -> dict[str, Array]:
-    """The first and fifth metatarsal heads, from `FOOT_SHAPE` where they have no marker."""
-    heel = points[f"{side}.Heel"]
-    found = {}
-    for head, others in (("MT1", ("MT5", "MT2")), ("MT5", ("MT2",))):
-        if f"{side}.{head}" in points:
-            continue
-        other = next(name for name in others if f"{side}.{name}" in points)
-        along = points[f"{side}.{other}"] - heel
-        length = float(np.hypot(along[0], along[1]))
-        x = np.array([along[0], along[1], 0.0])
-        medial = np.array([-along[1], along[0], 0.0]) * (1.0 if side == "R" else -1.0)
-        forward, inward, up = FOOT_SHAPE[head, other]
-        found[f"{side}.{head}"] = (
-            heel + forward * x + inward * medial + np.array([0.0, 0.0, along[2] + up * length])
-        )
-    return found
 
 
 def _hinge(

@@ -12,10 +12,9 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 
 import shutil
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING
 
 from gaitval.artefacts import copy_files, file_hash, read_json
@@ -24,14 +23,10 @@ from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import (
-    BESIDE,
     INTERRUPTED,
     Observer,
     Run,
     Stage,
-    begin_stage,
-    end_stage,
-    perform,
     run_stage,
     why_run,
 )
@@ -264,26 +259,9 @@ def _together(
         for stage in (*stages, other):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    from gaitval.policy.beside import beside
+    from gaitval.study.watching import run_beside
 
-    begun = begin_stage(other, run.folder, force=force)
-    assert begun is not None
-    with beside(_timed, other) as ended:
-        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
-        for stage in stages:
-            run_stage(stage, run.folder, force=force, observer=run.observer)
-        run.observer.started(other.name, BESIDE)
-        with shown or nullcontext():
-            seconds = ended()
-    end_stage(begun, seconds)
-    run.observer.finished(other.name, seconds)
-
-
-def _timed(stage: Stage) -> float:
-    """The stage's work; returns how long it took, s."""
-    clock = monotonic()
-    perform(stage)
-    return monotonic() - clock
+    run_beside(run, stages, other, shown, force=force)
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
