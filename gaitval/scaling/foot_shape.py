@@ -18,8 +18,8 @@ length is 3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
 
 
 def metatarsals(points: Mapping[str, Array], side: str) -> dict[str, Array]:
-    """The first and fifth metatarsal heads, (3,) m each, from `FOOT_SHAPE`: those that are not among
-    the `points` of a `side`, "R" or "L".
+    """The first and fifth metatarsal heads, (3,) m each, that the `points` of a `side` ("R" or "L")
+    lack; by `FOOT_SHAPE`.
     """
     heel = points[f"{side}.Heel"]
     found = {}
