@@ -1,10 +1,12 @@
 """Force plates whose channels are not force and moment about the sensors' origin: the centre of
-pressure (type 1), or each sensor's own forces (types 3, 6 and 7).
+pressure (type 1), each sensor's own forces (types 3, 6 and 7), or not calibrated (4 to 7).
 """
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.c3d_contents import Contents
 
 
 def wrench_of_sensors(kind: int, loads: Array, origin: Array) -> tuple[Array, Array]:
@@ -44,3 +46,36 @@ def wrench_of_sensors(kind: int, loads: Array, origin: Array) -> tuple[Array, Ar
     )
     # Moved by d the moment is M + F × d.
     return force, moment + np.cross(force, up_to_surface)
+
+
+def stored_calibration(
+    where: str, contents: Contents, kind: int, index: int, shape: tuple[int, int]
+) -> Array:
+    """The calibration matrix of a plate of type 4 to 7.
+
+    A square matrix that is stored by rows (`MATRIX_STORE`), and an oblong one whose declared size
+    has the channels first, is transposed.
+
+    Parameters
+    ----------
+    where : the plate, for the message.
+    contents : of the file.
+    kind, index : type and number of the plate.
+    shape : rows and columns, see `force_plates.CALIBRATIONS`.
+
+    Raises
+    ------
+    RecordError : the file has none.
+    """
+    rows, columns = shape
+    stored = contents.of_plate("CAL_MATRIX", index, rows, columns)
+    if rows != columns and stored is None:
+        turned = contents.of_plate("CAL_MATRIX", index, columns, rows)
+        stored = None if turned is None else turned.T
+    if stored is None or not np.any(stored):
+        raise RecordError(
+            f"{where} is of type {kind}, but FORCE_PLATFORM:CAL_MATRIX has no calibration of "
+            f"{rows} by {columns} for it. Enter it in the recording program and export again."
+        )
+    by_row = contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW"
+    return stored.T if by_row and rows == columns else stored

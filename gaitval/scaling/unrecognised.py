@@ -1,12 +1,8 @@
-"""Markers that fit no known marker set, or two nearly equally: messages; and a user's own file."""
+"""Messages about markers that fit no known marker set, or two nearly equally."""
 
-import difflib
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
-from gaitval import file_gate
-from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
 from gaitval.scaling.marker_names import alike
@@ -75,25 +71,3 @@ def unknown(
         f"Segments are {', '.join(SEGMENTS)}.",
     ]
     return "\n".join(lines)
-
-
-def text_of(name: str, *, builtin: Sequence[str]) -> str:
-    """The text of the file `name` of a marker set. Raises RecordError if it cannot be read, or is
-    perhaps meant as one of the names of the `builtin` sets.
-    """
-    path = Path(name)
-    if not name.endswith(".toml") and not path.is_file():
-        near = difflib.get_close_matches(name.lower(), builtin, n=1)
-        raise RecordError(
-            f"{name!r}: no such marker set"
-            + (f", did you mean {near[0]}? " if near else ". ")
-            + f"The built-in sets are {', '.join(builtin)}; or give the path of a TOML "
-            "file."
-        )
-    try:
-        return file_gate.read_text(path, RecordError, largest=file_gate.WRITTEN)
-    except UnicodeDecodeError as error:
-        raise RecordError(
-            f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "
-            "a UTF-8 TOML file."
-        ) from None
