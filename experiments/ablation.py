@@ -28,7 +28,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import required_pushes, survives, trials, without_drift
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import train
 from gaitval.reference.motion import build_reference
@@ -149,8 +149,8 @@ def measured(row: Row, seed: int) -> dict[str, Any]:
         policy = train(task, Path(folder), samples=SAMPLES, subject=row.subject, on_progress=watch)
     seconds = time.monotonic() - began
     validation = configuration.validation
-    rollout = roll_out(
-        task,
+    rollout = record_rollout(
+        WalkingEnvironment(task, engine="dart"),
         policy,
         mu=nominal_parameters(),
         start_phase=0.0,

@@ -32,9 +32,9 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
-from gaitval.policy.processes import new_workers
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import Progress, policy_of, run_training
+from gaitval.policy.workers import new_workers
 from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask

@@ -31,7 +31,8 @@ from gaitval.metrics.comparison import compare_curve, curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
 from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.policy.training import train
 from gaitval.scaling.scaling import scale_subject
@@ -68,9 +69,9 @@ def walked(task: WalkingTask, policy: Policy, mu: Any) -> dict[str, Any]:
     recorded, errors = recorded_curves(task.record), []
     found: dict[str, list[float]] = {kind: [] for kind in KINDS}
     for start_phase in validation.start_phases:
-        rollout = roll_out(
-            task, policy, mu=mu, start_phase=start_phase,
-            cycles=validation.settling_cycles + CYCLES + 2, engine="compiled",
+        rollout = record_rollout(
+            WalkingEnvironment(task), policy, mu=mu, start_phase=start_phase,
+            cycles=validation.settling_cycles + CYCLES + 2,
         )  # fmt: skip
         cycles = find_cycles(rollout, task.configuration).first(CYCLES)
         curves = curves_of(task, rollout, cycles)

@@ -31,7 +31,8 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -56,9 +57,9 @@ def walked(
     record = subject.record()
     task = WalkingTask.of(model, record, configuration, mu=mu)
     validation = configuration.validation
-    rollout = roll_out(
-        task, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + 14,
-        engine="compiled",
+    rollout = record_rollout(
+        WalkingEnvironment(task), policy, mu=mu, start_phase=0.0,
+        cycles=validation.settling_cycles + 14,
     )  # fmt: skip
     curves = curves_of(task, rollout, find_cycles(rollout, configuration).first(12))
     found = epsilon(curves, recorded_curves(record))

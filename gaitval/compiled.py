@@ -7,12 +7,12 @@ named by the hash of all files with compiled functions or with constants that th
 
 import hashlib
 import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
-
-from gaitval.compiling import announce
+from numba.core import event
 
 SOURCES = (
     "compiled.py",
@@ -53,13 +53,39 @@ def _cache_folder() -> Path:
     return Path(base) / "gaitval" / f"numba-{digest.hexdigest()[:16]}"
 
 
+class _WhenCompiling(event.Listener):
+    """Loads what says that numba compiles when it does."""
+
+    def __init__(self, *, first: bool) -> None:
+        self._first = first
+        self._announcer: Any = None
+
+    def on_start(self, event: Any) -> None:
+        if self._announcer is None:
+            from gaitval.compiling import Announcer
+
+            self._announcer = Announcer(first=self._first)
+        self._announcer.on_start(event)
+
+    def on_end(self, event: Any) -> None:
+        self._announcer.on_end(event)
+
+
+@cache
+def _announce(folder: Path) -> None:
+    """From now on print a line when something is compiled that is not in the cache `folder`."""
+    first = not folder.is_dir() or not any(folder.iterdir())
+    # The listener lives as long as the process.
+    event.register("numba:compile", _WhenCompiling(first=first))  # type: ignore[no-untyped-call]
+
+
 def _compiled(function: Any, **options: Any) -> Any:
     settings: Any = numba.config
     before = settings.CACHE_DIR  # NUMBA_CACHE_DIR of the user, if set
     # numba reads the folder when the decorator runs, not when the function is first called, so it
     # only needs to be set here and other packages' functions keep their own.
     settings.CACHE_DIR = before or str(_cache_folder())
-    announce(Path(settings.CACHE_DIR))
+    _announce(Path(settings.CACHE_DIR))
     try:
         # No `fastmath`: it may reorder sums, and results would differ between processors and
         # between lanes and doubles.

@@ -1,13 +1,13 @@
 """Prints that numba compiles, which takes about a minute the first time and happens once per
 machine.
 
-From the command line and from Python alike it is one line on stderr. Nothing is printed while
-everything comes from the cache (`compiled`), nor by worker processes.
+From the command line and from Python alike it is one line on stderr. `compiled` loads this at the
+first compilation, so nothing is printed while everything comes from the cache, nor by worker
+processes.
 """
 
 import multiprocessing
 import sys
-from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
@@ -22,11 +22,11 @@ class Announcer(event.Listener):
 
     Parameters
     ----------
-    cache : folder of what was compiled, or None if there was something in it already.
+    first : whether nothing was compiled before.
     """
 
-    def __init__(self, cache: Path | None) -> None:
-        self._cache = cache
+    def __init__(self, *, first: bool) -> None:
+        self._first = first
         self._told = False
         self._depth = 0
         self._since = self._spent = 0.0
@@ -37,7 +37,7 @@ class Announcer(event.Listener):
         # measure, or nested times would be counted twice.
         if self._depth == 0:
             self._since = monotonic()
-            if self._cache is not None:
+            if self._first:
                 self._tell("for the first time, once, about a minute")
         self._depth += 1
 
@@ -55,21 +55,3 @@ class Announcer(event.Listener):
             return
         self._told = True
         print(f"gaitval: compiling {how} ...", file=sys.stderr, flush=True)
-
-
-_heard: list[Announcer] = []
-
-
-def announce(cache: Path) -> None:
-    """From now on print a line when something is compiled; a second call does nothing.
-
-    Parameters
-    ----------
-    cache : folder of what was compiled; if it is missing or empty, nothing was.
-    """
-    if not _heard:
-        empty = not cache.is_dir() or not any(cache.iterdir())
-        _heard.append(Announcer(cache if empty else None))
-        # The listener lives as long as the process; `_heard` also keeps it from being registered
-        # twice.
-        event.register("numba:compile", _heard[0])  # type: ignore[no-untyped-call]

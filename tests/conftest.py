@@ -91,7 +91,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def _server_of_workers() -> None:
     """The server that forks worker processes has the environment of its start for as long as the
     session lasts: it must not be that of a test which has changed it."""
-    from gaitval.policy.processes import ready_to_start
+    from gaitval.policy.workers import ready_to_start
 
     ready_to_start()
 

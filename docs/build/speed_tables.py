@@ -36,10 +36,10 @@ from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
-from gaitval.policy.environment import action_size
+from gaitval.policy.environment import WalkingEnvironment, action_size
 from gaitval.policy.learner import Learner
 from gaitval.policy.rollout_buffer import WalkingWorkers
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import Adjustment, adjusted
@@ -186,13 +186,12 @@ def steered_walk(name: str, step: float) -> dict[str, Array]:
     task = WalkingTask.of(task.model, task.record, task.configuration, mu=mu)
     correction = Adjustment.from_dict(read_json(stored / "correction.json"), str(stored))
     task = replace(task, reference=adjusted(task.reference, task.reference_body, correction))
-    rollout = roll_out(
-        task,
+    rollout = record_rollout(
+        WalkingEnvironment(task),
         load_policy(stored / "policy"),
         mu=mu,
         start_phase=0.0,
         cycles=task.configuration.validation.settling_cycles + STEERED_CYCLES,
-        engine="compiled",
     )
     curves = simulated_curves(
         rollout,

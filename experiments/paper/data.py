@@ -14,7 +14,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import Push, Trace, trace_of, trials, without_drift
 from gaitval.metrics.recorded import by_kind
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.rollouts import record_rollout
 from gaitval.reference.adjustment import adjusted
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.walker import WalkingTask
@@ -57,9 +57,9 @@ class Simulated:
 def walked(task: WalkingTask, policy: StoredPolicy, mu: Array, cycles: int) -> Curves:
     """Cycles of a walk of a stored policy."""
     settling = task.configuration.validation.settling_cycles
-    rollout = roll_out(
-        task, policy.network, mu=mu, start_phase=0.0, cycles=settling + cycles + 2,
-        engine="compiled",
+    rollout = record_rollout(
+        WalkingEnvironment(task), policy.network, mu=mu, start_phase=0.0,
+        cycles=settling + cycles + 2,
     )  # fmt: skip
     found = find_cycles(rollout, task.configuration).first(cycles)
     return by_kind(curves_of(task, rollout, found))

@@ -177,10 +177,10 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics
-    from gaitval.metrics.stored import FIX, believe
     from gaitval.metrics.validation import provenance_of
     from gaitval.policy.storage import load_policy
     from gaitval.reference.adjustment import Adjustment
+    from gaitval_gate.stored import FIX, believe
 
     metrics = read_metrics(file)
     believe(metrics, str(file), fewer=fewer)

@@ -29,7 +29,8 @@ from gaitval.identification.prior import prior_sd
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.model.parameters import apply_parameters, nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, fitted
 from gaitval.reference.motion import build_reference
@@ -186,8 +187,8 @@ def walked(
     # Lengths and joints are in `body` already; damping and friction act in the simulation.
     walking[:2] = truth[:2]
     settling = configuration.validation.settling_cycles
-    walk = roll_out(
-        task, policy, mu=walking, start_phase=0.0, cycles=settling + _CYCLES + 2, engine="compiled"
+    walk = record_rollout(
+        WalkingEnvironment(task), policy, mu=walking, start_phase=0.0, cycles=settling + _CYCLES + 2
     )
     if walk.fell[0]:
         raise VirtualError(f"virtual person {number} of seed {seed} falls.")

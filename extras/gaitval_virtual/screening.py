@@ -24,7 +24,8 @@ from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
@@ -128,13 +129,12 @@ def _walked(task: WalkingTask, policy: Policy, away: Array) -> Curves | None:
     changed = replace(
         task, model=model, configuration=configuration.model_copy(update={"contact": contact})
     )
-    rollout = roll_out(
-        changed,
+    rollout = record_rollout(
+        WalkingEnvironment(changed),
         policy,
         mu=nominal_parameters() + away[: len(PARAMETERS)],
         start_phase=0.0,
         cycles=configuration.validation.settling_cycles + _CYCLES + 2,
-        engine="compiled",
     )
     cycles = find_cycles(rollout, configuration).first(_CYCLES)
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:

@@ -9,9 +9,9 @@ from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import rotation_vector, segment_frames
+from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
-    FOOT_SHAPE,
     MARKER_OFFSET,
     hip_joint_centre,
 )

@@ -59,48 +59,9 @@ def mass_and_height_problems(mass: float, height: float) -> list[str]:
     """
     if _plausible_build(mass, height):
         return []
-    swapped = [
-        (new_mass, new_height)
-        for new_height in (mass, mass / 100)
-        for new_mass in (height, height * 100)
-        if _plausible_build(new_mass, new_height)
-    ]
-    seen = f"mass_kg = {mass:g} and height_m = {height:g}"
-    if _plausible_build(mass, height / 100):
-        return [
-            f"height_m = {height:g}: this looks like centimetres. "
-            f"Give metres: height_m = {height / 100:g}."
-        ]
-    if swapped:
-        new_mass, new_height = swapped[0]
-        return [
-            f"{seen}: the columns look swapped (a body mass of {mass:g} kg at {height:g} m is "
-            f"impossible, {new_mass:g} kg at {new_height:g} m is not). "
-            f"Give mass_kg = {new_mass:g} and height_m = {new_height:g}."
-        ]
-    if _plausible_build(mass * 0.45359237, height):
-        return [
-            f"mass_kg = {mass:g}: with height_m = {height:g} the body mass index is "
-            f"{mass / height**2:.1f} kg/m², outside {BMI[0]:g}-{BMI[1]:g}; this looks like pounds. "
-            f"Give kilograms: mass_kg = {mass * 0.45359237:.1f}."
-        ]
-    if _plausible_build(mass, height * 0.3048):
-        return [
-            f"height_m = {height:g}: this looks like feet. "
-            f"Give metres: height_m = {height * 0.3048:.3f}."
-        ]
-    problems = [
-        f"{name} = {value:g}: outside {limits[0]:g}-{limits[1]:g} {unit}. Check value and unit."
-        for name, value, limits, unit in (
-            ("mass_kg", mass, MASS, "kg"),
-            ("height_m", height, HEIGHT, "m"),
-        )
-        if not _within(value, limits)
-    ]
-    return problems or [
-        f"{seen}: the body mass index is {mass / height**2:.1f} kg/m², outside "
-        f"{BMI[0]:g}-{BMI[1]:g}. Check both values and their units."
-    ]
+    from gaitval.datasets.other_units import no_body
+
+    return no_body(mass, height, MASS, HEIGHT, BMI)
 
 
 def _range_problem(
@@ -114,16 +75,9 @@ def _range_problem(
     value = _number(values, name)
     if value is None or _within(value, limits):
         return []
-    for other, factor in (other_units or {}).items():
-        if _within(value * factor, limits):
-            return [
-                f"{name} = {value:g}: this looks like {other}; "
-                f"give {unit}: {name} = {value * factor:g}."
-            ]
-    return [
-        f"{name} = {value:g}: outside the plausible {limits[0]:g}-{limits[1]:g} {unit}. "
-        "Check value and unit."
-    ]
+    from gaitval.datasets.other_units import out_of_range
+
+    return [out_of_range(name, value, limits, unit, other_units or {})]
 
 
 def age_problems(age: float | None) -> list[str]:

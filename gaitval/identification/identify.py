@@ -130,29 +130,12 @@ def search(
     return Searched(found, converged, tuple(history))
 
 
-def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
-    """The noise model for moments and forces that are not this person's, but what people of their
-    speed have: half as large again as such a prediction misses by, because it is wrong in its own
-    way at every percent of the cycle.
-
-    Parameters
-    ----------
-    noise : of the person's own measurements; its other fields are kept.
-    """
-    return noise.model_copy(
-        update={
-            "moment": 0.15,
-            "adduction_moment": 0.2,
-            "vertical_force": 0.08,
-            "forward_force": 0.02,
-            "medial_force": 0.02,
-            "independent": 2.0,
-        }
-    )
-
-
 def _noise(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
-    return configuration.noise if kinetics_told else noise_of_expected(configuration.noise)
+    if kinetics_told:
+        return configuration.noise
+    from gaitval.prediction.population import noise_of_expected
+
+    return noise_of_expected(configuration.noise)
 
 
 def begin(

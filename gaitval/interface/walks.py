@@ -18,7 +18,8 @@ from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
@@ -108,8 +109,10 @@ def rollout(
     >>> bool(walk.fell[0]), walk.positions.shape[1]
     (False, 31)
     """
-    found = roll_out(
-        policy.corrected_task if body == "identified" else policy.task,
+    found = record_rollout(
+        WalkingEnvironment(
+            policy.corrected_task if body == "identified" else policy.task, engine="dart"
+        ),
         policy.network,
         mu=getattr(policy, body),
         start_phase=start_phase,

@@ -11,12 +11,12 @@ vector continues beyond 180° instead of jumping to the opposite one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
+from gaitval.coordinates import COORDINATES, RANGES
 from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
@@ -25,9 +25,6 @@ from gaitval.inverse.pose_solver import solve_frames, solve_from_all_sides, solv
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import ROOT_DOFS
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SMALLEST_LEVER = 0.010
 """m: a coordinate is not determined if it moves the seen markers by less than this per radian
@@ -62,6 +59,8 @@ class InverseKinematics(Saved):
     time : (T,) s; None if that is not known.
     """
 
+    SHOWN_BY: ClassVar[str] = "gaitval.inverse.kinematics_tables"
+
     names: tuple[str, ...]
     positions: Array
     marker_errors: Array
@@ -71,27 +70,6 @@ class InverseKinematics(Saved):
     converged: Flags
     source: str = ""
     time: Array | None = None
-
-    def title(self) -> str:
-        """Trial, length, distance of measured and model markers."""
-        what = f"Joint angles of {self.source or 'a trial'}"
-        length = f"{len(self.positions)} frames"
-        if self.time is not None:
-            length = f"{self.time[-1] - self.time[0]:.2f} s"
-        return f"{what}: {length}, markers {1000 * marker_errors(self).whole_rms:.1f} mm RMS"
-
-    def to_frame(self) -> "pd.DataFrame":
-        """Joint angles (deg) by time (s), of the coordinates that the markers show; by frame where
-        the time is not known.
-        """
-        from gaitval.frames import angle_curves, curve_frame
-
-        ever = np.asarray(self.determined.any(axis=0))
-        shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
-        curves = angle_curves(self.positions, shown)
-        if self.time is None:
-            return curve_frame(curves, axis="frame", at=np.arange(float(len(self.positions))))
-        return curve_frame(curves, axis="time", at=self.time)
 
 
 @dataclass(frozen=True)

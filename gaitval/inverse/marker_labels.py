@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Final, NoReturn
+from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.errors import RecordError
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.model.body import BodyModel
@@ -92,22 +91,3 @@ def find_exchanged(
             clearest = crossed / own
             found = Exchange(markers[i].name, markers[j].name, own, crossed)
     return found
-
-
-def refuse_exchange(exchange: Exchange, names: tuple[str, str]) -> NoReturn:
-    """Refuse a walking trial in which two markers have each other's names.
-
-    Parameters
-    ----------
-    exchange : of `find_exchanged`.
-    names : of the standing and the walking trial, for the message.
-
-    Raises
-    ------
-    RecordError : always.
-    """
-    raise RecordError(
-        f"{names[1]}: the markers {exchange.first} and {exchange.second} have each other's names "
-        f"here or in {names[0]}: {exchange}. Look at both trials in the recording program, correct "
-        "the labels and export again."
-    )

@@ -5,7 +5,7 @@ have many parts, each of which is one model.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -20,7 +20,6 @@ from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins
 from gaitval.metrics.record_results import (
-    KINDS,
     CentreOfMass,
     Kind,
     Kinds,
@@ -55,9 +54,6 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.known import QUANTITIES, Quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 METRICS: Final = "metrics.json"
 SCHEMA_VERSION: Final = 11
@@ -375,6 +371,8 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
+    SHOWN_BY: ClassVar[str] = "gaitval.metrics.tables"
+
     schema_version: Literal[11]
     subject: SubjectResult
     units: CurveUnits
@@ -441,35 +439,6 @@ class Metrics(Displayed, Result):
     def is_recorded_at_all(self) -> bool:
         """Whether anything that the walk is compared with was recorded."""
         return any("recorded" in sides.values() for sides in self.origins.values())
-
-    def title(self) -> str:
-        """Whose, and how many limits are met, or that nothing was recorded to judge by."""
-        counts, name = self.summary, self.subject.identifier
-        if not self.is_recorded_at_all:
-            return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
-        return (
-            f"Study of {name}: {counts.accepted} of {counts.accepted + counts.refused} limits met"
-        )
-
-    def overview(self) -> "pd.DataFrame":
-        """Each limit that decides the verdict, and how many of its measures meet it."""
-        from gaitval.metrics.tables import limits_met
-
-        return limits_met(self.tolerances)
-
-    def to_frame(self) -> "pd.DataFrame":
-        """Mean curves of the walk and of the record at 0, 1, … 100 % of each side's gait cycle:
-        joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
-        `source` says whose each row is.
-        """
-        from gaitval.metrics.tables import mean_curves
-
-        name = self.subject.identifier
-        other = "record of" if self.is_recorded_at_all else "prediction for"
-        return mean_curves(
-            {f"walk of {name}": self.walk.curves, f"the {other} {name}": self.record.curves},
-            {kind: self.units.of(kind) for kind in KINDS},
-        )
 
     def save(self, path: str | Path) -> None:
         """Write `metrics.json` into a folder, whole or not at all."""

@@ -71,16 +71,17 @@ class LaboratoryAxes:
     def option(self) -> str:
         """The same axes as text for `--axes`."""
         forward, _, up = self.rotation
-        return f"forward={_axis_name(forward)} up={_axis_name(up)}"
+        return f"forward={axis_name(forward)} up={axis_name(up)}"
 
     @property
     def spoken(self) -> str:
         """The three directions, for a sentence."""
-        forward, left, up = (_axis_name(row) for row in self.rotation)
+        forward, left, up = (axis_name(row) for row in self.rotation)
         return f"{forward} forward, {left} to the left, {up} up"
 
 
-def _axis_name(vector: Array) -> str:
+def axis_name(vector: Array) -> str:
+    """The signed axis along a `vector`, such as "+x"."""
     index = int(np.argmax(np.abs(vector)))
     return f"{'-' if vector[index] < 0 else '+'}{LETTERS[index]}"
 
@@ -101,8 +102,8 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
         person does not stand, or stands across the axes; left and right, or front and rear, of
         pelvis and feet do not agree (markers exchanged).
     """
-    points = _standing(recording, landmarks)
-    up, lean = _nearest_axis(_upward(points))
+    points = standing_points(recording, landmarks)
+    up, lean = nearest_axis(upward_of(points))
     where = recording.source
     if lean > LARGEST_LEAN:
         raise RecordError(
@@ -111,65 +112,30 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
             "trial, or the floor is not parallel to two of the laboratory's axes. Give a "
             'standing trial, or give the axes, for example --axes "forward=+x up=+z".'
         )
-    facing = _facing(points, up)
-    forward, turn = _nearest_axis(facing)
+    facing = facing_of(points, up)
+    forward, turn = nearest_axis(facing)
     if turn > LARGEST_TURN:
         raise RecordError(
             f"{where}: the feet point {np.degrees(turn):.0f}° off the nearest axis of the "
             f"laboratory, more than {np.degrees(LARGEST_TURN):.0f}°, so it is not clear which "
             "axis is forward. Give the axis that the person walks along, for example --axes "
-            f'"forward={_axis_name(forward)} up={_axis_name(up)}".'
+            f'"forward={axis_name(forward)} up={axis_name(up)}".'
         )
     # y = z × x is to the left of a person who faces along x.
     axes = LaboratoryAxes(np.stack([forward, np.cross(up, forward), up]), "")
-    _check_sides(where, points, axes)
+    check_sides(where, points, axes)
     return LaboratoryAxes(
         axes.rotation,
         f"Axes of the laboratory found from the standing trial: {axes.spoken} (the direction "
         f"from the ankles to the pelvis is {np.degrees(lean):.1f}° off the vertical, and the feet "
-        f"point {np.degrees(turn):.1f}° off {_axis_name(forward)}).",
+        f"point {np.degrees(turn):.1f}° off {axis_name(forward)}).",
     )
 
 
-def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse the user's axes if the standing trial contradicts them.
-
-    The person may stand at an angle to the walkway, so up must agree and left must be left, but
-    forward may be up to 60° off.
-
-    Parameters
-    ----------
-    axes : of `parse_axes`.
-    recording, landmarks : as for `detect_axes`.
-
-    Raises
-    ------
-    RecordError
-        As `detect_axes`, and if the given axes contradict the standing trial.
+def standing_points(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
+    """Median position (3,) of each of `landmarks` in `recording` from the pelvis (who may walk).
+    Raises RecordError if they are too few, or of no person's size.
     """
-    points = _standing(recording, landmarks)
-    upward = _unit(_upward(points))
-    lean = float(np.arccos(np.clip(upward @ axes.rotation[2], -1, 1)))
-    if lean > LARGEST_LEAN:
-        raise RecordError(
-            f"{recording.source}: the axes say that up is {_axis_name(axes.rotation[2])}, but in "
-            "the standing trial the direction from the ankles to the pelvis is "
-            f"{np.degrees(lean):.0f}° off it (nearest: {_axis_name(_nearest_axis(upward)[0])}). "
-            "Correct --axes, or leave it out."
-        )
-    facing = _facing(points, axes.rotation[2])
-    turn = float(np.arccos(np.clip(facing @ axes.rotation[0], -1, 1)))
-    if turn > np.radians(60.0):
-        raise RecordError(
-            f"{recording.source}: the axes say that forward is {_axis_name(axes.rotation[0])}, but "
-            f"in the standing trial the feet point {np.degrees(turn):.0f}° off it (nearest: "
-            f"{_axis_name(_nearest_axis(facing)[0])}). Correct --axes, or leave it out."
-        )
-    _check_sides(recording.source, points, axes)
-
-
-def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
-    """Median position (3,) of each landmark from the pelvis (who may walk); checks the size."""
     seen = {at: recording.marker(name) for at, name in landmarks.items() if name in recording.names}
     pelvis = [path for at, path in seen.items() if at.rpartition(".")[2] in _PELVIS]
     middle = np.mean(pelvis, axis=0) if pelvis else np.zeros(3)
@@ -188,20 +154,20 @@ def _standing(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, A
                 "so neither the laboratory's axes nor the person's size can be found. Label the "
                 "markers in the standing trial, or complete the marker set."
             )
-    _check_height(recording.source, float(np.linalg.norm(_upward(found))))
+    _check_height(recording.source, float(np.linalg.norm(upward_of(found))))
     return found
 
 
 def _check_height(where: str, height: float) -> None:
     """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
     if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
-        # An adult's pelvis is 0.6 to 1.1 m above the ankles; a power of ten that leads there is the
-        # likely error of the unit.
-        factors = [f for f in (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3) if 0.6 <= height * f <= 1.1]
+        from gaitval.mocap.confused_units import wrong_factor
+
+        factor = wrong_factor(height)
         hint = (
-            f"the markers are in the wrong unit, by a factor of {factors[0]:g}: correct the unit "
+            f"the markers are in the wrong unit, by a factor of {factor:g}: correct the unit "
             "in the file (mm, cm or m)"
-            if factors
+            if factor is not None
             else "the markers' names are wrong, or the person does not stand upright. Check the "
             "labels in the recording program"
         )
@@ -222,43 +188,60 @@ def _mean(points: Mapping[str, Array], names: tuple[str, ...], sides: str = "RL"
     return mean
 
 
-def _upward(points: Mapping[str, Array]) -> Array:
+def upward_of(points: Mapping[str, Array]) -> Array:
+    """From the ankles to the pelvis, (3,) m, of `points` by landmark."""
     return _mean(points, _PELVIS) - _mean(points, ("Ankle",))
 
 
-def _facing(points: Mapping[str, Array], up: Array) -> Array:
-    """Horizontal unit vector (3,) from the heels to the toes; toeing out cancels."""
+def facing_of(points: Mapping[str, Array], up: Array) -> Array:
+    """Horizontal unit vector (3,) from the heels to the toes of `points`, at right angles to `up`;
+    toeing out cancels.
+    """
     feet = []
     for side in "RL":
         if any(f"{side}.{name}" in points for name in _HEEL) and any(
             f"{side}.{name}" in points for name in _TOES
         ):
             # One unit vector a foot: the direction of their sum halves the angle between the feet.
-            feet.append(_unit(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up)))
+            feet.append(
+                unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
+            )
     if not feet:
-        return _unit(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
-    return _unit(np.sum(feet, axis=0))
+        return unit_vector(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
+    return unit_vector(np.sum(feet, axis=0))
 
 
 def _level(vector: Array, up: Array) -> Array:
     return vector - (vector @ up) * up
 
 
-def _unit(vector: Array) -> Array:
+def unit_vector(vector: Array) -> Array:
+    """A `vector` of length 1; zero stays zero."""
     length = float(np.linalg.norm(vector))
     return vector / length if length else vector
 
 
-def _nearest_axis(vector: Array) -> tuple[Array, float]:
-    """The signed laboratory axis nearest to a vector, and the angle between them, rad."""
+def nearest_axis(vector: Array) -> tuple[Array, float]:
+    """The signed laboratory axis nearest to a `vector`, and the angle between them, rad."""
     index = int(np.argmax(np.abs(vector)))
     axis = np.zeros(3)
     axis[index] = np.sign(vector[index])
-    return axis, float(np.arccos(np.clip(_unit(vector) @ axis, -1, 1)))
+    return axis, float(np.arccos(np.clip(unit_vector(vector) @ axis, -1, 1)))
 
 
-def _check_sides(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
-    """Refuse left markers on the right, and a pelvis that faces away from where the feet point."""
+def check_sides(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
+    """Refuse left markers on the right, and a pelvis that faces away from where the feet point.
+
+    Parameters
+    ----------
+    where : the trial, for the message.
+    points : (3,) m, of `standing_points`.
+    axes : found or given.
+
+    Raises
+    ------
+    RecordError : markers are exchanged.
+    """
     wrong = [
         name
         for name in ("ASIS", "PSIS", "Knee", "Ankle", "Heel", "MT5")
@@ -360,7 +343,7 @@ def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis:
     if len(upward):
         middle = np.median(upward, axis=0)
         _check_height(where, float(np.linalg.norm(middle)))
-        off = float(np.degrees(np.arccos(np.clip(_unit(middle)[2], -1, 1))))
+        off = float(np.degrees(np.arccos(np.clip(unit_vector(middle)[2], -1, 1))))
         if off > FARTHEST_LEAN:
             raise RecordError(
                 f"{where}: in the axes of the standing trial the direction from the ankles to the "

@@ -108,7 +108,11 @@ def _plate(
             "reference. Enter it in the recording program and export again."
         )
     origin = np.zeros(3) if to_origin is None else to_origin * metres
-    calibration = _calibration(where, contents, kind, index)
+    calibration = None
+    if kind in CALIBRATIONS:
+        from gaitval.mocap.plate_sensors import stored_calibration
+
+        calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
     channels = contents.analogs[:, [n - 1 for n in numbers]]
     if not np.isfinite(channels).all():
         warnings.warn(
@@ -140,28 +144,6 @@ def _plate(
     plate = make_plate(str(index + 1), corners, force, moment)
     _check_moments(where, plate, centre)
     return plate
-
-
-def _calibration(where: str, contents: Contents, kind: int, index: int) -> Array | None:
-    """The calibration matrix of a plate, None where its type has none.
-
-    A square matrix that is stored by rows (`MATRIX_STORE`), and an oblong one whose declared size
-    has the channels first, is transposed.
-    """
-    if kind not in CALIBRATIONS:
-        return None
-    rows, columns = CALIBRATIONS[kind]
-    stored = contents.of_plate("CAL_MATRIX", index, rows, columns)
-    if rows != columns and stored is None:
-        turned = contents.of_plate("CAL_MATRIX", index, columns, rows)
-        stored = None if turned is None else turned.T
-    if stored is None or not np.any(stored):
-        raise RecordError(
-            f"{where} is of type {kind}, but FORCE_PLATFORM:CAL_MATRIX has no calibration of "
-            f"{rows} by {columns} for it. Enter it in the recording program and export again."
-        )
-    by_row = contents.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW"
-    return stored.T if by_row and rows == columns else stored
 
 
 def _span(corners: Array) -> bool:

@@ -14,9 +14,8 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.exchanges import exchange_back, refuse_mirrored_labels
 from gaitval.mocap.findings import Finding, finding, seen_frames
-from gaitval.mocap.gaps import fill_gaps
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.spikes import cut_spikes
+from gaitval.mocap.spikes import jumps
 
 
 @dataclass(frozen=True)
@@ -90,9 +89,16 @@ def clean(
     findings += exchange_back(recording, markers, segments)
     # After the exchanges: labels that are wrong for a part of the trial only are right by now.
     refuse_mirrored_labels(recording.with_markers(recording.names, markers), landmarks)
-    found, spiked = cut_spikes(recording, markers)
-    findings += found
-    findings += fill_gaps(recording, markers, segments, processing, spiked)
+    spiked = np.zeros(markers.shape[:2], dtype=bool)
+    if jumps(markers, recording.marker_rate):
+        from gaitval.mocap.cut_spikes import cut_spikes
+
+        found, spiked = cut_spikes(recording, markers)
+        findings += found
+    if not (seen_frames(markers) | never).all():
+        from gaitval.mocap.gaps import fill_gaps
+
+        findings += fill_gaps(recording, markers, segments, processing, spiked)
     now = seen_frames(markers)
     # NaN equals nothing, so a frame that was filled counts as changed.
     changed = now & ~(markers == recording.markers).all(axis=2)

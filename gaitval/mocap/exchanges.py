@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from itertools import combinations
 from typing import Final
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import Finding, finding, seen_frames
+from gaitval.mocap.findings import Finding, seen_frames
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
@@ -20,9 +21,6 @@ an exchange causes (the shank turns at up to 400 deg/s)."""
 ON_ONE_LINE_M: Final = 0.02
 """m by which a left marker may be on the right of its partner in the median frame: runners' toes
 are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a step or a joint."""
-AMBIGUOUS_SHARE: Final = 0.25
-"""Share of a trial. Two markers that change places once are corrected if the shorter part is less
-than this; otherwise it is unclear which part is right."""
 
 
 def exchange_back(
@@ -46,48 +44,12 @@ def exchange_back(
     RecordError : two markers change places once, near the middle of the trial, so it is unclear
         which part is right.
     """
-    names = recording.names
-    changes: dict[tuple[int, int], list[int]] = {}
-    done: set[tuple[int, int, int]] = set()
-    # Each change is undone up to the end of the trial, so a change back shows up as the next one.
-    # `done` keeps a pair from being exchanged at the same frame for ever.
-    while (change := _next_change(recording, markers, segments, done)) is not None:
-        done.add(change)
-        frame, first, second = change
-        _exchange(markers, first, second, frame, len(markers))
-        changes.setdefault((first, second), []).append(frame)
-    findings = []
-    for (first, second), frames in changes.items():
-        pair = names[first], names[second]
-        # An odd number of changes leaves the two in each other's places at the end of the trial.
-        if len(frames) % 2:
-            opened = frames.pop()
-            tail = len(markers) - opened
-            head = opened - (frames[-1] if frames else 0)
-            if min(head, tail) > AMBIGUOUS_SHARE * len(markers):
-                time = recording.start + opened / recording.marker_rate
-                raise RecordError(
-                    f"{recording.source}: markers {pair[0]} and {pair[1]} change places at frame "
-                    f"{opened} ({time:.3f} s) and do not change back, so it is unclear whether "
-                    "the labels are right before or after it. Correct the labels of the wrong "
-                    "part in the recording program, or cut the trial there."
-                )
-            if tail <= head:
-                frames += [opened, len(markers)]
-            else:
-                begin = frames[-1] if frames else 0
-                _exchange(markers, first, second, begin, len(markers))
-                # exchanging all the rest leaves only the first part exchanged
-                frames = [*frames[:-1], opened] if frames else [0, opened]
-        for begin, end in zip(frames[::2], frames[1::2], strict=True):
-            findings.append(
-                finding(recording, "swap", pair, begin, end, "trajectories exchanged back")
-            )
-    return findings
+    next_change = partial(_next_change, recording, markers, segments)
+    if next_change(set()) is None:
+        return []
+    from gaitval.mocap.undone_exchanges import undo_exchanges
 
-
-def _exchange(markers: Array, first: int, second: int, begin: int, end: int) -> None:
-    markers[begin:end, [first, second]] = markers[begin:end, [second, first]]
+    return undo_exchanges(recording, markers, next_change)
 
 
 def _next_change(

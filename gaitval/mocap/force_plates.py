@@ -75,37 +75,12 @@ def plate_wrench(
     tuple
         Force (T, 3) N and moment (T, 3) Nm, with the sign of the channels.
     """
-    if kind == 1:
-        force = channels[:, :3]
-        # About the middle of the surface: M = p × F + T, with p on the surface.
-        at = np.column_stack([channels[:, 3:5], np.zeros(len(channels))])
-        moment = np.cross(at, force)
-        moment[:, 2] += channels[:, 5]
-        return force, moment
     # Samples are rows, so C v becomes v Cᵀ.
     loads = channels if calibration is None else channels @ calibration.T
-    # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle. The
-    # surface is above them, and z points down.
-    half_x, half_y = abs(origin[0]), abs(origin[1])
-    up_to_surface = np.array([0.0, 0.0, -abs(origin[2])])
-    if kind == 6:
-        at = np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * [half_x, half_y, 0.0]
-        each = loads.reshape(-1, 4, 3)
-        force = each.sum(axis=1)
-        return force, np.cross(at, each).sum(axis=1) + np.cross(force, up_to_surface)
-    if kind in (3, 7):
-        x12, x34, y14, y23, z1, z2, z3, z4 = loads.T
-        force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
-        # Mx = Σ y Fz, My = −Σ x Fz, Mz = Σ (x Fy − y Fx).
-        moment = np.column_stack(
-            [
-                half_y * (z1 + z2 - z3 - z4),
-                half_x * (z2 + z3 - z1 - z4),
-                half_y * (x34 - x12) + half_x * (y14 - y23),
-            ]
-        )
-        # Moved by d the moment is M + F × d.
-        return force, moment + np.cross(force, up_to_surface)
+    if kind in (1, 3, 6, 7):
+        from gaitval.mocap.plate_sensors import wrench_of_sensors
+
+        return wrench_of_sensors(kind, loads, origin)
     to_surface = -origin if origin[2] > 0 else origin
     return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
 

@@ -1,12 +1,25 @@
-"""The laboratory's axes as a user writes them."""
+"""The laboratory's axes as a user writes them, checked with the standing trial."""
 
 import re
+from collections.abc import Mapping
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.axes import LETTERS, LaboratoryAxes
+from gaitval.mocap.axes import (
+    LARGEST_LEAN,
+    LETTERS,
+    LaboratoryAxes,
+    axis_name,
+    check_sides,
+    facing_of,
+    nearest_axis,
+    standing_points,
+    unit_vector,
+    upward_of,
+)
+from gaitval.mocap.recording import Recording
 
 
 def parse_axes(text: str) -> LaboratoryAxes:
@@ -65,6 +78,43 @@ def parse_axes(text: str) -> LaboratoryAxes:
         )
     axes = LaboratoryAxes(rotation, "")
     return LaboratoryAxes(rotation, f"Axes of the laboratory as given: {axes.spoken}.")
+
+
+def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Refuse the user's axes if the standing trial contradicts them.
+
+    The person may stand at an angle to the walkway, so up must agree and left must be left, but
+    forward may be up to 60° off.
+
+    Parameters
+    ----------
+    axes : of `parse_axes`.
+    recording, landmarks : as for `detect_axes`.
+
+    Raises
+    ------
+    RecordError
+        As `detect_axes`, and if the given axes contradict the standing trial.
+    """
+    points = standing_points(recording, landmarks)
+    upward = unit_vector(upward_of(points))
+    lean = float(np.arccos(np.clip(upward @ axes.rotation[2], -1, 1)))
+    if lean > LARGEST_LEAN:
+        raise RecordError(
+            f"{recording.source}: the axes say that up is {axis_name(axes.rotation[2])}, but in "
+            "the standing trial the direction from the ankles to the pelvis is "
+            f"{np.degrees(lean):.0f}° off it (nearest: {axis_name(nearest_axis(upward)[0])}). "
+            "Correct --axes, or leave it out."
+        )
+    facing = facing_of(points, axes.rotation[2])
+    turn = float(np.arccos(np.clip(facing @ axes.rotation[0], -1, 1)))
+    if turn > np.radians(60.0):
+        raise RecordError(
+            f"{recording.source}: the axes say that forward is {axis_name(axes.rotation[0])}, but "
+            f"in the standing trial the feet point {np.degrees(turn):.0f}° off it (nearest: "
+            f"{axis_name(nearest_axis(facing)[0])}). Correct --axes, or leave it out."
+        )
+    check_sides(recording.source, points, axes)
 
 
 def _given(vector: Array | None) -> Array:

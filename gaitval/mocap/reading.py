@@ -10,11 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.recording import PERSON_SPREAD_M, Recording
+from gaitval.mocap.recording import Recording
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
@@ -25,18 +24,6 @@ SAME_PLACE_M: Final = 0.001
 
 SPREAD_FRAMES: Final = 50
 """Number of frames, evenly spaced, that this is taken from."""
-
-
-_CONFUSED: Final = {
-    1e3: "metres that are called mm",
-    1e-3: "millimetres that are called m",
-    100.0: "metres that are called cm",
-    0.01: "centimetres that are called m",
-    25.4: "inches that are called mm",
-    10.0: "centimetres that are called mm",
-    0.1: "millimetres that are called cm",
-}
-"""By the factor that corrects it."""
 
 
 def read_recording(path: Path, *, forces: Path | None = None, plates: bool = True) -> Recording:
@@ -63,51 +50,19 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
         trial or in another unit.
     """
     path = Path(path)
-    kind = path.suffix.lower()
-    if kind == ".c3d":
+    if path.suffix.lower() == ".c3d":
         recording = read_c3d(path, plates=plates)
-    elif kind == ".trc":
-        from gaitval.mocap.trc import read_trc
-
-        recording = read_trc(path)
-    elif kind == ".txt":
-        from gaitval.mocap.wbds_text import read_wbds_markers
-
-        recording = read_wbds_markers(path)
-    elif (reader := wings.of_ending(wings.RECORDINGS, path)) is not None:
-        recording = reader(path)
     else:
-        raise RecordError(
-            f"{path}: markers are read from .c3d, .trc{_further(wings.RECORDINGS)} and WBDS's "
-            f"mkr.txt files, not from {kind or 'a file without an ending'}. Export the trial as "
-            "C3D."
-        )
+        from gaitval.mocap.other_formats import read_other
+
+        recording = read_other(path)
     recording = _each_once(recording)
     _check_markers(recording)
     if forces is None:
         return recording
-    forces = Path(forces)
-    if forces.suffix.lower() not in (".mot", ".sto", ".txt") and (
-        wings.of_ending(wings.FORCES, forces) is None
-    ):
-        raise RecordError(
-            f"{forces}: forces are read from .mot, .sto{_further(wings.FORCES)} and WBDS's grf.txt "
-            f"files, not from {forces.suffix or 'a file without an ending'}. If a C3D file has "
-            "them with the markers, give it as the trial, without --forces."
-        )
-    if recording.plates:
-        raise RecordError(
-            f"{path} has {len(recording.plates)} force plates, and {forces} was given too, so it "
-            "is unclear which to use. Leave one out."
-        )
     from gaitval.mocap.separate_forces import with_forces
 
-    return with_forces(recording, forces)
-
-
-def _further(group: str) -> str:
-    """The endings that wings read, for a message."""
-    return "".join(f", .{name}" for name in wings.names(group) if name != "txt")
+    return with_forces(recording, Path(forces))
 
 
 def _each_once(recording: Recording) -> Recording:
@@ -156,10 +111,12 @@ def _check_markers(recording: Recording) -> None:
         )
     spread = _spread(recording.markers)
     if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
+        from gaitval.mocap.confused_units import looks_like
+
         raise RecordError(
             f"{recording.source}: the markers of a frame spread over {spread:.3g} m, but a "
             "person's spread over 1 to 2 m: the unit that the file states is "
-            f"wrong{_unit_hint(spread)}. Correct the unit in the file (TRC: line 3; C3D: "
+            f"wrong{looks_like(spread)}. Correct the unit in the file (TRC: line 3; C3D: "
             "POINT:UNITS), or export it again."
         )
 
@@ -177,11 +134,3 @@ def _spread(markers: Array) -> float:
     # Each frame's own extent, then the median: where the person walks does not matter.
     low, high = np.nanpercentile(markers[frames], [10.0, 90.0], axis=1)
     return float(np.median((high - low).max(axis=1)))
-
-
-def _unit_hint(spread: float) -> str:
-    """The unit error that makes a person's markers spread over this many metres, in words."""
-    for factor, what in _CONFUSED.items():
-        if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
-            return f" (it looks like {what})"
-    return ""

@@ -10,6 +10,7 @@ from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N
+from gaitval.mocap.other_formats import further
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
 LARGEST_MISMATCH_S: Final = 0.1
@@ -26,9 +27,21 @@ of the markers. In walking it is above 0.9."""
 
 def with_forces(recording: Recording, path: Path) -> Recording:
     """The `recording` with the plates of the force file `path`, cut to the time that both cover.
-    Raises RecordError as its reader and `with_plates` do.
+    Raises RecordError as its reader and `with_plates` do, for another kind of file, and if the
+    recording has plates itself.
     """
     reader = wings.of_ending(wings.FORCES, path)
+    if path.suffix.lower() not in (".mot", ".sto", ".txt") and reader is None:
+        raise RecordError(
+            f"{path}: forces are read from .mot, .sto{further(wings.FORCES)} and WBDS's grf.txt "
+            f"files, not from {path.suffix or 'a file without an ending'}. If a C3D file has "
+            "them with the markers, give it as the trial, without --forces."
+        )
+    if recording.plates:
+        raise RecordError(
+            f"{recording.source} has {len(recording.plates)} force plates, and {path} was given "
+            "too, so it is unclear which to use. Leave one out."
+        )
     if (found := None if reader is None else reader(path, recording)) is not None:
         rate, start, plates = found
     elif path.suffix.lower() == ".txt":

@@ -40,11 +40,6 @@ HABIT_PHASES = 100
 multiple of four, so that none is used on both sides of the mirror's seam."""
 
 
-SIDEWAYS = (np.deg2rad(45.0), np.deg2rad(100.0))
-"""Range of directions of every other push of a training, rad from straight ahead, left or right. It
-reaches a little beyond the tested pushes, so that these are not at the edge of what was learned."""
-
-
 _TOLERANCES = "height", "rotation", "drift"
 
 
@@ -167,25 +162,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return np.asarray(around + self._shift, dtype=float)
 
     def _random_push(self, earliest: float, latest: float) -> tuple[float, float, float]:
-        constants = self.constants
-        # Every other push is drawn from the smaller range, see `push_focus`. The order of the draws
-        # is part of a result: in another order every seed gives another training.
-        focused = self.np_random.uniform() < 0.5
-        largest = constants.push_focus if focused else constants.push_force
-        return (
-            self.np_random.uniform(earliest, latest),
-            self.difficulty * self.np_random.uniform(0.0, largest),
-            self._random_direction(),
-        )
+        from gaitval.policy.random_pushes import random_push
 
-    def _random_direction(self) -> float:
-        """Uniform over the forward half, or every other time over the sides, where pushes are
-        hardest to survive.
-        """
-        if self.np_random.uniform() < 0.5:
-            return float(self.np_random.uniform(-0.5 * np.pi, 0.5 * np.pi))
-        side = 1.0 if self.np_random.uniform() < 0.5 else -1.0
-        return side * float(self.np_random.uniform(*SIDEWAYS))
+        return random_push(self.np_random, self.constants, self.difficulty, earliest, latest)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

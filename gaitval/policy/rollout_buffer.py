@@ -20,10 +20,10 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
-from gaitval.policy.processes import begin_as_worker, one_thread, ready_to_start
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval.policy.workers import begin_as_worker, one_thread, ready_to_start
 from gaitval.simulation.walker import WalkingTask
 
 _Shapes = dict[str, tuple[tuple[int, ...], type]]

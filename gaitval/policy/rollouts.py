@@ -22,7 +22,7 @@ from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.processes import kept_workers, new_workers
+from gaitval.policy.processes import kept_workers
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -299,34 +299,6 @@ def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Ro
     )
 
 
-def roll_out(
-    task: WalkingTask,
-    policy: Policy,
-    *,
-    mu: Array,
-    start_phase: float,
-    cycles: float,
-    push: tuple[float, float, float] | None = None,
-    engine: Engine = "dart",
-) -> Rollout:
-    """`record_rollout` in a new environment, with the engine that is used for results.
-
-    Parameters
-    ----------
-    task : body, reference and constants.
-    policy, mu, start_phase, cycles, push : as `record_rollout` takes them.
-    engine : see `Walker`.
-    """
-    return record_rollout(
-        WalkingEnvironment(task, engine=engine),
-        policy,
-        mu=mu,
-        start_phase=start_phase,
-        cycles=cycles,
-        push=push,
-    )
-
-
 class _Environments:
     """A task's environments, one an engine, and a group of them: they are slow to build."""
 
@@ -396,7 +368,11 @@ class RolloutPool:
         self._engine = engine
         self._alone = _Environments(task) if workers == 1 else None
         kept = kept_workers() if workers > 1 else None
-        self._own = new_workers(workers) if workers > 1 and kept is None else None
+        self._own = None
+        if workers > 1 and kept is None:
+            from gaitval.policy.workers import new_workers
+
+            self._own = new_workers(workers)
         self._executor = kept or self._own
         self._given = _Given(next(_pools), task)
         self._limits = ExitStack()

@@ -10,14 +10,12 @@ tests/workflows/test_poison.py proves with NaN in its place.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject import Subject
-from gaitval.errors import SubjectError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 
@@ -153,28 +151,6 @@ def told(
 def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Subject]) -> Told:
     if settings.use == "all" and subject.has_kinetics:
         return Told(subject.record(), RecordAccuracy())
-    from gaitval.prediction.normal_form import record_from, symmetric
-    from gaitval.prediction.population import expected, other_people
-    from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed
+    from gaitval.prediction.population import with_others_kinetics
 
-    people = other_people(subject, others)
-    if len(people) < FEWEST_PEOPLE:
-        raise SubjectError(
-            f"{subject.identifier}: kinetics are expected from other people's, but only "
-            f"{len(people)} others are known, and {FEWEST_PEOPLE} are needed. Record forces, and "
-            "give the run all that is recorded (--use all)."
-        )
-    # Other people's sides differ for their own reasons, which say nothing about this person's.
-    gait = symmetric(expected(people, dimensionless_speed(subject)))
-    guess = record_from(gait, subject.leg_length_m)
-    return Told(
-        replace(
-            guess,
-            # What was recorded of the person takes the place of what is expected.
-            speed=subject.walking_speed_m_s,
-            stride_time=subject.stride_time_s,
-            left_phase=subject.left_phase,
-            angles=subject.gait.angles_of_both(),
-        ),
-        KINEMATIC_ACCURACY,
-    )
+    return Told(with_others_kinetics(subject, others), KINEMATIC_ACCURACY)

@@ -6,12 +6,22 @@ effect in everybody, but only people with several trials show it. `expected` use
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from gaitval.configuration import NoiseSettings
 from gaitval.datasets.subject import Subject
-from gaitval.prediction.normal_form import NormalForm, combined, normal_form
-from gaitval.prediction.speed_line import line_weights
+from gaitval.errors import SubjectError
+from gaitval.gait.record import GaitRecord
+from gaitval.prediction.normal_form import (
+    NormalForm,
+    combined,
+    normal_form,
+    record_from,
+    symmetric,
+)
+from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
 People = Sequence[Sequence[NormalForm]]
 """The gaits of every person, one for each trial."""
@@ -81,3 +91,47 @@ def expected(people: People, speed: float) -> NormalForm:
     # Half the mean person, half the change from their mean speed to this one, half the line.
     weights = np.append(np.full(len(first), 0.5 / len(first)), [0.5 * away, 0.5])
     return combined([*first, change, line], weights)
+
+
+def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
+    """The angles and times of `subject` with what is expected of the rest from the `others`. Raises
+    SubjectError if these are too few.
+    """
+    people = other_people(subject, others)
+    if len(people) < FEWEST_PEOPLE:
+        raise SubjectError(
+            f"{subject.identifier}: kinetics are expected from other people's, but only "
+            f"{len(people)} others are known, and {FEWEST_PEOPLE} are needed. Record forces, and "
+            "give the run all that is recorded (--use all)."
+        )
+    # Other people's sides differ for their own reasons, which say nothing about this person's.
+    gait = symmetric(expected(people, dimensionless_speed(subject)))
+    return replace(
+        record_from(gait, subject.leg_length_m),
+        # What was recorded of the person takes the place of what is expected.
+        speed=subject.walking_speed_m_s,
+        stride_time=subject.stride_time_s,
+        left_phase=subject.left_phase,
+        angles=subject.gait.angles_of_both(),
+    )
+
+
+def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
+    """The noise model for moments and forces that are not this person's, but what people of their
+    speed have: half as large again as such a prediction misses by, because it is wrong in its own
+    way at every percent of the cycle.
+
+    Parameters
+    ----------
+    noise : of the person's own measurements; its other fields are kept.
+    """
+    return noise.model_copy(
+        update={
+            "moment": 0.15,
+            "adduction_moment": 0.2,
+            "vertical_force": 0.08,
+            "forward_force": 0.02,
+            "medial_force": 0.02,
+            "independent": 2.0,
+        }
+    )

@@ -15,7 +15,7 @@ Winter, D. A. (2009) Biomechanics and Motor Control of Human Movement, 4th ed., 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -105,64 +105,20 @@ TOES_MASS: Final = 0.138
 ADULT_YEARS: Final = 16.0
 """From this age on de Leva's table is used, before it Jensen's regressions."""
 
-JENSEN_YEARS: Final = (4.0, 15.0)
-"""Ages of Jensen's boys; beyond them the proportions of the nearest age are taken."""
-
-JENSEN_MASS: Final[dict[str, tuple[float, float]]] = {
-    "head": (-0.0114, 0.2376),
-    "trunk": (-0.0006, 0.4246),
-    "upper arm": (0.00084, 0.0220),
-    "forearm": (0.00018, 0.01469),
-    "hand": (-0.00003, 0.00898),
-    "thigh": (0.00364, 0.06634),
-    "shank": (0.00122, 0.03809),
-    "foot": (0.00015, 0.0187),
-}
-"""Fraction of body mass: slope per year of age, and intercept (Jensen 1986)."""
-
-JENSEN_RADII: Final[dict[str, tuple[tuple[float, float], tuple[float, float]]]] = {
-    "upper arm": ((-0.00028, 0.557), (-0.00098, 0.640)),
-    "thigh": ((-0.00115, 0.4758), (-0.00133, 0.5536)),
-    "shank": ((-0.003, 0.4526), (-0.00224, 0.5307)),
-    "foot": ((-0.00186, 0.4351), (-0.00203, 0.5022)),
-}
-"""Distance of the centre of mass from the proximal end, and radius of gyration about a transverse
-axis there, as fractions of the length: likewise. Of the segments whose end points are de Leva's;
-trunk, head, forearm and hand keep his."""
-
 
 def body_proportions(sex: Sex, age_years: float | None = None) -> Mapping[str, Proportions]:
     """The segments of a person: de Leva's, or of a child of `age_years` with Jensen's masses, and
-    his centres of mass and radii of gyration where he has the same end points (`JENSEN_RADII`).
+    his centres of mass and radii of gyration where he has the same end points
+    (`children.JENSEN_RADII`).
 
     A child's trunk is divided, and the radii about the other axes follow, as de Leva has them.
     """
     table = DE_LEVA[sex]
     if age_years is None or age_years >= ADULT_YEARS:
         return table
-    age = min(max(age_years, JENSEN_YEARS[0]), JENSEN_YEARS[1])
+    from gaitval.scaling.children import child_proportions
 
-    def at(line: tuple[float, float]) -> float:
-        return line[0] * age + line[1]
-
-    trunk = math.fsum(each.mass for name, each in table.items() if name.endswith("trunk"))
-    child = {}
-    for name, each in table.items():
-        if name.endswith("trunk"):
-            child[name] = replace(each, mass=at(JENSEN_MASS["trunk"]) * each.mass / trunk)
-            continue
-        child[name] = replace(each, mass=at(JENSEN_MASS[name]))
-        if name in JENSEN_RADII:
-            centre, radius = map(at, JENSEN_RADII[name])
-            # About the centre of mass instead of the proximal end: k² - c².
-            transverse = math.sqrt(radius**2 - centre**2)
-            child[name] = replace(
-                child[name],
-                centre_of_mass=centre,
-                transverse=transverse,
-                sagittal=transverse * each.sagittal / each.transverse,
-            )
-    return child
+    return child_proportions(table, age_years)
 
 
 def mass_fractions(sex: Sex, age_years: float | None = None) -> dict[str, float]:

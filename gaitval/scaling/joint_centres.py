@@ -10,8 +10,8 @@ Landmarks that a marker set lacks are found as follows.
 |---|---|---|
 | PSIS | a marker on the sacrum between them | Kadaba et al. (1990) |
 | medial knee, ankle | width, lateral marker, wand in the plane of the axis | Davis et al. (1991) |
-| first metatarsal head | heel and fifth head, mean shape of 20 feet | `FOOT_SHAPE` |
-| first and fifth head | heel and second head, mean shape of 20 feet | `FOOT_SHAPE` |
+| first metatarsal head | heel and fifth head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
+| first and fifth head | heel and second head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
 | shoulder joint | acromion, 17 % of the distance between the acromia below it | Rab et al. (2002) |
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
@@ -23,7 +23,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
-from gaitval.errors import ScalingError
 from gaitval.scaling.landmarks import (
     Place,
     Width,
@@ -48,16 +47,6 @@ ACROMION_TO_SHOULDER = 0.17
 LARGEST_ELEVATION = 45.0
 """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
 it the shoulder girdle moves up and in."""
-
-FOOT_SHAPE = {
-    ("MT1", "MT5"): (1.0324, 0.4835, 0.0610),
-    ("MT1", "MT2"): (1.0033, 0.1487, 0.0220),
-    ("MT5", "MT2"): (0.8528, -0.2548, -0.0323),
-}
-"""Position of a metatarsal head relative to the heel and another head: along the line from the heel
-marker to the other head, medial of it, and above the other head, as fractions of that line's length
-in the plane of the floor. Means over the 20 feet of the ten built-in subjects (WBDS); 1 SD of the
-length is 3.5, 1.4 and 2.8 %, of the direction 1.5, 0.8 and 1.3 degrees."""
 
 
 def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
@@ -208,7 +197,10 @@ def _standing(
     for side, centre in (hip_centres or {}).items():
         points[f"{side}.Hip.Centre"] = heading.T @ centre
     for side in "RL":
-        points.update(_metatarsals(points, side))
+        if not {f"{side}.MT1", f"{side}.MT5"} <= points.keys():
+            from gaitval.scaling.foot_shape import metatarsals
+
+            points.update(metatarsals(points, side))
         for joint, above, wand, width in (
             ("Knee", "Hip.Centre", "Thigh", knee_width),
             ("Ankle", "Knee.Centre", "Shank", ankle_width),
@@ -229,25 +221,6 @@ def _right_hip(points: Mapping[str, Array]) -> Array:
     )
 
 
-def _metatarsals(points: Mapping[str, Array], side: str) -> dict[str, Array]:
-    """The first and fifth metatarsal heads, from `FOOT_SHAPE` where they have no marker."""
-    heel = points[f"{side}.Heel"]
-    found = {}
-    for head, others in (("MT1", ("MT5", "MT2")), ("MT5", ("MT2",))):
-        if f"{side}.{head}" in points:
-            continue
-        other = next(name for name in others if f"{side}.{name}" in points)
-        along = points[f"{side}.{other}"] - heel
-        length = float(np.hypot(along[0], along[1]))
-        x = np.array([along[0], along[1], 0.0])
-        medial = np.array([-along[1], along[0], 0.0]) * (1.0 if side == "R" else -1.0)
-        forward, inward, up = FOOT_SHAPE[head, other]
-        found[f"{side}.{head}"] = (
-            heel + forward * x + inward * medial + np.array([0.0, 0.0, along[2] + up * length])
-        )
-    return found
-
-
 def _hinge(
     points: Mapping[str, Array], side: str, joint: str, above: str, wand: str, width: float | None
 ) -> Array:
@@ -256,21 +229,10 @@ def _hinge(
     medial = points.get(f"{side}.{joint}.Medial")
     if medial is not None:
         return np.asarray((lateral + medial) / 2)
-    from gaitval.scaling.joint_width import chord_centre
+    from gaitval.scaling.joint_width import hinge_centre
 
     assert width is not None  # `_needed` has required it.
-    proximal = points[f"{side}.{above}"]
-    inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
-    # Without a wand the axis is taken across the pelvis.
-    place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
-    centre = chord_centre(proximal, lateral, place, width / 2 + MARKER_OFFSET)
-    if unit_vector(centre - lateral) @ inwards < 0.5:
-        raise ScalingError(
-            f"the wand marker {side}.{wand} is not lateral to the {joint.lower()}: the axis of "
-            "the joint would point more than 60 degrees away from the midline. Place it in the "
-            "frontal plane of the segment, or use a medial marker."
-        )
-    return centre
+    return hinge_centre(points, side, joint, above, wand, width / 2 + MARKER_OFFSET)
 
 
 def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, Array]:

@@ -1,8 +1,11 @@
 """Joint centres from a lateral marker and the width of the joint, where no medial marker is."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.errors import ScalingError
 from gaitval.scaling.landmarks import unit_vector
 
 
@@ -34,6 +37,35 @@ def chord_centre(proximal: Array, lateral: Array, wand: Array, half_width: float
     return np.asarray(
         lateral + half_width * (share * along + np.sqrt(1.0 - share**2) * unit_vector(aside))
     )
+
+
+def hinge_centre(
+    points: Mapping[str, Array], side: str, joint: str, above: str, wand: str, half_width: float
+) -> Array:
+    """Centre of knee or ankle, (3,) m, by `chord_centre`.
+
+    Parameters
+    ----------
+    points : markers and joint centres, (3,) m each, x forward and y left.
+    side : "R" or "L".
+    joint, above, wand : names without a side of the lateral marker, of the joint above and of the
+        wand, without which the axis is taken across the pelvis.
+    half_width : from the marker's centre to the joint's, m.
+
+    Raises
+    ------
+    ScalingError : the wand is not lateral to the joint.
+    """
+    lateral, inwards = points[f"{side}.{joint}"], np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
+    place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
+    centre = chord_centre(points[f"{side}.{above}"], lateral, place, half_width)
+    if unit_vector(centre - lateral) @ inwards < 0.5:
+        raise ScalingError(
+            f"the wand marker {side}.{wand} is not lateral to the {joint.lower()}: the axis of "
+            "the joint would point more than 60 degrees away from the midline. Place it in the "
+            "frontal plane of the segment, or use a medial marker."
+        )
+    return centre
 
 
 def elbow_centre(

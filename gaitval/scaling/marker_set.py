@@ -181,3 +181,17 @@ def _differ(one: MarkerDefinition, other: MarkerDefinition) -> bool:
     # A tracking marker and a landmark on one segment may be the same place.
     landmarks = {one.landmark, other.landmark} - {None}
     return one.segment != other.segment or len(landmarks) > 1
+
+
+class MarkerSetFile(BaseModel):
+    """A marker set as its TOML file has it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    source: str
+    markers: dict[str, MarkerDefinition]
+
+    def named(self, name: str) -> MarkerSet:
+        """The set in this file, which is called `name`."""
+        return MarkerSet(name, self.title, self.source, self.markers)

@@ -18,7 +18,7 @@ from gaitval.scaling.anthropometry import Sex, mean_length
 from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
 from gaitval.scaling.landmarks import Width, Widths
 from gaitval.scaling.measurements import Limbs, Measurements
-from gaitval.scaling.tape import measure_by_tape
+from gaitval.scaling.stature import measure_by_stature
 
 Pair = tuple[str, str]
 
@@ -138,7 +138,7 @@ def scale_by_pairs(
     mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
     whole = measure(mean, **widths)
     measured = _frames(standing, locate(mean, **widths).keys(), widths)
-    generic = measure_by_tape(height_m=height_m)
+    generic = measure_by_stature(height_m=height_m)
     limbs = replace(
         generic.right,
         upper_arm=mean_length(sex, "upper arm", height_m),

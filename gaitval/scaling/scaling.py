@@ -12,10 +12,9 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 import pandas as pd
@@ -35,7 +34,6 @@ from gaitval.scaling.anthropometry import (
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
-from gaitval.scaling.tape import measure_by_tape
 
 if TYPE_CHECKING:
     from gaitval.scaling.person import Individual, MeasuredPerson, Person
@@ -77,34 +75,14 @@ For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expe
 class ScaledBody(Displayed):
     """The model of a person (lengths in m, masses in kg) and the table of how it was scaled."""
 
+    SHOWN_BY: ClassVar[str] = "gaitval.scaling.body_tables"
+
     model: BodyModel
     table: tuple[ScaledSegment, ...]
 
     def frame(self) -> pd.DataFrame:
         """The table with a row per segment and the fields of `ScaledSegment` as columns."""
         return pd.DataFrame([asdict(row) for row in self.table])
-
-    def title(self) -> str:
-        """Name and mass."""
-        return f"Body model {self.model.name}, {self.model.mass:.1f} kg"
-
-    def overview(self) -> pd.DataFrame:
-        """Length, mass and factor over the population's mean, of each segment."""
-        rows = self.frame()[["length_m", "mass_kg", "factor"]]
-        rows.insert(0, "segment", [row.name for row in self.table])
-        return rows
-
-    def to_frame(self) -> pd.DataFrame:
-        """Length in m and mass in kg of each segment."""
-        from gaitval.frames import value_frame
-
-        masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
-        return value_frame(
-            [
-                *(("", f"{row.name} length", row.length_m, "m") for row in self.table),
-                *(("", f"{name} mass", mass, "kg") for name, mass in masses),
-            ]
-        )
 
 
 def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True) -> ScaledBody:
@@ -143,6 +121,8 @@ def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:
         return measurements_from(stored)
     if subject.markers:
         return measure(subject.markers)
+    from gaitval.scaling.tape import measure_by_tape
+
     by_tape: Mapping[str, float] = getattr(subject, "tape", {})
     return measure_by_tape(height_m=subject.height_m, **by_tape)
 
@@ -237,20 +217,9 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
             for name, share in fractions.items()
             for side in SIDES
         }
-    others = {
-        (name, side): share
-        for name, share in fractions.items()
-        for side in (SIDES if name in PAIRED else SIDES[:1])
-        if (name, side) not in known
-    }
-    rest = (subject.mass_kg - math.fsum(known.values())) / math.fsum(others.values())
-    if rest <= 0:
-        raise ScalingError(
-            f"the known masses of segments of {subject.identifier} add up to "
-            f"{math.fsum(known.values()):.1f} kg, more than the body's {subject.mass_kg:.1f} kg. "
-            "Give kilograms, and check the body mass."
-        )
-    return known | {key: share * rest for key, share in others.items()}
+    from gaitval.scaling.known_masses import with_known
+
+    return with_known(known, fractions, subject)
 
 
 def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual") -> None:

@@ -17,58 +17,14 @@ lengths share the rest of it in these proportions. One set of lengths serves bot
 import math
 from typing import Final
 
-import numpy as np
-
 from gaitval.errors import ScalingError
-from gaitval.scaling.anthropometry import WINTER
-from gaitval.scaling.joint_centres import hip_joint_centre
-from gaitval.scaling.measurements import Limbs, Measurements
-
-THIGH: Final = 0.2284
-SHANK: Final = 0.2282
-"""Distances between joint centres / stature, means of the ten built-in subjects (WBDS, by markers);
-1 SD 0.012 and 0.008, of the sum 3.6 %. Winter's 0.245 and 0.246 (Drillis and Contini) are longer
-than every one of them."""
-
-PELVIS_WIDTH: Final = 0.158
-"""Distance between the ASIS / stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
-Winter's 0.191 is the width across the hips, not between the spines."""
-
-ANKLE_FACTOR: Final = 1.18
-"""Height of the ankle joint / Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
-Winter's is the height of cadavers' lateral malleoli."""
-
-PELVIC_TILT: Final = np.radians(13.4)
-"""Forward tilt of the plane of the ASIS and PSIS in standing, rad; mean of the same subjects, 1 SD
-5.7 degrees."""
-
-FOOT: Final = {
-    "heel": (-0.188, -0.026, 0.204),
-    "MT1": (0.552, 0.136, 0.168),
-    "MT5": (0.452, -0.188, 0.126),
-}
-"""Heel, and markers on the first and fifth metatarsal heads, as fractions of foot length: forward
-of the ankle joint, towards the midline, above the floor. Means over the same subjects' 20 feet; 1
-SD at most 0.03."""
-
-STATURE_SD: Final = "SD 14-21 mm (ANSUR II)"
-"""Uncertainty of thigh and shank lengths given the stature: standard deviations about the
-regressions on stature of ANSUR II (Gordon et al. 2014)."""
+from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.stature import FRACTIONS, SOURCES, mean_lengths, measurements_of_lengths
 
 AGREEMENT: Final = 0.05
 """Largest plausible difference between a measured hip height and the sum of the measured lengths,
 m; people do not stand with perfectly straight legs, and the trochanter can be palpated to within 2
 cm."""
-
-FRACTIONS: Final = {
-    "hip_height": THIGH + SHANK + WINTER["ankle height"] * ANKLE_FACTOR,
-    "thigh": THIGH,
-    "shank": SHANK,
-    "ankle_height": WINTER["ankle height"] * ANKLE_FACTOR,
-    "foot": WINTER["foot"],
-    "pelvis_width": PELVIS_WIDTH,
-}
-"""Mean of each measure, as a fraction of stature."""
 
 PLAUSIBLE: Final = {"ankle_height": (0.6, 1.6), "pelvis_width": (0.6, 1.6)}
 """Measured / expected; for the other measures it is `PLAUSIBLE_LENGTH`."""
@@ -116,7 +72,7 @@ def measure_by_tape(
         )
         if value is not None
     }
-    expected = {name: fraction * height_m for name, fraction in FRACTIONS.items()}
+    expected = mean_lengths(height_m)
     problems = [
         problem
         for name, value in measured.items()
@@ -129,12 +85,7 @@ def measure_by_tape(
             "  " + "\n  ".join(problems) + "\nGive metres, and check where each was measured."
         )
     used = {name: measured.get(name, value) for name, value in expected.items()}
-    sources = {
-        "thigh": f"stature as in WBDS; {STATURE_SD}",
-        "shank": f"stature as in WBDS; {STATURE_SD}",
-        "foot": "stature",
-        "ankle height": "stature, ankle of WBDS",
-    } | {name.replace("_", " "): "tape" for name in measured}
+    sources = SOURCES | {name.replace("_", " "): "tape" for name in measured}
     if hip_height is None:
         used["hip_height"] = used["ankle_height"] + used["shank"] + used["thigh"]
     else:
@@ -144,16 +95,7 @@ def measure_by_tape(
             for name in ("thigh", "shank")
             if name not in measured
         }
-    leg = _leg(used)
-    return Measurements(
-        right=leg,
-        left=leg,
-        # Harrington's width does not depend on the depth of the pelvis, which no tape measures.
-        hip_half_width=float(-hip_joint_centre(used["pelvis_width"], 0.0)[1]),
-        hip_height=used["hip_height"],
-        pelvic_tilt=float(PELVIC_TILT),
-        sources=sources,
-    )
+    return measurements_of_lengths(used, sources)
 
 
 def _problem(name: str, value: float, expected: float) -> str:
@@ -202,16 +144,3 @@ def _share(
             + "\nMeasure again, in metres."
         )
     return shares
-
-
-def _leg(used: dict[str, float]) -> Limbs:
-    foot, ankle = used["foot"], used["ankle_height"]
-    heel, first, fifth = (np.array(FOOT[name]) * foot for name in ("heel", "MT1", "MT5"))
-    floor = np.array([0.0, 0.0, ankle])
-    return Limbs(
-        thigh=used["thigh"],
-        shank=used["shank"],
-        ankle_height=ankle,
-        heel=heel - floor,
-        metatarsals=np.stack([first, fifth]) - floor,
-    )

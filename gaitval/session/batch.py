@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Final, get_args
+from typing import Annotated, Any, Final, TypeVar, get_args
 
 from pydantic import Field
 
@@ -37,6 +37,8 @@ from gaitval.session.trial import valid_cycles
 from gaitval.session.write import FOLDER
 
 TABLE: Final = "batch.csv"
+
+Options = TypeVar("Options", bound=ImportOptions)
 
 
 class BatchPerson(ImportOptions):
@@ -113,6 +115,17 @@ def _read(file: Path, tell: Tell) -> list[BatchPerson]:
     ]
 
 
+def below(folder: Path, options: Options) -> Options:
+    """The same `options`, with paths that are relative to a `folder`."""
+
+    def placed(value: object) -> object:
+        if isinstance(value, tuple):
+            return tuple(placed(each) for each in value)
+        return folder / value if isinstance(value, Path) else value
+
+    return options.model_copy(update={name: placed(value) for name, value in options})
+
+
 def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchPerson:
     """A person from a `table` of the file `file`; paths in it are relative to the file.
 
@@ -128,7 +141,7 @@ def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchP
             said = f"{opposite} = {str(values[opposite]).lower()}"
             tell("session", f"{file}: {where}: {old} is read as {said}; write that")
     try:
-        return checked(BatchPerson, values).below(file.parent)
+        return below(file.parent, checked(BatchPerson, values))
     except ConfigurationError as error:
         raise ConfigurationError(f"{file}: {where}: {error} See gaitval imports --help.") from None
 

@@ -12,11 +12,13 @@ import numpy as np
 
 from gaitval.arrays import Flags
 from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import SpatioTemporal
 from gaitval.session.average import mean_angles, mean_kinetics
 from gaitval.session.request import Halves
 from gaitval.session.session import Import
+from gaitval.session.subject import subject_of
 from gaitval.session.trial import WalkingTrial
 
 FEWEST_CYCLES: Final = 3
@@ -48,6 +50,18 @@ def halves_of(found: Import, which: Halves) -> dict[str, Import]:
                     "trials, or import without --halves."
                 )
     return halves
+
+
+def subject_of_halves(found: Import, which: Halves) -> Subject:
+    """The subject of one half of the cycles of `found`, with the other as a further trial; `which`
+    says how they are shared out.
+    """
+    known, held_out = (
+        subject.model_copy(update={"trial": name, "source": f"{subject.source}, {name} cycles"})
+        for name, half in halves_of(found, which).items()
+        for subject in [subject_of(half)]
+    )
+    return known.with_trial(held_out)
 
 
 def _half(found: Import, which: Halves, *, first: bool) -> Import:

@@ -9,7 +9,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError, RecordError
 from gaitval.folder_lock import held
 from gaitval.session.person import person_of_session
-from gaitval.session.request import FILES, Halves, ImportOptions, Request, Tell, silent
+from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.write import check_folder, write_import, write_subject
@@ -86,7 +86,12 @@ def _import(
         ) from None
     files = tuple(write_import(out, found, configuration))
     try:
-        subject = subject_of(found) if request.halves is None else _of_halves(found, request.halves)
+        if request.halves is None:
+            subject = subject_of(found)
+        else:
+            from gaitval.session.halves import subject_of_halves
+
+            subject = subject_of_halves(found, request.halves)
     except GaitvalError as error:
         raise type(error)(
             f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
@@ -105,18 +110,6 @@ def _request(options: ImportOptions, out: Path, tell: Tell) -> Request:
     assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
     tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{assumed}")
     return request
-
-
-def _of_halves(found: Import, which: Halves) -> Subject:
-    """The subject of one half of the cycles, with the other as a further trial."""
-    from gaitval.session.halves import halves_of
-
-    known, held_out = (
-        subject.model_copy(update={"trial": name, "source": f"{subject.source}, {name} cycles"})
-        for name, half in halves_of(found, which).items()
-        for subject in [subject_of(half)]
-    )
-    return known.with_trial(held_out)
 
 
 def _identifier(out: Path) -> str:

@@ -3,9 +3,10 @@
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import Final, NoReturn
 
-from gaitval.coordinates import Side, opposite
+from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.session.one_side import ONE_SIDE, missing_sides
@@ -82,3 +83,32 @@ def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
         if said
         else f"{len(cycles)} cycles" + (" without its forces" if kinetics else "")
     )
+
+
+def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
+    """Raise RecordError for `walks` in which no side has a mean ground reaction; says why."""
+    reasons = [
+        f"{walk.name}: {cycle}"
+        for walk in walks
+        for side in SIDES
+        for cycle in walk.cycles[side]
+        if not cycle.kinetics_valid
+    ]
+    plates = [f"{walk.name}: {finding}" for walk in walks for finding in walk.findings]
+    raise RecordError(
+        "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
+        "subject's mean moments and forces cannot be computed.\n"
+        + _some("the cycles", reasons)
+        + _some("the plates", plates)
+        + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
+        "its own. If this is one, the forces are of another trial, of the other foot or in other "
+        "axes than the markers: check their file. Or use --kinematics-only."
+    ).with_way_on("--kinematics-only")
+
+
+def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
+    """The first of some lines, below what they are about; nothing if there are none."""
+    if not lines:
+        return ""
+    more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
+    return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"

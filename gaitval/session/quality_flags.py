@@ -1,9 +1,9 @@
-"""Warnings about a walking trial: its forces, its clock, the events of its file."""
+"""Warnings about a walking trial: its forces and its clock."""
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
 
-from gaitval.gait.event_checks import StoredEvents, contact_doubts, event_doubts
+from gaitval.gait.event_checks import contact_doubts
 from gaitval.gait.events import marker_events
 from gaitval.gait.force_checks import channel_doubts, force_doubts, place_doubts, whole_stances
 from gaitval.gait.motion_checks import aid_doubts, motion_doubts, swing_doubts, weight_doubts
@@ -22,24 +22,20 @@ def trial_doubts(
     recording: Recording,
     landmarks: Mapping[str, str],
     events: Sequence[Event],
-    stored: Sequence[StoredEvents],
     findings: Sequence[Finding],
     measured: tuple[FootForces, FootForces, InverseDynamics] | None,
 ) -> tuple[QualityFlag, ...]:
-    """All warnings about a trial of `request`.
+    """All warnings about a trial of `request` but those about events of its file.
 
     Parameters
     ----------
     recording : cleaned and zeroed; `landmarks` names its markers.
-    events : found; `stored` : those of the file beside them.
+    events : found.
     findings : of `assign_forces`.
     measured : forces at their own rate, at the marker frames, and inverse dynamics with these; None
         without forces.
     """
-    found = [
-        *event_doubts(stored),
-        *swing_doubts(events, request.height_m, forces=measured is not None),
-    ]
+    found = [*swing_doubts(events, request.height_m, forces=measured is not None)]
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured

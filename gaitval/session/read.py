@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
-from gaitval.coordinates import Side
 from gaitval.errors import RecordError, RecordWarning, ScalingError
 from gaitval.gait.cycles import (
     PLAUSIBLE_STRIDE,
@@ -20,9 +19,7 @@ from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.axes import (
-    LETTERS,
     LaboratoryAxes,
-    check_axes,
     detect_axes,
     turn_to_walking_direction,
 )
@@ -78,8 +75,11 @@ def read_session(
     for i, trial in enumerate(request.trials):
         with of_trial(i):
             found = _read(tell, trial, forces=request.forces[i] if request.forces else None)
-            found = without_plates(found, request.no_plate)
-            walking.append(with_said_plates(found, request.plate, request.plate_axis))
+            if request.no_plate or request.plate or request.plate_axis:
+                from gaitval.session.said_plates import as_said
+
+                found = as_said(found, request)
+            walking.append(found)
     standing = _standing_file(request, walking, tell)
     for recording in (*(() if request.stands_in_walk else (standing,)), *walking):
         tell("read", _described(recording))
@@ -100,7 +100,7 @@ def read_session(
         # From the standing trial, in which the person is upright.
         axes = detect_axes(standing, landmarks)
     else:
-        from gaitval.mocap.given_axes import parse_axes
+        from gaitval.mocap.given_axes import check_axes, parse_axes
 
         axes = parse_axes(request.axes)
         check_axes(axes, standing, landmarks)
@@ -174,22 +174,6 @@ def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:
     return marker_set
 
 
-LENGTHS_OF_WALK: Final = 0.012
-"""m, largest difference of thigh and shank between a standing pose put together from the walk and
-the standing trial of the same person: five people of WBDS01, biomechZoo and BTKData, of which one
-person's hip angles differed by 5 degrees and the others' by 2 at most."""
-
-
-def _of_walk(poses: int) -> QualityFlag:
-    """What a user should know who gives no standing trial."""
-    return QualityFlag(
-        *("standing pose", "standing", float(poses), 1.0, "poses"),
-        f"no standing trial: {poses} pair(s) of mid-stances of the walk are put together to one "
-        f"pose. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up to 5° "
-        "off what a standing trial gives; give one with --static if there is one",
-    )
-
-
 def _standing(
     request: Request,
     processing: ProcessingSettings,
@@ -205,10 +189,10 @@ def _standing(
     """
     landmarks, doubts = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
-        from gaitval.session.standing_pose import standing_in_walk
+        from gaitval.session.standing_pose import of_walk, standing_in_walk
 
         standing = standing_in_walk(first, marker_set)
-        doubts.append(_of_walk(len(standing.markers)))
+        doubts.append(of_walk(len(standing.markers)))
         tell("warnings", f"{request.trials[0].name}: {doubts[0]}")
     else:
         standing, report = clean(
@@ -297,47 +281,6 @@ def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -
     from gaitval.session.standing_pose import cut_to
 
     return cut_to(recording, request.static_time)
-
-
-def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
-    """A `recording` without the force plates `names`. Raises RecordError if one is not there."""
-    known = [plate.name for plate in recording.plates]
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise RecordError(
-            f"{recording.source}: --no-plate {' '.join(unknown)}: there is no such plate; the "
-            f"trial has {', '.join(known) or 'none'}."
-        )
-    kept = tuple(plate for plate in recording.plates if plate.name not in names)
-    return replace(recording, plates=kept)
-
-
-def with_said_plates(
-    recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
-) -> Recording:
-    """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force
-    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`): force and free
-    moment of these change their signs, the centre of pressure stays. Raises RecordError if a plate
-    is not there.
-    """
-    plates = {plate.name: plate for plate in recording.plates}
-    for option, name in (
-        *(("--plate", n) for n, _ in feet),
-        *(("--plate-axis", n) for n, _ in turned),
-    ):
-        if name not in plates:
-            raise RecordError(
-                f"{recording.source}: {option} {name}=...: there is no such plate; the trial has "
-                f"{', '.join(plates) or 'none'}."
-            )
-    for name, side in feet:
-        plates[name] = replace(plates[name], foot=side)
-    for name, axis in turned:
-        plate, sign = plates[name], np.where(np.array([*LETTERS]) == axis, -1.0, 1.0)
-        plates[name] = replace(
-            plate, force=plate.force * sign, free_moment=-plate.free_moment, moment=None
-        )
-    return replace(recording, plates=tuple(plates.values()))
 
 
 def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[QualityFlag]:

@@ -9,7 +9,7 @@ The command reads this at every start, so nothing that takes long to load is imp
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
@@ -164,16 +164,6 @@ class ImportOptions(BaseModel):
     halves: Halves | None = None
     """Make two trials of the gait cycles. The walk knows the first and is compared with the second,
     too."""
-
-    def below(self, folder: Path) -> Self:
-        """The same options, with paths that are relative to a folder."""
-
-        def placed(value: object) -> object:
-            if isinstance(value, tuple):
-                return tuple(placed(each) for each in value)
-            return folder / value if isinstance(value, Path) else value
-
-        return self.model_copy(update={name: placed(value) for name, value in self})
 
 
 FILES: Final = tuple(

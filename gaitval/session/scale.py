@@ -11,7 +11,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
 from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.inverse.marker_labels import find_exchanged, refuse_exchange
+from gaitval.inverse.marker_labels import find_exchanged
 from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, FittedLength, ModelFit, fit_model
 from gaitval.mocap.recording import Recording
@@ -145,12 +145,6 @@ def scale_body(
     )
 
 
-ARMS: Final = frozenset(
-    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
-)
-"""Segments whose markers no leg needs."""
-
-
 def _with_right_labels(
     model: BodyModel,
     placement: MarkerPlacement,
@@ -159,11 +153,8 @@ def _with_right_labels(
     static: str,
     tell: Tell,
 ) -> tuple[Recording, list[QualityFlag]]:
-    """A walking trial in which no two markers have each other's names.
-
-    Two tracking markers of one segment are exchanged back, and this is reported: which of them is
-    which matters to nothing but their own places. Two of arms and trunk are left out, and this is
-    reported. Others are refused.
+    """A walking trial in which no two markers have each other's names: those that have are put
+    right, and this is reported, or refused (`exchanged_markers.put_right`).
     """
     doubts: list[QualityFlag] = []
     while True:
@@ -176,38 +167,13 @@ def _with_right_labels(
         exchange = find_exchanged(model, markers, measured)
         if exchange is None:
             return walking, doubts
-        first, second = (
-            session.marker_set.markers[name] for name in (exchange.first, exchange.second)
+        from gaitval.session.exchanged_markers import put_right
+
+        walking, doubt = put_right(
+            exchange, session.marker_set, walking, static, again=len(doubts) < len(markers)
         )
-        if {first.segment, second.segment} <= ARMS:
-            # An arm turns as it likes, and no leg needs its markers.
-            kept = [name for name in walking.names if name not in (exchange.first, exchange.second)]
-            walking = walking.with_markers(kept, marker_columns(walking, kept, walking.markers))
-            doubts.append(
-                QualityFlag(
-                    "exchanged markers", f"{exchange.first} and {exchange.second}",
-                    exchange.own, exchange.crossed, "m",
-                    f"may have each other's names: {exchange}. No leg needs them: left out",
-                )
-            )  # fmt: skip
-            tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
-            continue
-        tracking = first.role == second.role == "tracking" and first.segment == second.segment
-        if not tracking or len(doubts) == len(markers):
-            refuse_exchange(exchange, (static, walking.source))
-        doubts.append(
-            QualityFlag(
-                "exchanged markers", f"{exchange.first} and {exchange.second}",
-                exchange.own, exchange.crossed, "m",
-                f"have each other's names in walking or in standing: {exchange}. Exchanged back, "
-                "for both only track one segment; look at the labels",
-            )
-        )  # fmt: skip
-        tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubts[-1]}")
-        swap = {exchange.first: exchange.second, exchange.second: exchange.first}
-        walking = walking.with_markers(
-            [swap.get(name, name) for name in walking.names], walking.markers
-        )
+        doubts.append(doubt)
+        tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubt}")
 
 
 REMARKED_ROTATION: Final = float(np.radians(8.0))

@@ -15,6 +15,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import marker_events
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.joint_centres import hip_joint_centre, pelvis_frame
 from gaitval.scaling.landmarks import middle_psis
@@ -31,6 +32,22 @@ LEG: Final = ("thigh", "shank", "foot", "toes")
 
 FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 """Landmarks of a foot that turn when it is levelled about its ankle."""
+
+
+LENGTHS_OF_WALK: Final = 0.012
+"""m, largest difference of thigh and shank between a standing pose put together from the walk and
+the standing trial of the same person: five people of WBDS01, biomechZoo and BTKData, of which one
+person's hip angles differed by 5 degrees and the others' by 2 at most."""
+
+
+def of_walk(poses: int) -> QualityFlag:
+    """What a user should know who gives no standing trial: the pose is of so many `poses`."""
+    return QualityFlag(
+        *("standing pose", "standing", float(poses), 1.0, "poses"),
+        f"no standing trial: {poses} pair(s) of mid-stances of the walk are put together to one "
+        f"pose. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up to 5° "
+        "off what a standing trial gives; give one with --static if there is one",
+    )
 
 
 def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:

@@ -1,6 +1,6 @@
 """The subject that an import makes, and whether its files can be written."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -38,7 +38,10 @@ def subject_of(found: Import) -> Subject:
     request = found.request
     where = ", ".join(walk.name for walk in found.trials)
     if not request.kinematics_only:
-        _check_complete(found)
+        if not found.forces:
+            from gaitval.session.one_side_warnings import refuse_without_forces
+
+            refuse_without_forces(found.trials)
         counts = " and ".join(
             f"{len(found.forces[side].curves) if side in found.forces else 0} {side}"
             for side in SIDES
@@ -101,29 +104,6 @@ def _mirrored_stance(both: Completed) -> Side | None:
     return next(iter(both.mirrored.values()), None)
 
 
-def _check_complete(found: Import) -> None:
-    """Raise RecordError where no side has a mean ground reaction; says why."""
-    if found.forces:
-        return
-    reasons = [
-        f"{walk.name}: {cycle}"
-        for walk in found.trials
-        for side in SIDES
-        for cycle in walk.cycles[side]
-        if not cycle.kinetics_valid
-    ]
-    plates = [f"{walk.name}: {finding}" for walk in found.trials for finding in walk.findings]
-    raise RecordError(
-        "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
-        "subject's mean moments and forces cannot be computed.\n"
-        + _some("the cycles", reasons)
-        + _some("the plates", plates)
-        + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
-        "its own. If this is one, the forces are of another trial, of the other foot or in other "
-        "axes than the markers: check their file. Or use --kinematics-only."
-    ).with_way_on("--kinematics-only")
-
-
 def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str) -> Gait:
     """The mean curves as the subject's file keeps them."""
     angles = {
@@ -153,14 +133,6 @@ def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str)
         forces=Forces(right=fitted.get("right"), left=fitted.get("left")),
         **sides,
     )
-
-
-def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
-    """The first of some lines, below what they are about; nothing if there are none."""
-    if not lines:
-        return ""
-    more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
-    return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"
 
 
 def closed(name: str, kind: str, curve: Array, where: str) -> Array:

@@ -95,6 +95,11 @@ def summary_of(found: Import) -> page.RecordingSummary:
     limits = {verdict.id: verdict.tolerance for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
     dynamics = first.moments
+    changes: list[page.ConsistencyChange] = []
+    if first.consistent is not None:
+        from gaitval.session.consistency_rows import changes_by
+
+        changes = changes_by(first.consistent)
     functional: list[page.FunctionalRow] = []
     if found.functional:
         from gaitval.session.functional import functional_rows
@@ -140,7 +145,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
             moment_limit=limits.get("residual-moment-peak", np.nan),
         ),
         spatiotemporal=spatiotemporal_rows(found.trials),
-        changes=_changes(first),
+        changes=changes,
         missing=[str(doubt) for _, doubt in found.doubts if doubt.check == ONE_SIDE],
         doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
         findings=[message for step, message in found.decisions if step not in _SAID],
@@ -263,38 +268,4 @@ def spatiotemporal_rows(walks: Sequence[WalkingTrial]) -> list[page.Spatiotempor
         rows.append(
             page.SpatiotemporalRow(title, unit, values["right"], values["left"], digits=digits)
         )
-    return rows
-
-
-def _changes(walk: WalkingTrial) -> list[page.ConsistencyChange]:
-    consistent = walk.consistent
-    if consistent is None:
-        return []
-    before, after = consistent.before, consistent.after
-    rows = [
-        page.ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
-        page.ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
-        page.ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
-        page.ConsistencyChange(
-            "residual moment, peak", before.moment_peak, after.moment_peak, "Nm"
-        ),
-        page.ConsistencyChange(
-            "markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"
-        ),
-        page.ConsistencyChange(
-            "markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"
-        ),
-    ]
-    for name, change in consistent.coordinate_change.items():
-        length = name.startswith("pelvis_t")
-        value = 1000 * change if length else float(np.degrees(change))
-        if value < 0.005:
-            continue  # shown as 0.00: a held coordinate
-        rows.append(
-            page.ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°")
-        )
-    rows += [
-        page.ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")
-        for name, factor in consistent.mass_factors.items()
-    ]
     return rows

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,14 +21,12 @@ from gaitval.gait.cycles import (
     require,
     spatiotemporal,
 )
-from gaitval.gait.event_checks import StoredEvents, stored_events
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -43,6 +42,10 @@ from gaitval.session.quality_flags import trial_doubts
 from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
+
+if TYPE_CHECKING:  # a wing makes the one, and few files store events
+    from gaitval.gait.stored_events import StoredEvents
+    from gaitval.inverse.consistent_motion import ConsistentMotion
 
 
 @dataclass(frozen=True)
@@ -81,12 +84,12 @@ class WalkingTrial:
     forces: FootForces | None
     loads: FootForces | None
     dynamics: InverseDynamics | None
-    consistent: ConsistentMotion | None
+    consistent: "ConsistentMotion | None"
     belt: float
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
     findings: tuple[Finding, ...]
-    stored_events: tuple[StoredEvents, ...]
+    stored_events: "tuple[StoredEvents, ...]"
     doubts: tuple[QualityFlag, ...]
 
     @property
@@ -148,10 +151,15 @@ def work_out_trial(
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
-    stored = stored_events(recording.events, events)
-    for compared_events in stored:
-        tell("events", f"{name}: {compared_events}")
-    doubts = trial_doubts(request, recording, landmarks, events, stored, findings, measured)
+    stored: tuple[StoredEvents, ...] = ()
+    doubts = trial_doubts(request, recording, landmarks, events, findings, measured)
+    if recording.events:
+        from gaitval.gait.stored_events import event_doubts, stored_events
+
+        stored = stored_events(recording.events, events)
+        for compared_events in stored:
+            tell("events", f"{name}: {compared_events}")
+        doubts = (*event_doubts(stored), *doubts)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(

@@ -12,26 +12,21 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 
 import shutil
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING
 
 from gaitval.artefacts import copy_files, file_hash, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
-from gaitval.policy.processes import keeping_workers, ready_to_start
+from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import (
-    BESIDE,
     INTERRUPTED,
     Observer,
     Run,
     Stage,
-    begin_stage,
-    end_stage,
-    perform,
     run_stage,
     why_run,
 )
@@ -177,11 +172,11 @@ def run_subject(
     def do(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
 
-    from gaitval.policy.beside import beside
-
     beginning: Start = "scratch" if scratch else "general"
     say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
     if run.configuration.training.workers > 1:
+        from gaitval.policy.workers import ready_to_start
+
         ready_to_start(*IN_WORKERS)  # beside the first stages
     do(scale_stage(run))
     rounds, done = 0, False
@@ -190,6 +185,8 @@ def run_subject(
         reference, begun = reference_stage(run), None
         if run.configuration.training.workers > 1 and (force or why_run(reference, run.folder)):
             # in a thread, since the workers' server is not ready yet
+            from gaitval.policy.beside import beside
+
             with beside(begin_identifying, run) as under_way:
                 do(reference)
             begun = under_way()
@@ -228,12 +225,14 @@ def _train_and_identify(
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    from gaitval.study.watching import generations_shown
+    shown = None
+    if run.configuration.training.workers > 1:
+        from gaitval.study.watching import generations_shown
 
-    # the other stage reports nothing, so its progress is read from the file of its state
-    state = run.folder / f"rounds/{round_number}/identification" / STATE
-    total = run.configuration.identification.generations
-    shown = generations_shown(run.observer, state, total)
+        # the other stage reports nothing, so its progress is read from the file of its state
+        state = run.folder / f"rounds/{round_number}/identification" / STATE
+        total = run.configuration.identification.generations
+        shown = generations_shown(run.observer, state, total)
     identify = identify_stage(_silent(run), round_number, begun)
     _together(run, training, identify, shown, force=force)
 
@@ -261,26 +260,9 @@ def _together(
         for stage in (*stages, other):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    from gaitval.policy.beside import beside
+    from gaitval.study.watching import run_beside
 
-    begun = begin_stage(other, run.folder, force=force)
-    assert begun is not None
-    with beside(_timed, other) as ended:
-        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
-        for stage in stages:
-            run_stage(stage, run.folder, force=force, observer=run.observer)
-        run.observer.started(other.name, BESIDE)
-        with shown or nullcontext():
-            seconds = ended()
-    end_stage(begun, seconds)
-    run.observer.finished(other.name, seconds)
-
-
-def _timed(stage: Stage) -> float:
-    """The stage's work; returns how long it took, s."""
-    clock = monotonic()
-    perform(stage)
-    return monotonic() - clock
+    run_beside(run, stages, other, shown, force=force)
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:

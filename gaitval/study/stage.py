@@ -24,7 +24,6 @@ from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
-from gaitval.study.looks import with_last_looks
 from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
@@ -35,6 +34,9 @@ if TYPE_CHECKING:
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
+
+CONFIGURATION = "configuration.toml"
+"""The settings of the last command."""
 
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
@@ -322,11 +324,12 @@ def open_run(
     `observer` sees its stages. Its pages keep language and paper unless others are asked for.
     """
     with held(folder):
-        configuration = with_last_looks(configuration, folder, observer.say)
+        if (folder / CONFIGURATION).exists():
+            from gaitval.study.looks import with_last_looks
+
+            configuration = with_last_looks(configuration, folder, observer.say)
         write_text(folder / "subject.toml", subject.to_toml())
-        write_text(
-            folder / "configuration.toml", tomli_w.dumps(configuration.model_dump(mode="json"))
-        )
+        write_text(folder / CONFIGURATION, tomli_w.dumps(configuration.model_dump(mode="json")))
         path = folder / "provenance.json"
         # read before the file is replaced: the times of earlier stages are kept
         stages = _stages(path)
@@ -336,7 +339,7 @@ def open_run(
                 "versions": versions(),
                 "commit": source_commit(),
                 "seed": configuration.seed,
-                "configuration": file_hash(folder / "configuration.toml"),
+                "configuration": file_hash(folder / CONFIGURATION),
                 "subject": file_hash(folder / "subject.toml"),
                 "stages": stages,
             },

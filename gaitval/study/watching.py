@@ -1,14 +1,25 @@
-"""Progress of a stage that another process works on."""
+"""A stage that another process works on beside others, and its progress."""
 
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from time import monotonic
 from typing import Final
 
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
-from gaitval.study.stage import Observer
+from gaitval.policy.beside import beside
+from gaitval.study.stage import (
+    BESIDE,
+    Observer,
+    Run,
+    Stage,
+    begin_stage,
+    end_stage,
+    perform,
+    run_stage,
+)
 
 EVERY: Final = 2.0
 """s between two looks."""
@@ -42,3 +53,35 @@ def generations_shown(
     finally:
         ended.set()
         watcher.join()
+
+
+def run_beside(
+    run: Run,
+    stages: Sequence[Stage],
+    other: Stage,
+    shown: AbstractContextManager[None] | None = None,
+    *,
+    force: bool,
+) -> None:
+    """The `stages` of `run` one after another, and beside them an `other` one that needs none of
+    their files; `shown` while only that one still runs. With `force` also those that are up to
+    date.
+    """
+    begun = begin_stage(other, run.folder, force=force)
+    assert begun is not None
+    with beside(_timed, other) as ended:
+        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
+        for stage in stages:
+            run_stage(stage, run.folder, force=force, observer=run.observer)
+        run.observer.started(other.name, BESIDE)
+        with shown or nullcontext():
+            seconds = ended()
+    end_stage(begun, seconds)
+    run.observer.finished(other.name, seconds)
+
+
+def _timed(stage: Stage) -> float:
+    """The stage's work; returns how long it took, s."""
+    clock = monotonic()
+    perform(stage)
+    return monotonic() - clock

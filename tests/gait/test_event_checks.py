@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitval.gait.event_checks import contact_doubts, event_doubts, stored_events
+from gaitval.gait.event_checks import contact_doubts
+from gaitval.gait.stored_events import event_doubts, stored_events
 from gaitval.mocap.recording import Event, FootForces
 
 OTHER = {"right": "left", "left": "right"}

@@ -16,12 +16,13 @@ from gaitval.identification.body_fit import (
     angle_sd,
     profiles,
 )
-from gaitval.identification.identify import identify, noise_of_expected
+from gaitval.identification.identify import identify
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
 from gaitval.identification.verdicts import combinations, judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
+from gaitval.prediction.population import noise_of_expected
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject

@@ -6,14 +6,15 @@ from simulation_fixtures import random_policy
 
 from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 
 
 @pytest.fixture(scope="module")
 def walk(task):
     policy = random_policy(task, scale=0.1)
-    return roll_out(
-        task, policy, mu=nominal_parameters(), start_phase=0.25, cycles=0.4, engine="compiled"
+    return record_rollout(
+        WalkingEnvironment(task), policy, mu=nominal_parameters(), start_phase=0.25, cycles=0.4
     )
 
 

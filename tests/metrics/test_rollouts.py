@@ -12,7 +12,7 @@ from gaitval.metrics.rollouts import compared_part, endurance, roll_out_from
 from gaitval.metrics.walk_results import Endurance
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.walking_group import WalkingGroup
 
 RECORD = synthetic_record()
@@ -67,7 +67,12 @@ def test_walks_from_several_starts_are_single_walks(task):
     policy = random_policy(short, scale=0.1)
     phases = (0.3, 0.8)
     found = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
-    alone = [roll_out(short, policy, mu=MU, start_phase=phase, cycles=1) for phase in phases]
+    alone = [
+        record_rollout(
+            WalkingEnvironment(short, engine="dart"), policy, mu=MU, start_phase=phase, cycles=1
+        )
+        for phase in phases
+    ]
     np.testing.assert_array_equal(found.compared.positions, alone[0].positions)
     first, second = (endurance(one, short.configuration, engine="dart") for one in alone)
     assert found.starts[0] == first

@@ -88,3 +88,11 @@ def test_an_entry_in_another_unit_is_refused():
     entry = load_registry().tolerance[0].model_dump() | {"unit": "rad"}
     with pytest.raises(ValidationError, match="angle_rmse in deg"):
         Tolerance.model_validate(entry)
+
+
+def test_limits_are_shown_as_a_table():
+    registry = load_registry()
+    table = registry.to_frame()
+    assert len(table) == len(registry.tolerance)
+    assert list(registry.overview().columns) == list(table.columns[[0, 2, 3, 4, 5, 6]])
+    assert f"{len(table)} limits" in str(registry)

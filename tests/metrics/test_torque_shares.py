@@ -10,7 +10,8 @@ from gaitval.coordinates import ACTUATED
 from gaitval.metrics.cycles import GaitCycles
 from gaitval.metrics.torque_shares import PARTS, moment_parts, torque_shares
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.servo import servo_stiffness
 
 
@@ -18,13 +19,12 @@ def _walk(task, scale, **mu):
     parameters = nominal_parameters()
     for name, value in mu.items():
         parameters[PARAMETERS.index(name)] = value
-    return roll_out(
-        task,
+    return record_rollout(
+        WalkingEnvironment(task),
         random_policy(task, scale=scale),
         mu=parameters,
         start_phase=0.2,
         cycles=0.4,
-        engine="compiled",
     )
 
 

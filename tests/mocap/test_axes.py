@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval.mocap.axes import check_axes, detect_axes, turn_to_walking_direction
-from gaitval.mocap.given_axes import parse_axes
+from gaitval.mocap.axes import detect_axes, turn_to_walking_direction
+from gaitval.mocap.given_axes import check_axes, parse_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 

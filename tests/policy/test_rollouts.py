@@ -26,7 +26,6 @@ from gaitval.policy.rollouts import (
     in_groups,
     record_rollout,
     record_together,
-    roll_out,
     score_rollout,
 )
 from gaitval.policy.storage import load_policy
@@ -125,7 +124,9 @@ def test_scores_do_not_depend_on_what_was_walked_before(task, environment):
 def test_a_recorded_walk_is_the_scored_walk(task, engine):
     environment = WalkingEnvironment(task, engine=engine)
     policy = random_policy(task, scale=0.1)
-    rollout = roll_out(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine=engine)
+    rollout = record_rollout(
+        WalkingEnvironment(task, engine=engine), policy, mu=MU, start_phase=0.3, cycles=0.2
+    )
     actions = round(len(rollout.time) / environment.walker.steps_per_action)
     by_hand(environment, policy, 0.3, actions)
     np.testing.assert_array_equal(rollout.positions[-1], environment.walker.state[0])
@@ -139,7 +140,7 @@ def test_a_recorded_walk_covers_its_cycles_at_any_pace(task, action):
     task = changed(task, environment={"centring": 0.0})
     policy = random_policy(task, scale=0.0)
     policy.tensors["action_net.bias"][-1] = action
-    rollout = roll_out(task, policy, mu=MU, start_phase=0.3, cycles=0.2, engine="compiled")
+    rollout = record_rollout(WalkingEnvironment(task), policy, mu=MU, start_phase=0.3, cycles=0.2)
     pace = 1.0 + task.configuration.environment.pace_scale * action
     seconds = 0.2 * task.reference.stride_time / pace
     assert 0.5 <= rollout.phase[-1] < 0.5 + 0.03 * pace / task.reference.stride_time + 1e-9
@@ -147,7 +148,13 @@ def test_a_recorded_walk_covers_its_cycles_at_any_pace(task, action):
 
 
 def test_a_walk_that_falls_is_cut_off_and_says_so(task):
-    rollout = roll_out(task, random_policy(task, scale=20.0), mu=MU, start_phase=0.3, cycles=8.0)
+    rollout = record_rollout(
+        WalkingEnvironment(task, engine="dart"),
+        random_policy(task, scale=20.0),
+        mu=MU,
+        start_phase=0.3,
+        cycles=8.0,
+    )
     assert rollout.fell[0] == 1.0
     assert rollout.time[-1] < 4.0
     assert len(rollout.positions) == len(rollout.time)
@@ -155,8 +162,13 @@ def test_a_walk_that_falls_is_cut_off_and_says_so(task):
 
 def test_a_pushed_walk_records_the_push(task):
     push = (0.35, 200.0, np.pi / 2)
-    rollout = roll_out(
-        task, random_policy(task, scale=0.0), mu=MU, start_phase=0.3, cycles=0.3, push=push
+    rollout = record_rollout(
+        WalkingEnvironment(task, engine="dart"),
+        random_policy(task, scale=0.0),
+        mu=MU,
+        start_phase=0.3,
+        cycles=0.3,
+        push=push,
     )
     impulse = (rollout.time[1] - rollout.time[0]) * rollout.root_force.sum(axis=0)
     np.testing.assert_allclose(impulse, [0, 0, 0, 0, 200.0 * 0.05, 0], atol=1e-9)

@@ -19,7 +19,8 @@ from standing_person import (
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.segment_lengths import lengths_of, with_lengths
-from gaitval.scaling.joint_centres import FOOT_SHAPE, locate, measure
+from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, scale_subject

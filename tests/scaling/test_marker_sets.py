@@ -9,6 +9,7 @@ from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_names import alike
 from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
 from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, recognise
+from gaitval.scaling.own_marker_set import problems_of
 from gaitval.scaling.unrecognised import EXAMPLE
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")
@@ -26,6 +27,11 @@ UPPER = [
         for name in ("FHD", "BHD", "SHO", "UPA", "ELB", "FRM", "WRA", "WRB", "FIN")
     ),
 ]
+
+
+@pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda s: s.name)
+def test_a_built_in_set_has_no_problem(marker_set):
+    assert problems_of(marker_set.markers) == []
 
 
 @pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda s: s.name)

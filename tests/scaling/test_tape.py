@@ -9,15 +9,15 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject
-from gaitval.scaling.tape import (
+from gaitval.scaling.stature import (
     ANKLE_FACTOR,
     FOOT,
     PELVIC_TILT,
     PELVIS_WIDTH,
     SHANK,
     THIGH,
-    measure_by_tape,
 )
+from gaitval.scaling.tape import measure_by_tape
 
 
 def test_stature_alone_gives_winters_lengths():

@@ -6,6 +6,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.session.batch import below
 from gaitval.session.request import ImportOptions, Request, checked
 
 GIVEN = {"trials": ["walk1.c3d"], "sex": "F"}
@@ -56,7 +57,7 @@ def test_every_option_has_a_help():
 
 def test_paths_are_placed_and_nothing_else(tmp_path):
     options = ImportOptions(**GIVEN, static="stand.c3d", no_plate=("2",), marker_set="wbds")
-    placed = options.below(tmp_path)
+    placed = below(tmp_path, options)
     assert placed.trials == (tmp_path / "walk1.c3d",)
     assert placed.static == tmp_path / "stand.c3d"
     assert (placed.no_plate, placed.marker_set) == (("2",), "wbds")

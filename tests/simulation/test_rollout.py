@@ -9,14 +9,15 @@ from simulation_fixtures import kinematics, random_policy
 from gaitval.errors import ArtefactError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.rollout import Rollout
 
 
 @pytest.fixture(scope="module")
 def rollout(task):
-    return roll_out(
-        task,
+    return record_rollout(
+        WalkingEnvironment(task, engine="dart"),
         random_policy(task, scale=0.1),
         mu=nominal_parameters(),
         start_phase=0.25,

@@ -28,7 +28,7 @@ from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import roll_out
+from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.servo import servo_stiffness
 from gaitval.simulation.walker import Trajectory, Walker
 
@@ -328,14 +328,13 @@ def test_nothing_but_gravity_and_ground_acts_on_a_walk(task, peer, monkeypatch, 
             kept.append(self)
 
     monkeypatch.setattr("gaitval.policy.rollouts.Trajectory", Kept)
-    rollout = roll_out(
-        task,
+    rollout = record_rollout(
+        WalkingEnvironment(task, engine=engine),
         random_policy(task, scale=0.1),
         mu=nominal_parameters(),
         start_phase=0.6,
         cycles=0.4,
         push=push,
-        engine=engine,
     )
     (recording,) = kept
     assert recording.rows == len(rollout.time) > 200

@@ -9,7 +9,8 @@ import numpy as np
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.scaling.joint_centres import FOOT_SHAPE, MARKER_OFFSET, measure
+from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.joint_centres import MARKER_OFFSET, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body

@@ -21,9 +21,9 @@ from gaitval.metrics.groups import group_rows
 from gaitval.metrics.held_out import prediction_errors
 from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.metrics.stored import believe
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval_gate.stored import believe
 
 OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
 

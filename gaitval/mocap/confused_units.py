@@ -1,0 +1,36 @@
+"""Sizes that no person has: which unit was confused, in words for a message."""
+
+from typing import Final
+
+from gaitval.mocap.recording import PERSON_SPREAD_M
+
+_CONFUSED: Final = {
+    1e3: "metres that are called mm",
+    1e-3: "millimetres that are called m",
+    100.0: "metres that are called cm",
+    0.01: "centimetres that are called m",
+    25.4: "inches that are called mm",
+    10.0: "centimetres that are called mm",
+    0.1: "millimetres that are called cm",
+}
+"""By the factor that corrects it."""
+
+ADULT_PELVIS: Final = (0.6, 1.1)
+"""m, an adult's pelvis above the ankles."""
+
+
+def looks_like(spread: float) -> str:
+    """The unit error that makes a person's markers spread over this many metres, in words."""
+    for factor, what in _CONFUSED.items():
+        if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
+            return f" (it looks like {what})"
+    return ""
+
+
+def wrong_factor(height: float) -> float | None:
+    """The power of ten between an adult's and the `height` of a pelvis above the ankles, m, which
+    is the likely error of the unit; None if none leads there.
+    """
+    factors = (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3)
+    low, high = ADULT_PELVIS
+    return next((each for each in factors if low <= height * each <= high), None)

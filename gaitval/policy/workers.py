@@ -1,0 +1,88 @@
+"""Worker processes: how they start, and that they end with the process that started them, however
+that ends. Loaded where there is more than one process.
+"""
+
+import multiprocessing as mp
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.context import ForkServerContext, SpawnContext
+
+from gaitval.memory import give_back_soon
+
+
+def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
+    """How processes are started here: under Linux a server forks them, which has loaded once what
+    they need, and shares that memory with them; elsewhere each loads it itself, in seconds.
+
+    The first call starts the server, which loads while the caller continues. Its environment is
+    that of the first call. It ends with this process.
+
+    Parameters
+    ----------
+    also : modules that they will need, beside those of a walk; for the first call.
+    """
+    if sys.platform != "linux":
+        return mp.get_context("spawn")
+    from multiprocessing import forkserver
+
+    # Not a plain fork: this process may have threads, of torch or BLAS, whose locks a forked child
+    # would inherit locked.
+    context = mp.get_context("forkserver")
+    context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
+    try:
+        with one_thread():
+            forkserver.ensure_running()
+    except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
+        return mp.get_context("spawn")
+    return context
+
+
+def begin_as_worker() -> None:
+    """What a worker process does first: it will end as soon as the one that started it has ended,
+    and give memory back.
+
+    A worker that waits for work never notices that its parent has gone, because it holds both ends
+    of the queue itself. The watch is a thread that waits on the parent's sentinel, which exists on
+    every system; Linux's signal at a parent's death would also come when only a thread of the
+    parent ends.
+    """
+    give_back_soon()
+    parent = mp.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        # At once, without cleaning up: nobody is left to read what the worker might still write.
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Processes that start in this block use one thread, because a worker's arrays are tiny."""
+    name = "OMP_NUM_THREADS"
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
+
+
+def new_workers(count: int) -> ProcessPoolExecutor:
+    """`count` processes, in which linear algebra has one thread each."""
+    workers = ProcessPoolExecutor(count, mp_context=ready_to_start(), initializer=begin_as_worker)
+    with one_thread():
+        # The environment is read when a process starts, so they start here, inside `one_thread`.
+        for _ in range(count):  # each starts one, because none of them is idle yet
+            workers.submit(os.getpid)
+    return workers

@@ -1,0 +1,61 @@
+"""What the user says of the force plates of a trial: which do not count, whose foot is on which,
+and of which an axis points the wrong way.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gaitval.coordinates import Side
+from gaitval.errors import RecordError
+from gaitval.mocap.axes import LETTERS
+from gaitval.mocap.recording import Recording
+from gaitval.session.request import Request
+
+
+def as_said(recording: Recording, request: Request) -> Recording:
+    """A `recording` with its plates as `request` says. Raises RecordError if one is not there."""
+    found = without_plates(recording, request.no_plate)
+    return with_said_plates(found, request.plate, request.plate_axis)
+
+
+def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
+    """A `recording` without the force plates `names`. Raises RecordError if one is not there."""
+    known = [plate.name for plate in recording.plates]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise RecordError(
+            f"{recording.source}: --no-plate {' '.join(unknown)}: there is no such plate; the "
+            f"trial has {', '.join(known) or 'none'}."
+        )
+    kept = tuple(plate for plate in recording.plates if plate.name not in names)
+    return replace(recording, plates=kept)
+
+
+def with_said_plates(
+    recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
+) -> Recording:
+    """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force
+    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`): force and free
+    moment of these change their signs, the centre of pressure stays. Raises RecordError if a plate
+    is not there.
+    """
+    plates = {plate.name: plate for plate in recording.plates}
+    for option, name in (
+        *(("--plate", n) for n, _ in feet),
+        *(("--plate-axis", n) for n, _ in turned),
+    ):
+        if name not in plates:
+            raise RecordError(
+                f"{recording.source}: {option} {name}=...: there is no such plate; the trial has "
+                f"{', '.join(plates) or 'none'}."
+            )
+    for name, side in feet:
+        plates[name] = replace(plates[name], foot=side)
+    for name, axis in turned:
+        plate, sign = plates[name], np.where(np.array([*LETTERS]) == axis, -1.0, 1.0)
+        plates[name] = replace(
+            plate, force=plate.force * sign, free_moment=-plate.free_moment, moment=None
+        )
+    return replace(recording, plates=tuple(plates.values()))
