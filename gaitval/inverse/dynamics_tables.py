@@ -21,8 +21,8 @@ def title(found: InverseDynamics) -> str:
 
 
 def to_frame(found: InverseDynamics) -> pd.DataFrame:
-    """The joint moments `found` (Nm/kg), and the lengths of the residual force (N) and moment (Nm), by
-    time (s); NaN where they are not `known`.
+    """The joint moments `found` (Nm/kg), and the lengths of the residual force (N) and moment (Nm),
+    by time (s); NaN where they are not `known`.
     """
     moments = found.recorded_moments().items()
     rows = [

@@ -18,8 +18,8 @@ def title(found: InverseKinematics) -> str:
 
 
 def to_frame(found: InverseKinematics) -> pd.DataFrame:
-    """The joint angles `found` (deg) by time (s), of the coordinates that the markers show; by frame
-    where the time is not known.
+    """The joint angles `found` (deg) by time (s), of the coordinates that the markers show; by
+    frame where the time is not known.
     """
     ever = np.asarray(found.determined.any(axis=0))
     shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
