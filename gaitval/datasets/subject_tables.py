@@ -13,14 +13,14 @@ from gaitval.gait.cycle_curves import recorded_curves
 
 
 def title(subject: Subject) -> str:
-    """Name, person and trial, and what was said of a prosthesis or an aid."""
+    """Name, person and trial of a `subject`, and what was said of a prosthesis or an aid."""
     said = "" if subject.prosthesis is None else f", prosthesis: {subject.prosthesis}"
     said += "" if subject.aid is None else f", aid: {subject.aid}"
     return f"Subject {subject.identifier} ({subject.source}){said}"
 
 
 def overview(subject: Subject) -> pd.DataFrame:
-    """Build and gait, in SI units."""
+    """Build and gait of a `subject`, in SI units."""
     stance = {
         side: subject.stance_fraction.of(side)
         if subject.origin(side, "stance") == "recorded"
@@ -40,8 +40,8 @@ def overview(subject: Subject) -> pd.DataFrame:
 
 
 def to_frame(subject: Subject) -> pd.DataFrame:
-    """Recorded joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body
-    weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
+    """Joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body weight) recorded of
+    a `subject` at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
     (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
     was not recorded (`origin`) has no rows.
     """

@@ -9,7 +9,7 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics, residuals
 
 
 def title(found: InverseDynamics) -> str:
-    """Trial, and how large the residuals are."""
+    """Trial of what was `found`, and how large the residuals are."""
     known, where = _known(found), f"Joint moments of {found.source or 'a trial'}: "
     if not known.any() or not found.peak_external_force:
         return f"{where}in no frame is the ground reaction on both feet known"
@@ -21,8 +21,8 @@ def title(found: InverseDynamics) -> str:
 
 
 def to_frame(found: InverseDynamics) -> pd.DataFrame:
-    """Joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm), by time
-    (s); NaN where they are not `known`.
+    """The joint moments `found` (Nm/kg), and the lengths of the residual force (N) and moment (Nm),
+    by time (s); NaN where they are not `known`.
     """
     moments = found.recorded_moments().items()
     rows = [

@@ -10,7 +10,6 @@ measured forces, to explain the motion.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -70,7 +69,7 @@ class InverseDynamics(Saved):
         feet; elsewhere the moments are wrong. None if nobody said.
     """
 
-    SHOWN_BY: ClassVar[str] = "gaitval.inverse.dynamics_tables"
+    SHOWN_BY = "gaitval.inverse.dynamics_tables"
 
     time: Array
     moments: Array

@@ -11,7 +11,6 @@ vector continues beyond 180° instead of jumping to the opposite one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -59,7 +58,7 @@ class InverseKinematics(Saved):
     time : (T,) s; None if that is not known.
     """
 
-    SHOWN_BY: ClassVar[str] = "gaitval.inverse.kinematics_tables"
+    SHOWN_BY = "gaitval.inverse.kinematics_tables"
 
     names: tuple[str, ...]
     positions: Array

@@ -9,7 +9,7 @@ from gaitval.inverse.inverse_kinematics import InverseKinematics, marker_errors
 
 
 def title(found: InverseKinematics) -> str:
-    """Trial, length, distance of measured and model markers."""
+    """Trial of what was `found`, length, distance of measured and model markers."""
     what = f"Joint angles of {found.source or 'a trial'}"
     length = f"{len(found.positions)} frames"
     if found.time is not None:
@@ -18,8 +18,8 @@ def title(found: InverseKinematics) -> str:
 
 
 def to_frame(found: InverseKinematics) -> pd.DataFrame:
-    """Joint angles (deg) by time (s), of the coordinates that the markers show; by frame where
-    the time is not known.
+    """The joint angles `found` (deg) by time (s), of the coordinates that the markers show; by
+    frame where the time is not known.
     """
     ever = np.asarray(found.determined.any(axis=0))
     shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]

@@ -6,17 +6,19 @@ from gaitval.metrics.tolerances import Registry
 
 
 def title(registry: Registry) -> str:
-    """How many there are."""
+    """How many there are in a `registry`."""
     return f"{len(registry.tolerance)} limits"
 
 
 def overview(registry: Registry) -> pd.DataFrame:
-    """What is limited, and to what."""
+    """What a `registry` limits, and to what."""
     return to_frame(registry)[["quantity", "limit", "value", "goal", "unit", "role"]]
 
 
 def to_frame(registry: Registry) -> pd.DataFrame:
-    """One row a limit: quantity, measure, limit, value, goal, unit, role, status, source."""
+    """One row a limit of a `registry`: quantity, measure, limit, value, goal, unit, role, status,
+    source.
+    """
     return pd.DataFrame(
         [
             {

@@ -18,7 +18,7 @@ AnyCurves = Kinds[MeanCurve] | Kinds[Curve]
 
 
 def title(metrics: Metrics) -> str:
-    """Whose, and how many limits are met, or that nothing was recorded to judge by."""
+    """Whose `metrics`, and how many limits are met, or that nothing was recorded to judge by."""
     counts, name = metrics.summary, metrics.subject.identifier
     if not metrics.is_recorded_at_all:
         return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
@@ -26,12 +26,12 @@ def title(metrics: Metrics) -> str:
 
 
 def overview(metrics: Metrics) -> pd.DataFrame:
-    """Each limit that decides the verdict, and how many of its measures meet it."""
+    """Each limit that decides the verdict, and how many of its measures in `metrics` meet it."""
     return limits_met(metrics.tolerances)
 
 
 def to_frame(metrics: Metrics) -> pd.DataFrame:
-    """Mean curves of the walk and of the record at 0, 1, … 100 % of each side's gait cycle:
+    """Mean curves of walk and record in `metrics` at 0, 1, … 100 % of each side's gait cycle:
     joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
     `source` says whose each row is.
     """

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import ClassVar, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +78,7 @@ class Recording(Displayed):
     events : events that the file stores, in order of time.
     """
 
-    SHOWN_BY: ClassVar[str] = "gaitval.mocap.recording_forms"
+    SHOWN_BY = "gaitval.mocap.recording_forms"
 
     source: str
     axes: Axes

@@ -15,12 +15,12 @@ from gaitval.saved_records import edited, read_record, write_record
 
 
 def title(recording: Recording) -> str:
-    """File and axes."""
+    """File and axes of a `recording`."""
     return f"Recording {recording.source}, {recording.axes} axes"
 
 
 def overview(recording: Recording) -> pd.DataFrame:
-    """How much of what was recorded."""
+    """How much of what was recorded in a `recording`."""
     seen = np.isfinite(recording.markers).all(axis=2).mean() if recording.markers.size else np.nan
     return value_frame(
         [
@@ -36,7 +36,9 @@ def overview(recording: Recording) -> pd.DataFrame:
 
 
 def to_frame(recording: Recording) -> pd.DataFrame:
-    """Marker positions: columns marker, quantity (x, y, z), time (s), value, unit (m)."""
+    """Marker positions of a `recording`: columns marker, quantity (x, y, z), time (s), value, unit
+    (m).
+    """
     count, markers, _ = recording.markers.shape
     return pd.DataFrame(
         {
@@ -67,7 +69,9 @@ def save(recording: Recording, path: Path) -> None:
 
 
 def load(path: Path) -> Recording:
-    """The recording in the file `path` of `save`. Raises ArtefactError."""
+    """The recording in the file `path` of `save`. Raises ArtefactError (inside,
+    ValueError).
+    """
     arrays, others = read_record(path, Recording.__name__)
     plates = []
     try:

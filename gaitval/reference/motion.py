@@ -22,7 +22,7 @@ It is long because each part of the motion has its derivation beside it.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -127,7 +127,7 @@ class ReferenceMotion(Displayed):
         model's; `about_record` moves a moment.
     """
 
-    SHOWN_BY: ClassVar[str] = "gaitval.reference.motion_tables"
+    SHOWN_BY = "gaitval.reference.motion_tables"
 
     phase: Array
     positions: Array

@@ -8,13 +8,13 @@ from gaitval.reference.motion import ReferenceMotion
 
 
 def title(reference: ReferenceMotion) -> str:
-    """Length and speed of the cycle."""
+    """Length and speed of the cycle of a `reference`."""
     return f"Reference motion: stride time {reference.stride_time:.2f} s, {reference.speed:.2f} m/s"
 
 
 def to_frame(reference: ReferenceMotion) -> pd.DataFrame:
-    """Joint angles (deg), joint moments (Nm) and ground reaction (% of body weight), of both
-    sides at % of the right gait cycle. A moment that no record has is left out.
+    """Joint angles (deg), moments (Nm) and ground reaction (% of body weight) of a `reference`, of
+    both sides at % of the right gait cycle. A moment that no record has is left out.
     """
     moments = moment_curves(reference.moments)
     forces = (

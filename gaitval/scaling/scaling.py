@@ -14,7 +14,7 @@ hips, so in the neutral pose the lumbar joint lies behind the hips.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pandas as pd
@@ -75,7 +75,7 @@ For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expe
 class ScaledBody(Displayed):
     """The model of a person (lengths in m, masses in kg) and the table of how it was scaled."""
 
-    SHOWN_BY: ClassVar[str] = "gaitval.scaling.body_tables"
+    SHOWN_BY = "gaitval.scaling.body_tables"
 
     model: BodyModel
     table: tuple[ScaledSegment, ...]

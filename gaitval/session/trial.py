@@ -151,15 +151,9 @@ def work_out_trial(
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
-    stored: tuple[StoredEvents, ...] = ()
-    doubts = trial_doubts(request, recording, landmarks, events, findings, measured)
-    if recording.events:
-        from gaitval.gait.stored_events import event_doubts, stored_events
-
-        stored = stored_events(recording.events, events)
-        for compared_events in stored:
-            tell("events", f"{name}: {compared_events}")
-        doubts = (*event_doubts(stored), *doubts)
+    stored, of_file = _stored_events(tell, name, recording, events)
+    found = trial_doubts(request, recording, landmarks, events, findings, measured)
+    doubts = (*of_file, *found)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(
@@ -184,6 +178,20 @@ def work_out_trial(
         stored_events=stored,
         doubts=doubts,
     )
+
+
+def _stored_events(
+    tell: Tell, name: str, recording: Recording, events: Sequence[Event]
+) -> "tuple[tuple[StoredEvents, ...], tuple[QualityFlag, ...]]":
+    """The events of the file beside those found, and warnings about them."""
+    if not recording.events:
+        return (), ()
+    from gaitval.gait.stored_events import event_doubts, stored_events
+
+    stored = stored_events(recording.events, events)
+    for each in stored:
+        tell("events", f"{name}: {each}")
+    return stored, tuple(event_doubts(stored))
 
 
 @dataclass(frozen=True)
