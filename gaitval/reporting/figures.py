@@ -22,10 +22,8 @@ from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.metrics.comparison import rmse_of
-from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import Curve, array, sided
+from gaitval.metrics.typed import Curve, array
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.links import link
@@ -85,70 +83,6 @@ def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
     axes.plot(
         PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
     )  # fmt: skip
-
-
-def _curve_panel(axes: Axes, metrics: Metrics, kind: Kind, name: str, side: Side) -> None:
-    key = f"{name}_{side[0]}"
-    recorded = metrics.record.curves.of(kind)[key]
-    stance = getattr(metrics.record.spatiotemporal, f"stance_fraction_{side}")
-    axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-    axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-    draw_record(axes, recorded, label="record")
-    final = metrics.walk
-    if metrics.final == "identified":
-        before = metrics.walks.nominal.curves.of(kind)[key].mean
-        if before is not None:
-            axes.plot(
-                PERCENT,
-                array(before),
-                color=COLOURS[side],
-                linewidth=0.8,
-                linestyle=(0, (1, 1.5)),
-                zorder=3,
-                label="before identification and correction",
-            )
-    curve = final.curves.of(kind)[key]
-    if curve.mean is None:
-        axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
-        return
-    _band(axes, curve, side, f"simulated, {side}")
-    error = rmse_of(final.errors.of(kind)[key])
-    digits = 2 if kind == "moments" else 1
-    # above the axes, where no curve is
-    axes.annotate(
-        f"RMSE {error:.{digits}f}" if error is not None else "RMSE not finite",
-        (1.0, 1.0),
-        xycoords="axes fraction",
-        xytext=(0, 2),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        fontsize=8.0,
-        color="#404040",
-    )
-
-
-def curves(metrics: Metrics, kind: Kind, names: Sequence[str], *, figure_name: str) -> str:
-    """Simulated mean ± SD and the record in `metrics`: one row per side, one column per curve, as
-    SVG named `figure_name`. `kind` is "angles", "moments" or "forces"; `names` are curves without
-    side.
-    """
-    with new_figure(3.25) as figure:
-        panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
-        for row, side in enumerate(SIDES):
-            for column, name in enumerate(names):
-                axes = panels[row, column]
-                link(axes, "cycle", side, column)
-                _curve_panel(axes, metrics, kind, name, side)
-                axes.set_xlim(0, 100)
-                axes.margins(y=0.15)
-                if row == 0:
-                    axes.set_title(NAMES[name], pad=_TITLE_PAD)
-                else:
-                    axes.set_xlabel("% of gait cycle")
-            panels[row, 0].set_ylabel(f"{side}, {metrics.units.of(kind).replace('deg', '°')}")
-        legend(figure, *panels[:, 0])
-        return svg(figure, figure_name)
 
 
 def torque_loop(metrics: Metrics) -> str:
@@ -224,45 +158,6 @@ def learning(training: Mapping[str, Array]) -> str:
             axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
         return svg(figure, "learning")
 
-
-def error_bars(metrics: Metrics) -> str:
-    """RMSE of sagittal curves and forces in `metrics` before and after identification."""
-    groups: tuple[tuple[Kind, tuple[str, ...], str], ...] = (
-        ("angles", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint angle RMSE, °"),
-        ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
-        ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
-    )
-    with new_figure(2.1) as figure:
-        panels = figure.subplots(1, 3)
-        for axes, (kind, names, title) in zip(panels, groups, strict=True):
-            keys = sided(names)
-            # right and left of a curve are together, with a gap before the next curve
-            place = np.arange(len(keys)) + 0.35 * (np.arange(len(keys)) // 2)
-            before, after = metrics.walks.nominal, metrics.walk
-            for offset, walk, shade in ((-0.2, before, "#b8b8b8"), (0.2, after, "")):
-                errors = walk.errors.of(kind)
-                found = array([rmse_of(errors[key]) for key in keys])
-                colours = [shade or COLOURS["right" if key[-1] == "r" else "left"] for key in keys]
-                hatches = ["" if shade or key[-1] == "r" else "////" for key in keys]
-                axes.bar(
-                    place + offset, found, 0.38, color=colours, hatch=hatches, edgecolor="#ffffff"
-                )
-            axes.set_xticks(place, [key[-1].upper() for key in keys])
-            axes.tick_params(axis="x", length=0)
-            axes.set_title(title)
-            for index, name in enumerate(names):
-                axes.annotate(
-                    name.split("_")[0],
-                    (place[2 * index : 2 * index + 2].mean(), 0),
-                    xytext=(0, -21),
-                    xycoords=("data", "axes fraction"),
-                    textcoords="offset points",
-                    ha="center",
-                )
-        return svg(figure, "bars")
-
-
-# --- feet and pushes ---------------------------------------------------------------------
 
 _MARKED = (10, 50, 90)
 """% of stance at which the path of the centre of pressure is marked."""

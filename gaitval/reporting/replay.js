@@ -13,7 +13,6 @@
 
   const fallBack = () => {
     player.hidden = true;
-    find(".replay-strip").hidden = false;
     find(".replay-message").hidden = false;
   };
   // Edges are not smoothed: without a graphics card that costs more than all else (measured by
@@ -577,7 +576,6 @@
     find(".replay-stride").add(new Option(`${index + 1} (${figure(seconds)} s)`, index));
   });
   player.hidden = false;
-  find(".replay-strip").hidden = true;
   shown.spheres.forEach((object) => (object.visible = shows("spheres")));
   resize();
   look("oblique");
