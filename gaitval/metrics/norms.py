@@ -17,7 +17,6 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.unrecorded import STEP_WIDTH
 from gaitval.metrics.walk_statistics import ADULT, healthy_bands
-from gaitval.prediction.speed_line import dimensionless_speed
 
 SPEED, AGE = 0.4, 40.0
 """At which the means of the file stand: dimensionless, and years."""
@@ -50,19 +49,24 @@ def _table() -> dict[str, Array]:
 
 
 def norms(subject: Subject) -> dict[str, Norm]:
-    """Norms at the speed and age of a `subject` by name: curves "angles/knee_angle" (deg),
-    "moments/…" (Nm/kg), "power/…" (W/kg), "forces/…" (% of body weight), and parameters
-    "parameter/cadence" in the units of `SpatiotemporalResult`.
+    """`norms_at` of a `subject`."""
+    return norms_at(subject.walking_speed_m_s, subject.leg_length_m, subject.age_years)
+
+
+def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -> dict[str, Norm]:
+    """Norms by name at a `walking_speed` (m/s) of people of this `leg_length` (m) and age: curves
+    "angles/knee_angle" (deg), "moments/…" (Nm/kg), "power/…" (W/kg), "forces/…" (% of body
+    weight), and parameters "parameter/cadence" in the units of `SpatiotemporalResult`.
     """
-    if subject.age_years is not None and subject.age_years < ADULT:
+    if age_years is not None and age_years < ADULT:
         return {
             f"{kind}/{name}": Norm(mean, sd, 0)
             for kind, curves in healthy_bands().items()
             for name, (mean, sd) in curves.items()
         }
-    speed, leg = dimensionless_speed(subject), subject.leg_length_m
-    older = (ASSUMED_AGE if subject.age_years is None else subject.age_years) - AGE
-    scale = float(np.sqrt(GRAVITY * leg))
+    scale = float(np.sqrt(GRAVITY * leg_length))
+    speed, leg = walking_speed / scale, leg_length
+    older = (ASSUMED_AGE if age_years is None else age_years) - AGE
     units = {
         "parameter/cadence": 60.0 * GRAVITY / scale,
         "parameter/step_length": leg,

@@ -42,6 +42,11 @@ KINETICS: Final = (
     ("moments/ankle_angle", "moments/subtalar_angle", "power/ankle_angle"),
 )
 """Rows: joints; columns: sagittal, frontal and transverse plane, and for kinetics the power."""
+MOMENTS: Final = (
+    (*KINETICS[0][:2], "moments/hip_rotation"),
+    (*KINETICS[1][:2], "moments/knee_rotation"),
+    (*KINETICS[2][:2], "moments/ankle_rotation"),
+)
 FORCES: Final = (("forces/forward", "forces/medial", "forces/vertical"),)
 SAGITTAL: Final = (
     ("angles/hip_flexion", "angles/knee_angle", "angles/ankle_angle"),
@@ -69,6 +74,9 @@ _ANGLES: Final = {
 _FORCES: Final = {"forward": "Forward", "medial": "Medial", "vertical": "Vertical"}
 _JOINTS: Final = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 
+ADULTS: Final = "healthy adults at this speed and age, ± SD"
+CHILDREN: Final = "typically developing children, free speed, ± SD"
+
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
@@ -76,7 +84,7 @@ Which = Literal["record", "walk"]
 class Curve(NamedTuple):
     """A curve of a side: mean, SD and strides (n, 101), where there are any."""
 
-    side: Side
+    side: Side | None
     mean: Array
     sd: Array | None = None
     strides: Array | None = None
@@ -111,11 +119,15 @@ def title(name: str) -> str:
         return f"{_FORCES[curve]} force"
     if kind == "power":
         return f"{_JOINTS[curve]} power"
-    said = _ANGLES.get(curve, curve.replace("_", " ").capitalize())
-    return said if kind == "angles" else f"{said} moment"
+    return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
 
 
-UNITS: Final = {"angles": "°", "moments": "Nm/kg", "forces": "% BW", "power": "W/kg"}
+UNITS: Final = {
+    "angles": "angle, °",
+    "moments": "moment, Nm/kg",
+    "forces": "force, % BW",
+    "power": "power, W/kg",
+}
 
 
 def grid(
@@ -124,7 +136,7 @@ def grid(
     height: float,
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
-    norm: str = "healthy people, mean ± SD",
+    norm: str = ADULTS,
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG, each row `height` inches: record and walk are called by `words`,
@@ -137,28 +149,29 @@ def grid(
                 if linked and panel.curves:
                     link(axes, "cycle", "both", column)
                 _draw(axes, panel)
-                unit = UNITS[panel.name.partition("/")[0]]
-                if column == 0 or unit != UNITS[row[column - 1].name.partition("/")[0]]:
-                    axes.set_ylabel(unit)
+                kind = panel.name.partition("/")[0]
+                if kind and (column == 0 or kind != row[column - 1].name.partition("/")[0]):
+                    axes.set_ylabel(UNITS[kind])
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
         shown = [panel for row in panels for panel in row]
+        handles = _handles(shown, words, norm)
         figure.legend(
-            handles=_handles(shown, words, norm), loc="outside upper center", ncols=4, fontsize=8.0
+            handles=handles, loc="outside upper center", ncols=-(-len(handles) // 2), fontsize=8.0
         )
         return svg(figure, figure_name)
 
 
 def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
     """The curves of a grid as CSV: record, mean and SD of each side, and the norm."""
-    shown = [panel for row in panels for panel in row]
+    shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.name.partition("/")[0] for panel in shown}
     columns: dict[str, Array | None] = {"percent": PERCENT}
     for panel in shown:
         # moments and powers of a joint have the same name
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
         for curve in panel.curves:
-            key = f"{name}_{curve.side[0]}"
+            key = name if curve.side is None else f"{name}_{curve.side[0]}"
             columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
             columns[f"{key}_sd"] = curve.sd
         if panel.norm is not None:
@@ -176,11 +189,11 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
             label=f"{said}, {side}",
         )
         for which, said in zip(("record", "walk"), words, strict=True)
-        for side in COLOURS
+        for side in (*COLOURS, None)
         if (which, side) in drawn
     ]  # fmt: skip
     if any(each.sd is not None for panel in panels for each in panel.curves):
-        handles.append(Patch(facecolor="#9a9a9a", alpha=0.35, label="± SD of the cycles"))
+        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
     if any(panel.norm is not None for panel in panels):
@@ -197,11 +210,14 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
-    axes.set_title(title(panel.name), loc="left", pad=3)
     axes.set_xlim(0, 100)
     if not panel.curves:
         axes.axis("off")
-        axes.text(0.0, 0.9, "not in the model, not recorded", transform=axes.transAxes, va="top")
+    if not panel.name:
+        return
+    axes.set_title(title(panel.name), loc="left", pad=3, parse_math=False)
+    if not panel.curves:
+        axes.text(0.0, 0.9, "not measured", transform=axes.transAxes, va="top", color="#5c5c5c")
         return
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     if panel.norm is not None:

@@ -106,18 +106,11 @@ def figures(
             each,
             height=heights.get(name, 1.6),
             figure_name=name,
-            norm=_norm_text(normal),
+            norm=grids.ADULTS if "parameter/cadence" in normal else grids.CHILDREN,
         )
         for name, each in rows.items()
     }
     return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
-
-
-def _norm_text(normal: Mapping[str, Norm]) -> str:
-    """Whose the bands are."""
-    if "parameter/cadence" not in normal:
-        return "typically developing children, free speed, ± SD"
-    return "healthy adults at this speed and age, ± SD"
 
 
 def _panel(
