@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
-from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import sided
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
 
@@ -57,7 +55,7 @@ def of_run(
     """Tables of the figures of a run with the results `metrics`, by the names of the figures: from
     `training`, the columns of the learning curve, and `traces` around each push, if there are any.
     """
-    tables = {"torque_loop": _torque_loop(metrics), "pressure": _pressure(metrics)}
+    tables = {"pressure": _pressure(metrics)}
     tables["centre_of_mass"] = _centre_of_mass(metrics)
     if metrics.push_recovery is not None:
         tables["stability"] = _stability(metrics.push_recovery)
@@ -66,17 +64,6 @@ def of_run(
     if training is not None:
         tables["learning"] = table(training)
     return tables
-
-
-def _torque_loop(metrics: Metrics) -> str:
-    record, walked = metrics.record.curves, metrics.walk.curves
-    kinds: tuple[Kind, ...] = ("angles", "moments")
-    columns: dict[str, Column] = {"percent": _PERCENT}
-    for key in sided(["hip_flexion"]):
-        for kind in kinds:
-            columns[f"{key}_{kind}_record"] = record.of(kind)[key]
-            columns[f"{key}_{kind}_mean"] = walked.of(kind)[key].mean
-    return table(columns)
 
 
 def _pressure(metrics: Metrics) -> str:

@@ -16,14 +16,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import Curve, array
+from gaitval.metrics.typed import array
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.links import link
@@ -83,62 +82,6 @@ def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
     axes.plot(
         PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
     )  # fmt: skip
-
-
-def torque_loop(metrics: Metrics) -> str:
-    """Hip moment against hip angle over one gait cycle in `metrics`, 0, 50 and 100 % marked."""
-    with new_figure(2.5) as figure:
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, side in zip(panels, SIDES, strict=True):
-            link(axes, "loop", side, 0)
-            key = f"hip_flexion_{side[0]}"
-            recorded = metrics.record.curves
-            final = metrics.walk.curves
-            loops: list[tuple[Curve | None, Curve | None, str, Any, str]] = [
-                (recorded.angles[key], recorded.moments[key], RECORD_COLOUR, "-", "record"),
-                (
-                    final.angles[key].mean,
-                    final.moments[key].mean,
-                    COLOURS[side],
-                    STYLES[side],
-                    f"simulated, {side}",
-                ),
-            ]
-            for number, (angle, moment, colour, style, label) in enumerate(loops):
-                if angle is not None and moment is not None:
-                    line = _loop(axes, array(angle), array(moment), colour, style, label)
-                    line.set_gid(f"points.{side}.{number}")
-            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            axes.set_xlabel("hip flexion, °")
-            axes.legend(loc="best")
-        panels[0].set_ylabel("hip flexion moment, Nm/kg")
-        return svg(figure, "loop")
-
-
-def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> Line2D:
-    (line,) = axes.plot(angle, moment, color=colour, linestyle=style, label=label)
-    # arrows show the direction of time, away from the marks at 0, 50 and 100 %
-    for percent in (12, 37, 62, 87):
-        axes.annotate(
-            "",
-            xy=(angle[percent + 1], moment[percent + 1]),
-            xytext=(angle[percent - 1], moment[percent - 1]),
-            arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.8},
-        )
-    # the loop is periodic: 0 % is drawn small, within 100 %
-    for percent, marker, size in ((100, "D", 7.0), (50, "s", 5.0), (0, "o", 3.5)):
-        axes.plot(
-            angle[percent],
-            moment[percent],
-            marker,
-            color=colour,
-            markersize=size,
-            markerfacecolor=colour if percent == 0 else "white",
-            markeredgewidth=0.9,
-            zorder=5,
-        )
-    return line
 
 
 def learning(training: Mapping[str, Array]) -> str:

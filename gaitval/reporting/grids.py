@@ -6,7 +6,7 @@ the left side is dashed. The grids of a run, an import and a comparison are draw
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figure_data import table
+from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
     COLOURS,
@@ -144,10 +144,10 @@ def grid(
     """
     with new_figure(height * len(panels) + 0.45) as figure:
         every = figure.subplots(len(panels), len(panels[0]), sharex=True, squeeze=False)
-        for row, axes_of_row in zip(panels, every, strict=True):
+        for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
             for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
                 if linked and panel.curves:
-                    link(axes, "cycle", "both", column)
+                    link(axes, "cycle", "both", number * len(row) + column)
                 _draw(axes, panel)
                 kind = panel.name.partition("/")[0]
                 if kind and (column == 0 or kind != row[column - 1].name.partition("/")[0]):
@@ -166,7 +166,7 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
     """The curves of a grid as CSV: record, mean and SD of each side, and the norm."""
     shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.name.partition("/")[0] for panel in shown}
-    columns: dict[str, Array | None] = {"percent": PERCENT}
+    columns: dict[str, Column] = {"percent": PERCENT}
     for panel in shown:
         # moments and powers of a joint have the same name
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
@@ -182,16 +182,12 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
 def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
-    handles: list[Line2D | Patch] = [
-        Line2D(
-            [], [], color=COLOURS[side] if which == "walk" else RECORD_COLOUR,
-            linestyle=STYLES[side], linewidth=WALK_WIDTH if which == "walk" else RECORD_WIDTH,
-            label=f"{said}, {side}",
-        )
-        for which, said in zip(("record", "walk"), words, strict=True)
-        for side in (*COLOURS, None)
-        if (which, side) in drawn
-    ]  # fmt: skip
+    handles: list[Line2D | Patch] = []
+    for which, said in zip(("record", "walk"), words, strict=True):
+        for side in (*COLOURS, None):
+            if (which, side) in drawn:
+                look = _look("walk" if which == "walk" else "record", side)
+                handles.append(Line2D([], [], **look, label=f"{said}, {side}" if side else said))
     if any(each.sd is not None for panel in panels for each in panel.curves):
         handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
     if any(each.strides is not None for panel in panels for each in panel.curves):
@@ -207,6 +203,16 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
         dotted.set_label("toe-off")
         handles.append(dotted)
     return handles
+
+
+def _look(which: Which, side: Side | None) -> dict[str, Any]:
+    """Colour, dashes and width of a curve."""
+    walked = which == "walk"
+    return {
+        "color": COLOURS[side] if walked and side else RECORD_COLOUR,
+        "linestyle": STYLES[side] if side else "-",
+        "linewidth": WALK_WIDTH if walked else RECORD_WIDTH,
+    }
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
@@ -244,8 +250,8 @@ def _draw(axes: Axes, panel: Panel) -> None:
 
 
 def _curve(axes: Axes, curve: Curve) -> None:
-    walked = curve.which == "walk"
-    colour = COLOURS[curve.side] if walked else RECORD_COLOUR
+    look = _look(curve.which, curve.side)
+    colour = look["color"]
     if curve.strides is not None and len(curve.strides):
         # one line with gaps, of every third point: a path each would make the page three times
         # as long
@@ -255,10 +261,7 @@ def _curve(axes: Axes, curve: Curve) -> None:
     if curve.sd is not None:
         low, high = curve.mean - curve.sd, curve.mean + curve.sd
         axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=2)
-    axes.plot(
-        PERCENT, curve.mean, color=colour, linestyle=STYLES[curve.side],
-        linewidth=WALK_WIDTH if walked else RECORD_WIDTH, zorder=4 if walked else 3,
-    )  # fmt: skip
+    axes.plot(PERCENT, curve.mean, **look, zorder=4 if curve.which == "walk" else 3)
 
 
 def _bursts(axes: Axes, panel: Panel) -> None:

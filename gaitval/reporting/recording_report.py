@@ -396,7 +396,7 @@ def _power(summary: RecordingSummary) -> dict[str, MeanAndDeviation]:
     """Power of hip, knee and ankle from the mean curves, W/kg, without SD; none where something
     for it was not measured.
     """
-    (times,) = [row for row in summary.spatiotemporal if row.name == "Stride time"] or [None]
+    times = next((row for row in summary.spatiotemporal if row.name == "Stride time"), None)
     needed = sided(JOINTS)
     if times is None or not {*needed} <= summary.angles.keys() & summary.moments.keys():
         return {}

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from gaitval.metrics.walk_results import PushRecovery, PushTrace, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
+    checklist,
     credibility,
     figure_data,
     figures,
@@ -49,7 +50,7 @@ from gaitval.reporting import (
     tables,
 )
 from gaitval.reporting.drawing import Draw
-from gaitval.reporting.facts import UNKNOWN, compiled_walks, measured_force
+from gaitval.reporting.facts import compiled_walks, measured_force
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
@@ -335,7 +336,6 @@ def _drawings(
 ) -> dict[str, Draw]:
     """What draws each figure but the grids. Figures contain no text from outside."""
     drawings: dict[str, Draw] = {
-        "torque_loop": partial(figures.torque_loop, metrics),
         "pressure": partial(figures.pressure_path, metrics),
         "centre_of_mass": partial(mechanics_figures.centre_of_mass, metrics),
     }
@@ -354,7 +354,7 @@ def _drawings(
     return drawings
 
 
-def _context(folder: Path) -> tables.Row:
+def _context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
     metrics = read_metrics(folder / METRICS)
@@ -399,8 +399,10 @@ def _context(folder: Path) -> tables.Row:
         "provenance": before,
         "dates": provenance.dates(before),
         "hashes": provenance.hashes(folder),
-        "credibility": credibility.sections(folder, metrics),
-        "unknown": UNKNOWN,
+        "project": credibility.project_rows(),
+        "evidence_file": credibility.EVIDENCE,
+        "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),
+        "not_done": checklist.NOT_DONE,
         "pushes": metrics.push_recovery,
         "push_rows": _push_rows(metrics.push_recovery),
         "consistency": metrics.record.consistency,
@@ -420,7 +422,8 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, and `evidence.toml`, which they cite.
+    """Write `report.html` and `report.pdf` of a run `folder`, `evidence.toml`, which they cite,
+    and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -433,6 +436,7 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """
     context = _context(folder)
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
+    checklist.write_checklist(folder, context["checks"])
     write_page(
         folder,
         "report",

@@ -15,8 +15,8 @@ from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import rmse_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.joint_power import BURSTS, burst_places
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
-from gaitval.metrics.joint_power import burst_places
 from gaitval.metrics.norms import Norm, norms
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
@@ -38,10 +38,10 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
     `metrics`; none without its rollout, or where it is too short.
     """
     path, settings = folder / "rollouts" / f"{metrics.final}.npz", folder / "configuration.toml"
-    if not path.exists() or not settings.exists() or not (folder / "model.urdf").exists():
+    if not path.exists() or not (folder / "model.urdf").exists():
         return {}
     rollout, method = Rollout.load(path), metrics.method
-    cycles = find_cycles(rollout, load_configuration(settings))
+    cycles = find_cycles(rollout, load_configuration(settings if settings.exists() else None))
     few = cycles.first(min(STRIDES, method.cycles))
     if not all(few.count(side) for side in SIDES):
         return {}
@@ -99,7 +99,7 @@ def figures(
         ]
         for row in rows["curves"]
     ]
-    heights = {"curves": 1.15, "kinematics": 1.45}
+    heights = {"curves": 1.05, "kinematics": 1.27}
     draws: dict[str, Draw] = {
         name: partial(
             grids.grid,
@@ -189,5 +189,5 @@ def _bursts(metrics: Metrics, joint: str) -> dict[str, float]:
     return {
         name: float(at)
         for name, at in burst_places(power).items()
-        if at is not None and grids.BURSTS[name].joint == joint
+        if at is not None and BURSTS[name].joint == joint
     }

@@ -152,7 +152,7 @@ def _failed(metrics: Metrics, role: str, limit: LimitVerdict) -> dict[str, objec
         "value": _read(metrics, f"/tolerances/{index}/value", digits=-1),
         "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-1),
         "sign": limit.limit_text().split()[0],
-        "unit": unit_text(worst.unit),
+        "unit": unit_text(worst.unit).strip(),
         "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
         "all": _count(len(limit.rows), f"all rows {worst.id}"),
         "remedy": limit.remedy,
@@ -161,7 +161,7 @@ def _failed(metrics: Metrics, role: str, limit: LimitVerdict) -> dict[str, objec
 
 def _skills(metrics: Metrics) -> list[dict[str, object]]:
     """Mean RMSE of each group of curves: the walk's, the first guess's, and the skill."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for row in group_rows(metrics):
         kind, every, unit = group_curves(metrics)[row.group]
         recorded = [c for c in every if curve_origin(kind, c, metrics.origins) == "recorded"]
@@ -185,7 +185,8 @@ def _skills(metrics: Metrics) -> list[dict[str, object]]:
 
 def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
     """Spatiotemporal parameters of walk and record, and their norm."""
-    normal, rows = norms(subject), []
+    normal = norms(subject)
+    rows: list[dict[str, object]] = []
     for index, row in enumerate(metrics.walk.spatiotemporal):
         place = f"/walks/{metrics.final}/spatiotemporal/{index}"
         share = 100.0 if row.unit == "1" else 1.0

@@ -66,7 +66,7 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
     """Poses at `percent` (T,) of the right gait cycle side by side, from the right, as SVG text: of
     each `stick_figure` in `figures`, "record" (grey) and, if there is one, "simulation".
     """
-    with new_figure(1.15) as figure:
+    with new_figure(1.1, width=3.3) as figure:
         axes = figure.subplots()
         for place, at in enumerate(percent):
             for which, lines in figures.items():
