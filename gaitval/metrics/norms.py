@@ -54,8 +54,8 @@ def norms(subject: Subject) -> dict[str, Norm]:
 
 
 def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -> dict[str, Norm]:
-    """Norms by name at a `walking_speed` (m/s) of people of this `leg_length` (m) and age: curves
-    "angles/knee_angle" (deg), "moments/…" (Nm/kg), "power/…" (W/kg), "forces/…" (% of body
+    """Norms by name at a `walking_speed` (m/s) of people of this `leg_length` (m) and `age_years`:
+    curves "angles/knee_angle" (deg), "moments/…" (Nm/kg), "power/…" (W/kg), "forces/…" (% of body
     weight), and parameters "parameter/cadence" in the units of `SpatiotemporalResult`.
     """
     if age_years is not None and age_years < ADULT:

@@ -83,7 +83,7 @@ def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
 
 
 def tables(rows: Sequence[Check]) -> dict[str, str]:
-    """The rows as text, by file name: CSV, Markdown and LaTeX."""
+    """The `rows` as text, by file name: CSV, Markdown and LaTeX."""
     columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
     bars = ["| " + " | ".join(row) + " |" for row in (_COLUMNS, ["---"] * 5, *rows)]
     special = {each: f"\\{each}" for each in "%&#_$"}
@@ -102,6 +102,6 @@ def tables(rows: Sequence[Check]) -> dict[str, str]:
 
 
 def write_checklist(folder: Path, rows: Sequence[Check]) -> None:
-    """Write the tables into a `folder`."""
+    """Write the `tables` of `rows` into a `folder`."""
     for name, text in tables(rows).items():
         write_text(folder / name, text)

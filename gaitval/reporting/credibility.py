@@ -70,9 +70,9 @@ def evidence_text() -> str:
 
 
 def beside_metrics(folder: Path, metrics: Metrics) -> dict[str, str]:
-    """What the checklist takes from other files of a run `folder`, by name; empty where they are
-    not there: the largest mean over a second of the force that would be needed beside ground and
-    gravity, and the seed.
+    """What the checklist takes beside `metrics` from other files of a run `folder`, by name; empty
+    where they are not there: the force that would be needed beside ground and gravity, its largest
+    mean over a second, and the seed.
     """
     path, momentum = folder / "rollouts" / f"{metrics.final}.npz", None
     if path.exists():

@@ -81,7 +81,7 @@ Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
 
-class Curve(NamedTuple):
+class DrawnCurve(NamedTuple):
     """A curve of a side: mean, SD and strides (n, 101), where there are any."""
 
     side: Side | None
@@ -104,7 +104,7 @@ class Panel(NamedTuple):
     """
 
     name: str
-    curves: tuple[Curve, ...] = ()
+    curves: tuple[DrawnCurve, ...] = ()
     norm: tuple[Array, Array] | None = None
     toe_off: Mapping[Side, float] = {}
     regions: Mapping[Side, Sequence[tuple[float, float]]] = {}
@@ -113,7 +113,7 @@ class Panel(NamedTuple):
 
 
 def title(name: str) -> str:
-    """The title of the panel of a quantity "kind/curve"; its unit is beside the axis."""
+    """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
     kind, _, curve = name.partition("/")
     if kind == "forces":
         return f"{_FORCES[curve]} force"
@@ -139,8 +139,8 @@ def grid(
     norm: str = ADULTS,
     linked: bool = True,
 ) -> str:
-    """Rows of `panels` as SVG, each row `height` inches: record and walk are called by `words`,
-    the band by `norm`. `linked` panels show the moment of the replay.
+    """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
+    by `words`, the band by `norm`. `linked` panels show the moment of the replay.
     """
     with new_figure(height * len(panels) + 0.45) as figure:
         every = figure.subplots(len(panels), len(panels[0]), sharex=True, squeeze=False)
@@ -163,7 +163,7 @@ def grid(
 
 
 def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
-    """The curves of a grid as CSV: record, mean and SD of each side, and the norm."""
+    """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
     shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.name.partition("/")[0] for panel in shown}
     columns: dict[str, Column] = {"percent": PERCENT}
@@ -249,7 +249,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         )  # fmt: skip
 
 
-def _curve(axes: Axes, curve: Curve) -> None:
+def _curve(axes: Axes, curve: DrawnCurve) -> None:
     look = _look(curve.which, curve.side)
     colour = look["color"]
     if curve.strides is not None and len(curve.strides):

@@ -15,7 +15,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_COLOUR
-from gaitval.reporting.grids import Curve, Panel
+from gaitval.reporting.grids import DrawnCurve, Panel
 
 MeanAndDeviation = tuple[Array, Array]
 
@@ -27,7 +27,7 @@ _LIMIT_STYLE: Final = {"color": "#a8200d", "linewidth": 0.7, "linestyle": (0, (4
 
 
 def side_of(name: str) -> tuple[str, Side | None]:
-    """Curve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
+    """DrawnCurve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
     side = _SUFFIX.get(name[-2:])
     return (name, None) if side is None else (name[:-2], side)
 
@@ -72,7 +72,7 @@ def curve_rows(
             if f"{kind}/{curve}" == name and np.isfinite(mean).any():
                 every = strides.get(f"{kind}/{key}")
                 found.append(
-                    Curve(
+                    DrawnCurve(
                         side,
                         factor * np.asarray(mean, dtype=float),
                         factor * np.asarray(deviation, dtype=float),

@@ -26,7 +26,7 @@ from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.reporting import grids
 from gaitval.reporting.drawing import Draw
-from gaitval.reporting.grids import Curve, Panel
+from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8
@@ -76,8 +76,8 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
 def figures(
     metrics: Metrics, subject: Subject, strides: Mapping[str, Array]
 ) -> tuple[dict[str, Draw], dict[str, str]]:
-    """What draws the figures of curves of a run, by name, the small one of the sheet and the grids,
-    and their tables; `strides` as `strides_of`.
+    """What draws the figures of curves of a run of `subject` with the results `metrics`, by name,
+    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`.
     """
     normal = norms(subject)
     panel = partial(_panel, metrics, subject, strides, normal)
@@ -127,10 +127,10 @@ def _panel(
         key = f"{curve}_{side[0]}"
         recorded = _recorded(metrics, subject, kind, key)
         if recorded is not None:
-            curves.append(Curve(side, recorded, which="record"))
+            curves.append(DrawnCurve(side, recorded, which="record"))
         walked = _walked(metrics, strides, kind, key)
         if walked is not None:
-            curves.append(Curve(side, *walked, strides.get(f"{kind}/{key}")))
+            curves.append(DrawnCurve(side, *walked, strides.get(f"{kind}/{key}")))
         for each in KINDS:
             if each == kind and key in metrics.walk.errors.of(each):
                 errors.append(rmse_of(metrics.walk.errors.of(each)[key]))

@@ -25,7 +25,7 @@ DOUBTS: Final = 3
 FAILED_SHOWN: Final = 6
 """Failed limits that the sheet lists; it counts the others."""
 PLATES_DOUBTED: Final = 0.02
-"""Share of the force by which plates may be wrong before it is a doubt about the record."""
+"""Share of the force by which plates may be wrong before the sheet says so."""
 
 _LABELS: Final = {
     "walking_speed": "Walking speed",

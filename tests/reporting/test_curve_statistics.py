@@ -89,7 +89,7 @@ def test_regions_are_drawn(metrics):
     region = {"first": 10, "last": 30, "p": 0.01}
     marked["curve_statistics"]["curves"]["angles"]["knee_angle_r"]["regions"] = [region]
     bare, barred = (_differences(each) for each in (without, marked))
-    assert barred.count("<path") == bare.count("<path") + 2  # with that of the legend
+    assert barred.count("<path") == bare.count("<path") + 3  # with those of the legend
     assert _differences(marked) == barred
 
 

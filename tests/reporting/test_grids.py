@@ -11,7 +11,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import figures, grids, run_grids
 from gaitval.reporting.drawing import drawn
-from gaitval.reporting.grids import Curve, Panel
+from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.page import _with_letters
 
 WAVE = np.sin(np.linspace(0.0, 2.0 * np.pi, 101))
@@ -78,7 +78,9 @@ def test_sizes_of_texts_and_widths_of_lines(run) -> None:
 
 
 def test_a_panel_without_curves_says_so_and_one_without_a_name_is_empty() -> None:
-    panels = [[Panel("angles/knee_angle", (Curve("right", WAVE),)), Panel("angles/knee_rotation")]]
+    panels = [
+        [Panel("angles/knee_angle", (DrawnCurve("right", WAVE),)), Panel("angles/knee_rotation")]
+    ]
     svg = drawn(lambda: grids.grid([[*panels[0], Panel("")]], height=1.5, figure_name="one"))
     assert "<!-- not measured -->" in svg
     assert svg.count("<!-- Knee") == 2
@@ -86,7 +88,7 @@ def test_a_panel_without_curves_says_so_and_one_without_a_name_is_empty() -> Non
 
 
 def test_a_curve_without_a_side_is_black() -> None:
-    panels = [[Panel("angles/lumbar_extension", (Curve(None, WAVE, which="record"),))]]
+    panels = [[Panel("angles/lumbar_extension", (DrawnCurve(None, WAVE, which="record"),))]]
     svg = drawn(lambda: grids.grid(panels, height=1.5, figure_name="one", words=("trunk", "x")))
     assert "<!-- trunk -->" in svg
     assert "<!-- Lumbar extension -->" in svg
